@@ -3,7 +3,7 @@
 use identifier_core::Settings;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{
-    BoxSettings, ControllerSettings, IdentifierSettings, SettingsError, diagonal,
+    ControllerSettings, IdentifierSettings, ParameterRangeSettings, SettingsError, diagonal,
 };
 use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
@@ -38,9 +38,9 @@ pub fn settings() -> Settings {
                 b: Some(identifier::bounds::B),
                 ..PerParameter::default()
             },
-            plant_box: Some(BoxSettings {
-                a: identifier::plant_box::A,
-                b: identifier::plant_box::B,
+            parameter_range: Some(ParameterRangeSettings {
+                a: identifier::parameter_range::A,
+                b: identifier::parameter_range::B,
             }),
             gamma: Some(diagonal([of_a, of_b, 100.0, 0.0])),
             mu: Some(identifier::MU),

@@ -1,7 +1,9 @@
 //! Example settings of a drive without a record: the paper's loop, with protections for a bare motor. It does
 //! not start with them: they are not those of its servo.
 
-use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
+use drive_link::{
+    Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+};
 use identifier_core::settings::diagonal;
 
 use crate::paper;
@@ -14,7 +16,7 @@ pub fn built_in() -> Settings {
     Settings {
         closed_loop: LoopSettings {
             core,
-            law: Law::Gradient { friction: true },
+            law: Estimator::Gradient { friction: true },
         },
         dither: Dither {
             amplitude: 0.3,

@@ -94,7 +94,7 @@ pub struct Outcome {
     pub bandwidth: Option<f64>,
     /// Why an estimator that begins by a fit has none after a second of motion.
     #[serde(skip)]
-    pub obstacle: Option<Reason>,
+    pub rejection_reason: Option<Reason>,
     /// The early end, if there was one.
     #[serde(skip)]
     pub abort: Option<Abort>,

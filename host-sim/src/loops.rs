@@ -13,7 +13,7 @@ mod relay;
 mod whole_record;
 
 #[cfg(feature = "experiments")]
-pub(crate) use direct::Direct;
+pub(crate) use direct::DirectEstimator;
 #[cfg(feature = "experiments")]
 pub(crate) use fixed::{FixedIdentifier, FixedLoop};
 pub(crate) use identifier::{DynIdentifier, Innovation, Running};

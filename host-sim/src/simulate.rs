@@ -8,20 +8,20 @@
 mod build;
 mod checked;
 #[cfg(not(feature = "experiments"))]
-mod one_law;
+mod one_estimator;
 #[cfg(feature = "experiments")]
 mod operations;
-mod rig;
 mod rig_of_scenario;
 mod sensor;
+mod simulated_axis;
 
 #[cfg(feature = "experiments")]
 pub(crate) use build::{closed_by_pid, identifier};
 #[cfg(not(feature = "experiments"))]
-pub(crate) use one_law::identifier;
+pub(crate) use one_estimator::identifier;
 #[cfg(feature = "experiments")]
 pub use operations::operations;
-pub(crate) use rig::Rig;
+pub(crate) use simulated_axis::SimulatedAxis;
 
 use std::fmt;
 
@@ -34,7 +34,7 @@ pub(crate) type LocalLoop = Box<dyn SimLoop>;
 
 /// A loop and what it is closed around, ready to run.
 pub struct Simulation {
-    rig: Rig<'static>,
+    rig: SimulatedAxis<'static>,
     closed: LocalLoop,
 }
 
@@ -63,7 +63,7 @@ pub fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Result<Out
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::{Law, Purpose};
+    use crate::scenario::{Estimator, Purpose};
 
     fn paper() -> Scenario {
         let text = include_str!("../scenarios/paper.toml");
@@ -84,7 +84,7 @@ mod tests {
             "controller.velocity_filter.cutoff"
         );
         let key = refused(&|s| {
-            s.identifier.set_law(Law::RelayLeastSquares);
+            s.identifier.set_estimator(Estimator::RelayLeastSquares);
             s.identifier.rival.filter_cutoff = 1e9;
         });
         assert_eq!(key, "identifier.filter_cutoff");

@@ -40,7 +40,7 @@ pub enum Allowed {
 
 impl Allowed {
     /// Relative deviation from a whole multiple that rounding explains.
-    const ROUNDING: f64 = 1e-6;
+    const WHOLE_TOLERANCE: f64 = 1e-6;
 
     /// True if the range contains the value.
     #[must_use]
@@ -58,7 +58,7 @@ impl Allowed {
                 Self::MultipleOf(step) => {
                     let exact = value / step;
                     let whole = libm::round(exact);
-                    whole >= 1.0 && libm::fabs(exact - whole) <= Self::ROUNDING * whole
+                    whole >= 1.0 && libm::fabs(exact - whole) <= Self::WHOLE_TOLERANCE * whole
                 }
             }
     }

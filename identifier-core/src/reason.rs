@@ -9,7 +9,7 @@ enum Position {
     /// It is that of the axis, as before.
     Known,
     /// It may be another: counts were lost, or may have been.
-    Doubtful,
+    Uncertain,
 }
 
 /// Defines [`Reason`] and its rows from one table: variant, number, name and position afterwards, cause, remedy.
@@ -44,16 +44,16 @@ macro_rules! catalogue {
 }
 
 catalogue! {
-    ClockNotStable = 1, "clock-not-stable", Doubtful:
+    ClockNotStable = 1, "clock-not-stable", Uncertain:
         "the crystal or the PLL did not become ready",
         "check the crystal and its frequency in the board file, then reset";
-    SelfTestFailed = 2, "self-test-failed", Doubtful:
+    SelfTestFailed = 2, "self-test-failed", Uncertain:
         "the chip computed a wrong result in its self-test",
         "flash the firmware again; if the fault returns, replace the chip";
-    ResetByWatchdog = 3, "reset-by-watchdog", Doubtful:
+    ResetByWatchdog = 3, "reset-by-watchdog", Uncertain:
         "the watchdog reset the drive: a sample did not end in time",
         "lower the sample rate and start again";
-    ImageDamaged = 4, "image-damaged", Doubtful:
+    ImageDamaged = 4, "image-damaged", Uncertain:
         "the program in the drive's flash differs from the one that was built",
         "flash the firmware again; if the fault returns, replace the chip";
     AmplifierFault = 10, "amplifier-fault", Known:
@@ -65,7 +65,7 @@ catalogue! {
     LimitSwitchesStuck = 12, "limit-switches-stuck", Known:
         "a limit switch is open before motion begins",
         "free the switch or repair its wire (it is closed within the travel)";
-    SupplyLow = 13, "supply-low", Doubtful:
+    SupplyLow = 13, "supply-low", Uncertain:
         "the supply of the drive's chip fell below 2.9 V",
         "check the supply's rating, its wires and its other loads";
     HomeSwitchStuck = 15, "home-switch-stuck", Known:
@@ -78,10 +78,10 @@ catalogue! {
     IndexNotFound = 17, "index-not-found", Known:
         "no index pulse came within a revolution after the home switch",
         "check the encoder's index and its wire, or home without it";
-    EncoderLost = 20, "encoder-lost", Doubtful:
+    EncoderLost = 20, "encoder-lost", Uncertain:
         "the encoder gave no valid reading",
         "check the encoder's supply, wires and magnet";
-    EncoderSilent = 21, "encoder-silent", Doubtful:
+    EncoderSilent = 21, "encoder-silent", Uncertain:
         "the servo is driven but the encoder does not count",
         "connect the encoder, free the axis, or allow a larger breakaway";
     FollowingError = 22, "following-error", Known:
@@ -99,7 +99,7 @@ catalogue! {
     ActuatorFailed = 31, "actuator-failed", Known:
         "the output stage did not accept the command",
         "check the output stage's wires";
-    OutOfReach = 32, "out-of-reach", Doubtful:
+    OutOfReach = 32, "out-of-reach", Uncertain:
         "the position jumped beyond the range of the number format",
         "check the encoder's wires and shield";
     LinkLost = 40, "link-lost", Known:
@@ -114,7 +114,7 @@ catalogue! {
     TargetOutside = 52, "target-outside", Known:
         "the step input asks for a target beyond the travel",
         "keep the target within the travel, or allow more travel";
-    DoesNotMove = 101, "does-not-move", Doubtful:
+    DoesNotMove = 101, "does-not-move", Uncertain:
         "the servo did not move, or in one direction alone, under a command that should move it",
         "free the axis, check encoder and amplifier, or allow a larger command";
     TooLittleEvidence = 110, "too-little-evidence", Known:
@@ -138,19 +138,19 @@ catalogue! {
     NeverAtRest = 143, "never-at-rest", Known:
         "the servo did not reach standstill",
         "check for encoder noise and a compliant coupling";
-    EncoderStuck = 150, "encoder-stuck", Doubtful:
+    EncoderStuck = 150, "encoder-stuck", Uncertain:
         "the encoder stopped counting during motion",
         "check the encoder's coupling and wires";
-    EncoderNoise = 151, "encoder-noise", Doubtful:
+    EncoderNoise = 151, "encoder-noise", Uncertain:
         "encoder noise hides the motion or could be mistaken for it",
         "declare the noise, allow more travel and speed, or shield the encoder's wires and check its magnet";
-    EncoderJumped = 152, "encoder-jumped", Doubtful:
+    EncoderJumped = 152, "encoder-jumped", Uncertain:
         "the position jumped further than the servo can move in a sample",
         "check the encoder's shield and wires";
-    Reversed = 153, "reversed", Doubtful:
+    Reversed = 153, "reversed", Uncertain:
         "the servo moved against the command: encoder or actuator is reversed",
         "swap two motor wires or the encoder's channels; if the command acts late, declare its delay";
-    ActuatorDead = 154, "actuator-dead", Doubtful:
+    ActuatorDead = 154, "actuator-dead", Uncertain:
         "the command does not move the servo: the actuator is dead, or the encoder does not show the motion",
         "check the amplifier, its supply and its enable line, then the encoder";
     ActuatorWeak = 155, "actuator-weak", Known:
@@ -165,7 +165,7 @@ catalogue! {
     ModeChanged = 171, "mode-changed", Known:
         "another mode was commanded",
         "start it again";
-    PowerLost = 173, "power-lost", Doubtful:
+    PowerLost = 173, "power-lost", Uncertain:
         "the power was lost before the end",
         "start it again";
     TooLittleMotion = 180, "too-little-motion", Known:
@@ -229,7 +229,7 @@ impl Reason {
     /// True if the position may no longer be that of the axis. References such as a home position are then unknown.
     #[must_use]
     pub const fn loses_position(self) -> bool {
-        matches!(self.row().4, Position::Doubtful)
+        matches!(self.row().4, Position::Uncertain)
     }
 
     /// Cause and remedy if it is the reason of a failed first fit, else none. So a program without a drive contains
@@ -323,12 +323,12 @@ mod tests {
     }
 
     #[test]
-    fn the_position_is_doubtful_after_whatever_may_have_lost_counts() {
-        const DOUBTFUL: [u8; 15] = [
+    fn the_position_is_uncertain_after_whatever_may_have_lost_counts() {
+        const UNCERTAIN: [u8; 15] = [
             1, 2, 3, 4, 13, 20, 21, 32, 101, 150, 151, 152, 153, 154, 173,
         ];
         for &reason in Reason::ALL {
-            let wanted = DOUBTFUL.contains(&reason.number());
+            let wanted = UNCERTAIN.contains(&reason.number());
             assert_eq!(reason.loses_position(), wanted, "{reason}");
         }
     }

@@ -10,7 +10,7 @@ use crate::adaptation::IdentifiableSet;
 use crate::measurement::angle::AngleSettings;
 use crate::model::{
     Acting, Amplifier, AmplifierState, FrictionPhase, FrictionStep, Innovation, KnownInputs,
-    ModelStep, ModelValues, ObserverModel, Response, SlidingStep, sensitivity,
+    ModelStep, ModelValues, MovingStep, ObserverModel, Response, sensitivity,
 };
 use crate::parameters::{AllUnknowns, ServoParameters, Unknown};
 use crate::settings::TermSettings;
@@ -212,12 +212,12 @@ impl ReplayModel {
     /// The regressor: the acceleration over a sample per unit of an unknown.
     #[must_use]
     pub fn regressor(&self, sample: &ReplaySample, unknown: Unknown) -> f64 {
-        let slid = SlidingStep {
+        let moving = MovingStep {
             displacement: sample.displacement,
             direction: sample.direction,
-            bell: sample.moved.bell,
+            stribeck_factor: sample.moved.stribeck_factor,
         };
-        sensitivity(&self.values, unknown, &sample.acting, &slid)
+        sensitivity(&self.values, unknown, &sample.acting, &moving)
     }
 
     /// The sensitivities of the model's position and velocity to the size of an effect, one sample later. In the sample
@@ -232,7 +232,7 @@ impl ReplayModel {
         output: f64,
     ) -> [f64; 2] {
         let kept = match sample.moved.phase {
-            FrictionPhase::Slid { .. } => 1.0,
+            FrictionPhase::Moving { .. } => 1.0,
             FrictionPhase::Turned { slowing, .. } => slowing,
             FrictionPhase::Stuck | FrictionPhase::Stopped { .. } => 0.0,
         };

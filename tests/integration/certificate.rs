@@ -5,19 +5,19 @@ use host_sim::result::Summary;
 use host_sim::scenario::{Scenario, Velocity};
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
-use identifier_core::settings::{BoxSettings, ControllerSettings};
+use identifier_core::settings::{ControllerSettings, ParameterRangeSettings};
 use identifier_core::stability::SampledLoop;
-use identifier_core::stability::{Certificate, PlantBox};
+use identifier_core::stability::{Certificate, ParameterRange};
 use integration_tests::{Random, environment, in_parallel, run, servo};
 use servo_id::paper::{self, Case, Method};
 
 /// A random parameter range.
-fn random_box(random: &mut Random) -> PlantBox {
+fn random_range(random: &mut Random) -> ParameterRange {
     let a_min = random.uniform(0.0, 10.0);
     let a_max = a_min + random.log_uniform(0.1, 50.0);
     let b_min = random.log_uniform(1.0, 500.0);
     let b_max = b_min * random.log_uniform(1.0, 10.0);
-    PlantBox::new(
+    ParameterRange::new(
         Interval::new("a", a_min, a_max).expect("ordered"),
         Interval::new("b", b_min, b_max).expect("ordered"),
     )
@@ -34,8 +34,8 @@ fn random_gains(random: &mut Random) -> Gains {
 }
 
 /// A random servo of a parameter range.
-fn random_servo(random: &mut Random, plant_box: &PlantBox) -> (f64, f64) {
-    let (a, b) = (plant_box.a(), plant_box.b());
+fn random_servo(random: &mut Random, parameter_range: &ParameterRange) -> (f64, f64) {
+    let (a, b) = (parameter_range.a(), parameter_range.b());
     (
         random.uniform(a.min(), a.max()),
         random.log_uniform(b.min(), b.max()),
@@ -46,9 +46,9 @@ fn random_servo(random: &mut Random, plant_box: &PlantBox) -> (f64, f64) {
 /// `excess` times the automatic one.
 fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
     let mut scenario = paper::scenario(Method::Proposed, Case::Balanced);
-    let plant_box = random_box(random);
+    let parameter_range = random_range(random);
     let gains = random_gains(random);
-    Certificate::with_automatic_mu(&gains, &plant_box).ok()?;
+    Certificate::with_automatic_mu(&gains, &parameter_range).ok()?;
     scenario.velocity = match random.uniform(0.0, 3.0) as u32 {
         0 => {
             scenario.stated.cutoff = random.log_uniform(100.0, 2000.0);
@@ -57,7 +57,7 @@ fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
         1 => Velocity::Difference,
         _ => Velocity::AveragedDifference,
     };
-    let (a, b) = random_servo(random, &plant_box);
+    let (a, b) = random_servo(random, &parameter_range);
     let plant = servo(&mut scenario);
     plant.a = a;
     plant.b = b;
@@ -66,12 +66,12 @@ fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
     let own = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
     scenario.stated.controller = Some(own.limited(limit));
     // Below the parameter range or inside it: far above, the sampled model loop has no gain margin left.
-    let start = random.log_uniform(0.2 * plant_box.b().min(), plant_box.b().max());
+    let start = random.log_uniform(0.2 * parameter_range.b().min(), parameter_range.b().max());
     let learning = &mut scenario.stated.identifier;
     learning.initial.b = Some(start);
-    learning.plant_box = Some(BoxSettings {
-        a: [plant_box.a().min(), plant_box.a().max()],
-        b: [plant_box.b().min(), plant_box.b().max()],
+    learning.parameter_range = Some(ParameterRangeSettings {
+        a: [parameter_range.a().min(), parameter_range.a().max()],
+        b: [parameter_range.b().min(), parameter_range.b().max()],
     });
     learning.bounds.b = Some([start.min(b) / 2.0, 10.0 * b]);
     learning.mu = None;

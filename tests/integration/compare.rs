@@ -1,8 +1,8 @@
 //! The comparison of all methods: each one's claim, and where each fails, as a reviewed table.
 
-use host_sim::compare::{self, with_law};
+use host_sim::compare::{self, with_estimator};
 use host_sim::result::Summary;
-use host_sim::scenario::{Law, Scenario};
+use host_sim::scenario::{Estimator, Scenario};
 use identifier_core::parameters::Parameter;
 use integration_tests::{controller, in_parallel, parse, run, servo};
 use servo_id::{present, render};
@@ -33,11 +33,11 @@ fn the_comparison_is_as_reviewed() {
 
 /// Conditions under which each method's own source makes its claim: the servo without load, a fine sensor, no
 /// saturation; and friction where the method models friction.
-fn at_its_best(law: Law) -> Scenario {
+fn at_its_best(law: Estimator) -> Scenario {
     let mut scenario = parse(BENCH);
     scenario.counts_per_rev = None;
     scenario.stated.identifier.initial.b = Some(50.0);
-    with_law(&scenario, law)
+    with_estimator(&scenario, law)
 }
 
 fn assert_found(summary: &Summary, parameters: &[Parameter]) {
@@ -61,7 +61,7 @@ fn assert_found(summary: &Summary, parameters: &[Parameter]) {
 
 #[test]
 fn each_method_keeps_its_own_claim() {
-    for summary in in_parallel(Law::ALL, |law| run(&at_its_best(*law))) {
+    for summary in in_parallel(Estimator::ALL, |law| run(&at_its_best(*law))) {
         assert_found(&summary, &[Parameter::A, Parameter::B]);
     }
 }
@@ -72,8 +72,8 @@ fn the_methods_that_model_friction_or_a_load_identify_it() {
         (Parameter::Coulomb, [10.0, 0.0]),
         (Parameter::Load, [0.0, 20.0]),
     ] {
-        let finding = |law: &&Law| law.finds().contains(&parameter);
-        let knowing: Vec<Law> = Law::ALL.iter().filter(finding).copied().collect();
+        let finding = |law: &&Estimator| law.finds().contains(&parameter);
+        let knowing: Vec<Estimator> = Estimator::ALL.iter().filter(finding).copied().collect();
         assert!(knowing.len() >= 3);
         let found = in_parallel(&knowing, |law| {
             let mut scenario = at_its_best(*law);

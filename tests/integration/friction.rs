@@ -51,7 +51,7 @@ fn assert_tail(summary: &Summary, a: f64, b: f64, coulomb: f64, load: f64) {
 }
 
 #[test]
-fn both_laws_find_friction_and_load() {
+fn both_estimators_find_friction_and_load() {
     for (coulomb, a, b) in [(10.0, 0.03, 2e-3), (30.0, 0.05, 5e-3)] {
         for law in ["gradient", "gauss-newton"] {
             for (arithmetic, limit) in [("f32", 10.0), ("f32", 1.0), ("f64", 10.0), ("f64", 1.0)] {

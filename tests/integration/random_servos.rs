@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use host_sim::result::Summary;
-use host_sim::scenario::{Law, Scenario};
+use host_sim::scenario::{Estimator, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::PerParameter;
 use integration_tests::{Random, environment, in_parallel, run, servo};
@@ -54,7 +54,7 @@ fn row(table: &mut String, name: &str, mut values: Vec<f64>) {
 }
 
 #[test]
-fn every_servo_of_the_box_is_identified_with_one_automatic_gain() {
+fn every_servo_of_the_range_is_identified_with_one_automatic_gain() {
     let scenarios = scenarios();
     let summaries: Vec<Summary> = in_parallel(&scenarios, run);
 
@@ -113,12 +113,12 @@ fn gauss_newton_knows_b_of_the_median_servo_after_a_quarter_of_a_second() {
     const AFTER: f64 = 0.25;
     let mut scenarios = scenarios();
     for scenario in &mut scenarios {
-        scenario.identifier.set_law(Law::GaussNewton);
+        scenario.identifier.set_estimator(Estimator::GaussNewton);
         scenario.duration = 1.0;
         let given = &mut scenario.stated.identifier;
         given.start_time = Some(AFTER);
         given.initial = PerParameter::default();
-        (given.plant_box, given.gamma) = (None, None);
+        (given.parameter_range, given.gamma) = (None, None);
     }
     let mut errors = in_parallel(&scenarios, |scenario| {
         let truth = scenario.plant.expect("a run has a plant").b;

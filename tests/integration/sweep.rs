@@ -3,9 +3,9 @@
 
 use std::sync::atomic::AtomicBool;
 
-use host_sim::compare::with_law;
+use host_sim::compare::with_estimator;
 use host_sim::result::SweepRun;
-use host_sim::scenario::{Law, Scenario};
+use host_sim::scenario::{Estimator, Scenario};
 use host_sim::sweep::sweep;
 use identifier_core::parameters::Parameter;
 use integration_tests::{environment, parse, servo};
@@ -41,11 +41,11 @@ fn swept(scenario: &Scenario, runs: u32) -> Vec<SweepRun> {
 
 /// By how much a load of 20 rad/s² moves the estimates of each servo, in ascending order: |Δb̂|/b in
 /// per cent and |Δâ| in 1/s.
-fn moved_by_a_load(law: Law) -> [Vec<f64>; 2] {
+fn moved_by_a_load(law: Estimator) -> [Vec<f64>; 2] {
     let servos = SERVOS * environment("CAMPAIGN").unwrap_or(1);
     let mut scenario = parse(BOX);
     scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
-    let mut scenario = with_law(&scenario, law);
+    let mut scenario = with_estimator(&scenario, law);
     scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
     let without = swept(&scenario, servos);
     // A load that is drawn would differ from servo to servo; this one is the same for all.
@@ -95,8 +95,8 @@ fn moved_by_a_load(law: Law) -> [Vec<f64>; 2] {
 
 #[test]
 fn a_constant_load_moves_the_least_squares_and_not_the_proposed_method() {
-    let proposed = moved_by_a_load(Law::Gradient);
-    let rival = moved_by_a_load(Law::RelayLeastSquares);
+    let proposed = moved_by_a_load(Estimator::Gradient);
+    let rival = moved_by_a_load(Estimator::RelayLeastSquares);
     let at = |sorted: &[f64], part: f64| sorted[(part * (sorted.len() - 1) as f64) as usize];
     for (name, [b, a]) in [("proposed", &proposed), ("least squares", &rival)] {
         println!(

@@ -155,12 +155,12 @@ impl Axis {
 
 /// The trial's own criterion: each rise time within 15 % of the prediction, each overshoot within three points.
 #[test]
-fn the_true_servo_keeps_the_promise_made_from_a_result() {
+fn the_true_servo_keeps_the_prediction_made_from_a_result() {
     let axes = axes();
     let outcomes = in_parallel(&axes, |axis| {
         let result = axis.identified();
-        if result.doubt.is_some() {
-            return (result.doubt, None);
+        if result.reservation.is_some() {
+            return (result.reservation, None);
         }
         let tuned = axis.tuned(&result);
         let steps = axis.steps(&tuned);
@@ -168,18 +168,24 @@ fn the_true_servo_keeps_the_promise_made_from_a_result() {
     });
     let mut broken = String::new();
     let (mut kept, mut narrow) = (0, 0);
-    for (i, (axis, (doubt, outcome))) in axes.iter().zip(&outcomes).enumerate() {
+    for (i, (axis, (reservation, outcome))) in axes.iter().zip(&outcomes).enumerate() {
         let Some((tuned, steps)) = outcome else {
-            println!("{i} {axis:?} {doubt:?}");
+            println!("{i} {axis:?} {reservation:?}");
             continue;
         };
-        let promise = tuned.tuning.promise;
-        let quick = promise.rise_time.min(promise.quickest_rise_time);
-        let slow = promise.rise_time.max(promise.slowest_rise_time);
+        let predicted_response = tuned.tuning.predicted_response;
+        let quick = predicted_response
+            .rise_time
+            .min(predicted_response.quickest_rise_time);
+        let slow = predicted_response
+            .rise_time
+            .max(predicted_response.slowest_rise_time);
         assert!(steps.len() >= 4, "{steps:?}");
         narrow += usize::from(slow < 1.2 * quick);
         let keeps = steps.iter().all(|&(rise, overshoot)| {
-            rise > 0.85 * quick && rise < 1.15 * slow && overshoot < promise.overshoot + 0.03
+            rise > 0.85 * quick
+                && rise < 1.15 * slow
+                && overshoot < predicted_response.overshoot + 0.03
         });
         if keeps {
             kept += 1;

@@ -51,7 +51,7 @@ const RATES: [(&str, &str); 3] = [
     ("10-khz", "10 kHz"),
     ("20-khz", "20 kHz"),
 ];
-const LAWS: [(&str, &str); 4] = [
+const ESTIMATORS: [(&str, &str); 4] = [
     ("gradient", "gradient, a and b"),
     ("gradient-friction", "gradient with friction"),
     ("gauss-newton", "Gauss–Newton"),
@@ -152,7 +152,7 @@ fn rows() -> Vec<(&'static str, Vec<Vec<String>>)> {
         ),
         table(
             "interrupt-",
-            &LAWS,
+            &ESTIMATORS,
             &[&["typical"], &["shown"], &["first"], &["worst"]],
         ),
     ]
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn every_difference_is_an_objection_that_names_the_figure() {
+    fn every_difference_is_an_rejection_reason_that_names_the_figure() {
         for (counted, objection) in [
             (vec![("flash", 130_000)], "sample: accepted, but no longer"),
             (

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use commissioning::{CommissionSettings, Limits, Phase};
 use drive_link::{
-    BootChecks, Command, Commissioning, Ended, Fault, Kept, Law, LoopSettings, Origin, Refusal,
-    Report, Snapshot, State,
+    BootChecks, Command, Commissioning, Ended, Estimator, Fault, Kept, LoopSettings, Origin,
+    Refusal, Report, Snapshot, State,
 };
 use identifier_core::tuning::Goal;
 use servo_id::drive::{Client, DriveError};
@@ -41,7 +41,7 @@ fn refuse_damage(program: &Path) -> Result<(), Box<dyn Error>> {
 
 fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     let status = drive.status()?;
-    expect("state after the boot", status.state, State::Released)?;
+    expect("state after the boot", status.state, State::Disabled)?;
     expect("configured", status.configured, false)?;
     expect("the boot", status.boot, BootChecks::PASSED)?;
     let refused = refusal(drive, Command::Start)?;
@@ -70,7 +70,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
         expect(
             "state after garbage",
             drive.status()?.state,
-            State::Released,
+            State::Disabled,
         )?;
     }
     if drive.status()?.garbled == 0 {
@@ -94,7 +94,10 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     }
     expect("the settings after that", drive.settings()?, settings)?;
 
-    for law in [Law::Gradient { friction: true }, Law::GaussNewton] {
+    for law in [
+        Estimator::Gradient { friction: true },
+        Estimator::GaussNewton,
+    ] {
         let mut wanted = settings;
         wanted.closed_loop.law = law;
         wanted.protection.link_timeout = 0.0;
@@ -127,7 +130,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     tight.protection.link_timeout = 0.0;
     drive.ask(Command::Configure(tight))?;
     drive.ask(Command::Start)?;
-    until(drive, State::Released)?;
+    until(drive, State::Disabled)?;
     let ended = drive.status()?.ended;
     expect("the end of a run of 0.5 s", ended, Some(Ended::Over))?;
     println!("a run ends when its time is over");
@@ -137,7 +140,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     tight.protection.link_timeout = 0.1;
     drive.ask(Command::Configure(tight))?;
     drive.ask(Command::Start)?;
-    let fault = drive.next(struck)?;
+    let fault = drive.next(injected)?;
     expect("the fault of a silent host", fault, Fault::LinkLost)?;
     expect(
         "the state then",
@@ -148,7 +151,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     expect("a start in spite of it", refused, Refusal::Faulted(fault))?;
     println!("{fault}");
     drive.ask(Command::Clear)?;
-    until(drive, State::Released)?;
+    until(drive, State::Disabled)?;
     println!("cleared, and ready again");
     tight.protection.link_timeout = 0.0;
     drive.ask(Command::Configure(tight))?;
@@ -166,7 +169,7 @@ fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<
         )
     };
     drive.commission(&order)?;
-    until(drive, State::Released)?;
+    until(drive, State::Disabled)?;
     let outcome = drive.outcome()?;
     let applied = Commissioning {
         phase: Phase::Applied,
@@ -217,7 +220,7 @@ fn shown(report: &Report) -> Option<Snapshot> {
     }
 }
 
-fn struck(report: &Report) -> Option<Fault> {
+fn injected(report: &Report) -> Option<Fault> {
     match report {
         Report::Fault(fault) => Some(*fault),
         _ => None,

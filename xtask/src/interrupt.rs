@@ -4,7 +4,7 @@ use std::error::Error;
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{Command, Law};
+use drive_link::{Command, Estimator};
 use drive_logic::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS};
 use identifier_core::parameters::{Term, Terms};
 use servo_id::drive::Client;
@@ -15,14 +15,14 @@ use crate::metered::{self, Metered, Next, instructions_in};
 
 /// An estimator, with the terms that it estimates, by the name that its figures have.
 #[derive(Clone, Copy)]
-struct NamedLaw {
+struct NamedEstimator {
     name: &'static str,
-    law: Law,
+    law: Estimator,
     terms: Terms,
 }
 
-impl NamedLaw {
-    const fn plain(name: &'static str, law: Law) -> Self {
+impl NamedEstimator {
+    const fn plain(name: &'static str, law: Estimator) -> Self {
         Self {
             name,
             law,
@@ -50,13 +50,13 @@ const ALL_TERMS: Terms = Terms::NONE
     .with(Term::DeadBand);
 
 /// The estimators of the drive.
-const LAWS: [NamedLaw; 4] = [
-    NamedLaw::plain("gradient-friction", Law::Gradient { friction: true }),
-    NamedLaw::plain("gradient", Law::Gradient { friction: false }),
-    NamedLaw::plain("gauss-newton", Law::GaussNewton),
-    NamedLaw {
+const ESTIMATORS: [NamedEstimator; 4] = [
+    NamedEstimator::plain("gradient-friction", Estimator::Gradient { friction: true }),
+    NamedEstimator::plain("gradient", Estimator::Gradient { friction: false }),
+    NamedEstimator::plain("gauss-newton", Estimator::GaussNewton),
+    NamedEstimator {
         name: "gauss-newton-terms",
-        law: Law::GaussNewton,
+        law: Estimator::GaussNewton,
         terms: ALL_TERMS,
     },
 ];
@@ -116,7 +116,7 @@ pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, S
         plugin: &plugin,
         marks: &MARKS,
     };
-    let count_one = |law: &NamedLaw| {
+    let count_one = |law: &NamedEstimator| {
         let costs = measure(metered, interrupts, |client| start(client, law))?;
         let named = |fault| format!("{}: {fault}", law.name);
         let summary = Summary::new(&costs).map_err(named)?;
@@ -125,7 +125,7 @@ pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, S
     };
     thread::scope(|scope| {
         let count_one = &count_one;
-        let laws = LAWS.each_ref();
+        let laws = ESTIMATORS.each_ref();
         let laws = laws.map(|law| scope.spawn(move || count_one(law)));
         laws.into_iter()
             .map(|law| {
@@ -151,7 +151,7 @@ fn check_half_is_free(summary: &Summary, sample_time: f64) -> Result<(), String>
 }
 
 /// Starts an estimator, and some of its samples being shown.
-fn start(drive: &mut Client, law: &NamedLaw) -> Result<(), Box<dyn Error>> {
+fn start(drive: &mut Client, law: &NamedEstimator) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     settings.closed_loop.law = law.law;
     let declared = &mut settings.closed_loop.core.identifier.terms;

@@ -238,7 +238,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_promise_has_its_objection() {
+    fn every_prediction_has_its_rejection_reason() {
         let driven = |command: u64, whole: u64| Driven {
             command: vec![100, command],
             whole: vec![200, whole],

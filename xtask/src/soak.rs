@@ -66,7 +66,7 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
         status.garbled
     );
     let is_whole = status.overruns == 0 && status.dropped == 0 && missing == 0;
-    if is_whole && status.state == State::Released && status.garbled == 0 {
+    if is_whole && status.state == State::Disabled && status.garbled == 0 {
         Ok(())
     } else {
         Err("the drive was late, or samples were lost".into())

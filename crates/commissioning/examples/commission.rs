@@ -124,7 +124,7 @@ impl Running {
             servo,
             &ExpectedMotion {
                 bandwidth: tuning.bandwidth,
-                command: tuning.kp * tuning.promise.step,
+                command: tuning.kp * tuning.predicted_response.step,
             },
         );
 

@@ -29,6 +29,6 @@ pub use message::{
 pub use no_gains::NoGains;
 pub use record::{Commissioned, Record};
 pub use settings::{
-    Dither, Law, LoopSettings, Name, NotAllowed, Protection, ServoChanges, Settings, Why,
+    Dither, Estimator, LoopSettings, Name, NotAllowed, Protection, ServoChanges, Settings, Why,
 };
 pub use term_sizes::TermSizes;

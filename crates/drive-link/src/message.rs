@@ -171,7 +171,8 @@ pub struct Status {
     /// Estimates of the last run, or those that were saved.
     pub estimates: Option<Estimates>,
     /// Why the estimator of the last run has no first fit after a second of motion.
-    pub obstacle: Option<Reason>,
+    #[serde(rename = "obstacle")]
+    pub rejection_reason: Option<Reason>,
     /// Standard deviation of the encoder's noise in motion, counts, by the first fit of the last run. It is 0.29, that
     /// of rounding alone, unless it is clearly larger.
     pub noise: Option<f32>,
@@ -259,7 +260,8 @@ impl fmt::Display for Kept {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
     /// The servo is disabled, and the drive ready.
-    Released,
+    #[serde(rename = "Released")]
+    Disabled,
     /// The loop is closed.
     Running,
     /// A commissioning moves or holds the servo.
@@ -271,7 +273,7 @@ pub enum State {
 impl fmt::Display for State {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Released => f.write_str("disabled: the servo coasts"),
+            Self::Disabled => f.write_str("disabled: the servo coasts"),
             Self::Running => f.write_str("running: the loop is closed"),
             Self::Commissioning => f.write_str("commissioning: the servo moves by itself"),
             Self::Faulted(fault) if fault.needs_reset() => fault.fmt(f),

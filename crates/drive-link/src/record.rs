@@ -101,7 +101,7 @@ impl Commissioned {
     pub fn motion(&self) -> ExpectedMotion {
         ExpectedMotion {
             bandwidth: self.tuning.bandwidth,
-            command: self.tuning.kp * self.tuning.promise.step,
+            command: self.tuning.kp * self.tuning.predicted_response.step,
         }
     }
 }

@@ -3,8 +3,8 @@ use core::fmt;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::Parameter;
 use identifier_core::settings::MatrixError;
-use identifier_core::settings::{BoxSettings, IdentifierSettings, RangeSettings};
 use identifier_core::settings::{ControllerSettings, GainError};
+use identifier_core::settings::{IdentifierSettings, ParameterRangeSettings, RangeSettings};
 use serde::{Deserialize, Serialize};
 
 use crate::guidance::{Homing, TargetSource};
@@ -46,12 +46,12 @@ pub struct LoopSettings {
     /// Controller and identifier, as the core takes them.
     pub core: identifier_core::Settings,
     /// The estimator.
-    pub law: Law,
+    pub law: Estimator,
 }
 
 /// An estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Law {
+pub enum Estimator {
     /// The paper's gradient estimator.
     Gradient {
         /// True to estimate Coulomb friction too.
@@ -114,7 +114,7 @@ impl Protection {
     };
 }
 
-impl fmt::Display for Law {
+impl fmt::Display for Estimator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Gradient { friction: false } => "gradient estimator of a and b",
@@ -161,8 +161,8 @@ impl fmt::Display for LoopSettings {
 
 /// Settings of an identifier that are given.
 fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-    match given.plant_box {
-        Some(BoxSettings {
+    match given.parameter_range {
+        Some(ParameterRangeSettings {
             a: [a_min, a_max],
             b: [b_min, b_max],
         }) => write!(

@@ -2,7 +2,7 @@
 
 use commissioning::{CommissionSettings, Limits, Phase, TrialResult};
 use drive_link::{
-    Command, Commissioning, Dither, Estimates, FrameError, Homing, Law, LoopSettings,
+    Command, Commissioning, Dither, Estimates, Estimator, FrameError, Homing, LoopSettings,
     MAX_FRAME_BYTES, NoGains, Outcome, PROTOCOL, Protection, Receiver, Refusal, Report, Request,
     ServoChanges, Settings, Snapshot, StopListener, TargetSource, TermSizes, frame,
 };
@@ -11,9 +11,9 @@ use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms};
 use identifier_core::reason::Reason;
 use identifier_core::settings::{
-    BoxSettings, ControllerSettings, IdentifierSettings, RangeSettings, TermSettings,
+    ControllerSettings, IdentifierSettings, ParameterRangeSettings, RangeSettings, TermSettings,
 };
-use identifier_core::tuning::{Cap, Goal, Promise, Tuning};
+use identifier_core::tuning::{Cap, Goal, PredictedResponse, Tuning};
 use proptest::prelude::*;
 
 /// Settings of any numbers, and of everything that may be left out any part.
@@ -39,7 +39,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         bounds: PerParameter::from_fn(|_| perhaps(next).map(|low| [low, next()])),
         uncertainty: PerParameter::from_fn(|_| perhaps(next)),
         noise: perhaps(next),
-        plant_box: perhaps(next).map(|low| BoxSettings {
+        parameter_range: perhaps(next).map(|low| ParameterRangeSettings {
             a: [low, next()],
             b: [next(), next()],
         }),
@@ -94,7 +94,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
     Settings {
         closed_loop: LoopSettings {
             core,
-            law: Law::Gradient { friction },
+            law: Estimator::Gradient { friction },
         },
         dither: Dither {
             amplitude: next(),
@@ -195,7 +195,7 @@ fn every_report_of_a_commissioning_fits_a_message() {
             }),
             bandwidth: f64::MIN,
             cap: Some(Cap::Delay),
-            promise: Promise {
+            predicted_response: PredictedResponse {
                 step: f64::MIN,
                 rise_time: f64::MIN,
                 quickest_rise_time: f64::MIN,

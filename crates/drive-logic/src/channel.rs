@@ -294,7 +294,7 @@ impl BackgroundEnd<'_> {
     }
 
     /// True if the line was disturbed around the request in hand or after it.
-    pub(crate) fn is_in_doubt(&self) -> bool {
+    pub(crate) fn is_uncertain(&self) -> bool {
         self.heard().disturbances != self.decoded.disturbances
     }
 

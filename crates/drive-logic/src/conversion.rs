@@ -149,11 +149,11 @@ pub(crate) fn check_stage_limits(
 /// The sample time is no whole number of the output stage's periods.
 pub(crate) fn check_whole_periods(sample_time: f64, period: f64) -> Result<(), NotAllowed> {
     /// Part of a period that decimal fractions leave.
-    const ROUNDING: f64 = 1e-6;
+    const WHOLE_TOLERANCE: f64 = 1e-6;
     let periods = sample_time / period;
     // A cast saturates.
     let whole = f64::from((periods + 0.5) as u32);
-    if whole >= 1.0 && (periods - whole).abs() <= ROUNDING {
+    if whole >= 1.0 && (periods - whole).abs() <= WHOLE_TOLERANCE {
         Ok(())
     } else {
         let why = Why::NotWhole {

@@ -31,7 +31,7 @@ const FLICKER_COUNTS: u32 = 4;
 const SPEED_TIME: f64 = 5e-3;
 
 /// Counts by which a distance is uncertain: each of its ends by one.
-const ROUNDING: f64 = 2.0;
+const QUANTISATION_COUNTS: f64 = 2.0;
 
 /// Part by which a product of decimal fractions may be off.
 const ROUNDING_OF_DECIMALS: f64 = 1e-9;
@@ -179,13 +179,13 @@ impl Protection {
         Ok(Self {
             following_error: f32::from_f64(given.following_error * units.position()),
             // Within 2³⁰ counts.
-            travel: (given.travel * units.position() + ROUNDING) as u32,
+            travel: (given.travel * units.position() + QUANTISATION_COUNTS) as u32,
             origin: 0,
             speed: SpeedWatch {
                 interval,
                 left: interval,
                 // A cast saturates.
-                max_counts: ((counts_in_interval + ROUNDING) as u32).min(MAX_DISTANCE),
+                max_counts: ((counts_in_interval + QUANTISATION_COUNTS) as u32).min(MAX_DISTANCE),
                 from: 0,
             },
             stall: StallWatch {

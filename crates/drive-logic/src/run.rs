@@ -4,7 +4,7 @@ use commissioning::servo_change::ServoChangeState;
 use commissioning::watch::{
     KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
 };
-use drive_link::{Ended, Fault, Law, LoopSettings, NotAllowed, ServoChanges, Settings, Why};
+use drive_link::{Ended, Estimator, Fault, LoopSettings, NotAllowed, ServoChanges, Settings, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
@@ -353,7 +353,7 @@ fn loop_settings(settings: &Settings) -> LoopSettings {
 /// The settings ask for one of an estimator that has no standard errors, or of a model with terms.
 fn examination_interval(settings: &Settings, units: &Units) -> Result<u16, NotAllowed> {
     let LoopSettings { core, law, .. } = &settings.closed_loop;
-    let is_examined = *law == Law::GaussNewton && core.identifier.terms.demanded.is_empty();
+    let is_examined = *law == Estimator::GaussNewton && core.identifier.terms.demanded.is_empty();
     match settings.servo_changes {
         ServoChanges::Ignored => Ok(0),
         ServoChanges::Reported if is_examined => {

@@ -307,17 +307,17 @@ fn check(before: &[u8; 12], contents: &[u8]) -> u32 {
 mod tests {
     use commissioning::TrialResult;
     use drive_link::{
-        Commissioned, Dither, Estimates, Homing, Law, LoopSettings, Protection, Record,
+        Commissioned, Dither, Estimates, Estimator, Homing, LoopSettings, Protection, Record,
         ServoChanges, Settings, TargetSource, TermSizes,
     };
     use identifier_core::control::FeedForwardSettings;
     use identifier_core::parameters::PerParameter;
     use identifier_core::parameters::{IdentifiedServo, ServoParameters};
     use identifier_core::settings::{
-        BoxSettings, ControllerSettings, IdentifierSettings, RangeSettings, TermSettings,
+        ControllerSettings, IdentifierSettings, ParameterRangeSettings, RangeSettings, TermSettings,
     };
     use identifier_core::tuning::Tuning;
-    use identifier_core::tuning::{Cap, Promise};
+    use identifier_core::tuning::{Cap, PredictedResponse};
 
     use super::*;
 
@@ -331,7 +331,7 @@ mod tests {
             bounds: PerParameter::from_fn(|_| Some([ANY; 2])),
             uncertainty: PerParameter::from_fn(|_| Some(ANY)),
             noise: Some(ANY),
-            plant_box: Some(BoxSettings {
+            parameter_range: Some(ParameterRangeSettings {
                 a: [ANY; 2],
                 b: [ANY; 2],
             }),
@@ -363,7 +363,7 @@ mod tests {
                     identifier,
                     ..identifier_core::Settings::new(ANY, ANY)
                 },
-                law: Law::Gradient { friction: true },
+                law: Estimator::Gradient { friction: true },
             },
             dither: Dither {
                 amplitude: ANY,
@@ -418,7 +418,7 @@ mod tests {
         feed_forward: FEED_FORWARD,
         bandwidth: ANY,
         cap: Some(Cap::Delay),
-        promise: Promise {
+        predicted_response: PredictedResponse {
             step: ANY,
             rise_time: ANY,
             quickest_rise_time: ANY,

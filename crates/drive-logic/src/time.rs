@@ -3,8 +3,8 @@ use identifier_core::units::Units;
 /// The samples that a time (s) takes, rounded up; one at least.
 pub(crate) fn samples(time: f64, units: &Units) -> u32 {
     /// Rounding of a division of two times.
-    const ROUNDING: f64 = 1e-6;
-    let samples = time / units.sample_time() - ROUNDING;
+    const WHOLE_TOLERANCE: f64 = 1e-6;
+    let samples = time / units.sample_time() - WHOLE_TOLERANCE;
     // A cast saturates.
     (samples as u32).saturating_add(1)
 }

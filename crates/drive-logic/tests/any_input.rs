@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use commissioning::CommissionSettings;
 use drive_link::{
-    Command, Homing, Law, Line, Report, Request, Settings, State, TargetSource, frame,
+    Command, Estimator, Homing, Line, Report, Request, Settings, State, TargetSource, frame,
 };
 use drive_logic::Conversation;
 use proptest::prelude::*;
@@ -65,7 +65,7 @@ fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
     numbers.extend(identifier.mu.iter_mut());
     numbers.extend(identifier.bounds.a.iter_mut().flatten());
     numbers.extend(identifier.bounds.coulomb.iter_mut().flatten());
-    if let Some(within) = &mut identifier.plant_box {
+    if let Some(within) = &mut identifier.parameter_range {
         numbers.extend(within.a.iter_mut().chain(&mut within.b));
     }
     numbers.extend(identifier.gamma.iter_mut().flatten().flatten());
@@ -92,11 +92,11 @@ fn number_of_any_size() -> impl Strategy<Value = f64> {
     ]
 }
 
-fn law() -> impl Strategy<Value = Law> {
+fn law() -> impl Strategy<Value = Estimator> {
     prop_oneof![
-        Just(Law::Gradient { friction: false }),
-        Just(Law::Gradient { friction: true }),
-        Just(Law::GaussNewton),
+        Just(Estimator::Gradient { friction: false }),
+        Just(Estimator::Gradient { friction: true }),
+        Just(Estimator::GaussNewton),
     ]
 }
 

@@ -28,8 +28,8 @@ fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
     drive.pass(10);
     drive.lines(|lines| lines.amplifier = false);
     drive.pass(3);
-    let struck = Refusal::Faulted(Fault::AmplifierFault);
-    assert_eq!(drive.refusal(order), struck);
+    let injected = Refusal::Faulted(Fault::AmplifierFault);
+    assert_eq!(drive.refusal(order), injected);
     drive.pass(10);
     assert_eq!(bench.held.get(), None);
     assert_eq!(drive.status().commissioning, None);
@@ -107,7 +107,7 @@ fn a_flash_that_fails_to_keep_the_gains_in_force_prevents_a_start() {
     assert_eq!(refused, Refusal::NotKept);
     drive.pass(10);
     assert_eq!(bench.held.get(), None);
-    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
     // And the drive is of use still.
     flash.steps_left.set(usize::MAX);
     drive.done(Command::Commission(ORDER));

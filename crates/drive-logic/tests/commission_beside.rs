@@ -6,7 +6,7 @@ mod support;
 
 use commissioning::Phase;
 use drive_link::{
-    Command, Commissioning, Ended, Fault, Law, Origin, Refusal, Report, Settings, State,
+    Command, Commissioning, Ended, Estimator, Fault, Origin, Refusal, Report, Settings, State,
 };
 use drive_logic::Channel;
 use identifier_core::parameters::ServoParameters;
@@ -34,7 +34,7 @@ fn quiet() -> Settings {
 
 fn gauss_newton() -> Settings {
     let mut quiet = quiet();
-    quiet.closed_loop.law = Law::GaussNewton;
+    quiet.closed_loop.law = Estimator::GaussNewton;
     quiet.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
     quiet
 }
@@ -204,7 +204,7 @@ fn gauss_newton_continues_from_the_commissioned_servo() {
 type Harm = (fn(&mut Drive<'_>), u8, State);
 
 const HARMS: [Harm; 8] = [
-    (|drive| drive.done(Command::Stop), 170, State::Released),
+    (|drive| drive.done(Command::Stop), 170, State::Disabled),
     (
         |drive| {
             let refused = drive.refusal(Command::Start);
@@ -231,7 +231,7 @@ const HARMS: [Harm; 8] = [
         10,
         State::Faulted(Fault::AmplifierFault),
     ),
-    (|drive| drive.bench.late.set(true), 30, State::Released),
+    (|drive| drive.bench.late.set(true), 30, State::Disabled),
     (
         |drive| drive.bench.sensor_works.set(false),
         20,
@@ -240,7 +240,7 @@ const HARMS: [Harm; 8] = [
     (
         |drive| drive.bench.plant.borrow_mut().position += 4.0,
         152,
-        State::Released,
+        State::Disabled,
     ),
 ];
 
@@ -428,7 +428,7 @@ fn everything_is_watched_after_its_end_until_the_loop_resumes() {
         drive.pass_without_work(300);
         assert_eq!(bench.held.get(), None, "{fault:?}");
         drive.pass(2);
-        let state = fault.map_or(State::Released, State::Faulted);
+        let state = fault.map_or(State::Disabled, State::Faulted);
         assert_eq!(drive.supervisor.state(), state, "{fault:?}");
     }
 }
@@ -539,7 +539,7 @@ fn a_run_that_has_ended_meanwhile_is_not_restarted() {
         reason: Some(Reason::ModeChanged),
     };
     assert_eq!(outcome(&mut drive).commissioning, ended);
-    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
     drive.done(Command::Start);
 }
 

@@ -89,13 +89,13 @@ fn its_progress_is_reported() {
     }
     let [low, high] = ORDER.limits.travel.map(|end| end as f32);
     assert!(shown.iter().all(|at| (low..high).contains(&at.position)));
-    let wiggled = shown.iter().filter(|at| at.phase == Phase::Probe);
+    let probed = shown.iter().filter(|at| at.phase == Phase::Probe);
     assert!(
-        wiggled
+        probed
             .clone()
             .any(|at| at.recorded > 0 && at.gain.is_none())
     );
-    assert!(wiggled.clone().any(|at| at.position.abs() > 0.01));
+    assert!(probed.clone().any(|at| at.position.abs() > 0.01));
     let tried = shown.iter().find(|at| at.phase == Phase::Trial);
     let [b, error] = tried.and_then(|at| at.gain).expect("it is known by then");
     assert!((f64::from(b) / SERVO.b - 1.0).abs() < 0.02 && error > 0.0);
@@ -170,7 +170,7 @@ fn after_any_harm_in_any_phase_the_gains_before_are_in_force_and_the_reason_is_r
                 };
                 assert_eq!(came_to.commissioning.phase, wanted, "{case}");
                 assert_eq!(bench.held.get(), None, "{case}: it is released");
-                let state = fault.map_or(State::Released, State::Faulted);
+                let state = fault.map_or(State::Disabled, State::Faulted);
                 assert_eq!(drive.supervisor.state(), state, "{case}");
                 assert_eq!(drive.shown(), settings(), "{case}");
                 assert!(!came_to.kept, "{case}");

@@ -7,7 +7,7 @@ mod support;
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use drive_link::{Command, Ended, Fault, Law, Line, Receiver, Report, Request, State, frame};
+use drive_link::{Command, Ended, Estimator, Fault, Line, Receiver, Report, Request, State, frame};
 use drive_logic::{Conversation, PolledLine};
 use identifier_core::parameters::ServoParameters;
 use support::drive::{Drive, SERVO};
@@ -161,12 +161,12 @@ impl<'a> Day<'a> {
     }
 
     /// Runs until the stage is disabled, which must not take long.
-    fn is_released_soon(&mut self) {
-        let released = (0..MAX_EFFECT).any(|_| {
+    fn is_disabled_soon(&mut self) {
+        let disabled = (0..MAX_EFFECT).any(|_| {
             self.sample();
             !self.is_driven()
         });
-        assert!(released);
+        assert!(disabled);
     }
 
     fn start(&mut self) {
@@ -200,7 +200,7 @@ impl<'a> Day<'a> {
     /// A cause of a fault, which must be reported once and disable the stage; then the next run.
     fn fault(&mut self, fault: Fault, cause: Cause) {
         cause(self.drive.bench, true);
-        self.is_released_soon();
+        self.is_disabled_soon();
         self.pass(MAX_ANSWER);
         assert_eq!(self.reports, [Report::Fault(fault)]);
         self.reports.clear();
@@ -215,7 +215,7 @@ impl<'a> Day<'a> {
 
     fn stop(&mut self) {
         self.done(Command::Stop);
-        self.is_released_soon();
+        self.is_disabled_soon();
         self.pass(MAX_ANSWER);
         self.reports.clear();
         let Report::Status { status, .. } = self.ask(Command::Hello) else {
@@ -263,7 +263,7 @@ fn hours(hours: f64) {
     boot!(drive, &bench, &flash);
     let mut settings = settings();
     settings.closed_loop.core.sample_time = 1.0 / f64::from(RATE);
-    settings.closed_loop.law = Law::GaussNewton;
+    settings.closed_loop.law = Estimator::GaussNewton;
     settings.dither.amplitude = DITHER;
     settings.protection.link_timeout = 1.0;
     drive.done(Command::Configure(settings));

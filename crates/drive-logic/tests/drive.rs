@@ -6,14 +6,14 @@ mod support;
 use core::f64::consts::TAU;
 
 use drive_link::{
-    Command, Estimates, Fault, Kept, Law, NotAllowed, Noticed, Refusal, Report, Settings, State,
-    Why,
+    Command, Estimates, Estimator, Fault, Kept, NotAllowed, Noticed, Refusal, Report, Settings,
+    State, Why,
 };
 use drive_logic::{
     Channel, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store, self_test,
 };
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
-use identifier_core::settings::{BoxSettings, ControllerSettings, IdentifierSettings};
+use identifier_core::settings::{ControllerSettings, IdentifierSettings, ParameterRangeSettings};
 use support::drive::{Drive, SERVO, snapshots};
 use support::{Bench, COUNTS, Flash, HEALTHY, STAGE, settings};
 
@@ -50,13 +50,13 @@ fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
         drive.pass(1);
         assert_eq!(
             (drive.supervisor.state(), bench.held.get()),
-            (State::Released, None)
+            (State::Disabled, None)
         );
         drive.done(Command::Save);
     }
     boot!(drive, &bench, &Flash::with(flash.bytes.borrow().clone()));
     let status = drive.status();
-    assert_eq!((status.kept, status.state), (Kept::Record, State::Released));
+    assert_eq!((status.kept, status.state), (Kept::Record, State::Disabled));
     let kept = drive.supervisor.estimates().expect("kept");
     assert!((kept.servo.b / SERVO.b - 1.0).abs() < 0.01, "{kept:?}");
 }
@@ -88,7 +88,7 @@ fn a_dither_acts_behind_the_filter_of_the_reference() {
 /// Settings without knowledge of the servo, for the estimator that needs none.
 fn first_contact() -> Settings {
     let mut wanted = settings();
-    wanted.closed_loop.law = Law::GaussNewton;
+    wanted.closed_loop.law = Estimator::GaussNewton;
     wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
     wanted
 }
@@ -255,7 +255,7 @@ fn a_delay_longer_than_the_drive_remembers_is_refused() {
 }
 
 #[test]
-fn every_law_runs_at_every_sample_time_and_none_beyond() {
+fn every_estimator_runs_at_every_sample_time_and_none_beyond() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     for mut wanted in [first_contact(), settings()] {
@@ -279,7 +279,7 @@ fn an_estimate_at_its_bound_is_reported_as_none() {
     boot!(drive, &bench, &flash);
     let mut narrow = settings();
     let identifier = &mut narrow.closed_loop.core.identifier;
-    identifier.plant_box = Some(BoxSettings {
+    identifier.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 200.0],
     });
@@ -452,7 +452,7 @@ fn a_stuck_switch_is_found_before_motion_and_after_it_until_it_is_repaired() {
     bench.lines.set(HEALTHY);
     drive.done(Command::Clear);
     drive.pass(5);
-    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
     drive.done(Command::Start);
     drive.pass(5);
     assert!(bench.held.get().is_some());
@@ -549,7 +549,7 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
         ("travel", |s| s.protection.travel = 1e6),
         ("overruns", |s| s.protection.overruns = 0),
         ("plant_box.b", |s| {
-            identifier(s).plant_box = Some(BoxSettings {
+            identifier(s).parameter_range = Some(ParameterRangeSettings {
                 a: [0.0, 1.0],
                 b: [2.0, 1.0],
             });

@@ -3,7 +3,7 @@
 #[macro_use]
 mod support;
 
-use drive_link::{Command, Law, Report, Settings};
+use drive_link::{Command, Estimator, Report, Settings};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use identifier_core::settings::IdentifierSettings;
@@ -13,7 +13,7 @@ use support::{Bench, Flash, settings};
 /// Settings without knowledge of the servo, for the estimator that needs none.
 fn first_contact() -> Settings {
     let mut wanted = settings();
-    wanted.closed_loop.law = Law::GaussNewton;
+    wanted.closed_loop.law = Estimator::GaussNewton;
     wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
     wanted
 }
@@ -26,9 +26,9 @@ fn bounded_beyond_the_servo() -> Settings {
 }
 
 /// The rejection reasons in the statuses among unrequested reports.
-fn obstacles(reports: &[Report]) -> Vec<Option<Reason>> {
+fn rejection_reasons(reports: &[Report]) -> Vec<Option<Reason>> {
     let of_status = |report: &Report| match report {
-        Report::Status { id: None, status } => Some(status.obstacle),
+        Report::Status { id: None, status } => Some(status.rejection_reason),
         _ => None,
     };
     reports.iter().filter_map(of_status).collect()
@@ -40,19 +40,19 @@ fn the_status_has_the_reason_until_a_first_fit_succeeds() {
     boot!(drive, &bench, &flash);
     drive.done(Command::Configure(bounded_beyond_the_servo()));
     drive.done(Command::Start);
-    assert_eq!(obstacles(&drive.pass(950)), []);
-    assert_eq!(drive.status().obstacle, None);
+    assert_eq!(rejection_reasons(&drive.pass(950)), []);
+    assert_eq!(drive.status().rejection_reason, None);
     let expected = Some(Reason::EstimateAtBound);
-    assert_eq!(obstacles(&drive.pass(1050)), [expected]);
-    assert_eq!(drive.status().obstacle, expected);
+    assert_eq!(rejection_reasons(&drive.pass(1050)), [expected]);
+    assert_eq!(drive.status().rejection_reason, expected);
 
     // The servo becomes one that the bounds allow.
     bench.change(&ServoParameters {
         b: 4.0 * SERVO.b,
         ..SERVO
     });
-    assert_eq!(obstacles(&drive.pass(8000)), [None]);
-    assert_eq!(drive.status().obstacle, None);
+    assert_eq!(rejection_reasons(&drive.pass(8000)), [None]);
+    assert_eq!(drive.status().rejection_reason, None);
 }
 
 #[test]
@@ -64,14 +64,20 @@ fn a_new_run_begins_without_the_reason_of_the_last() {
     drive.pass(2000);
     drive.done(Command::Stop);
     drive.pass(1);
-    assert_eq!(drive.status().obstacle, Some(Reason::EstimateAtBound));
+    assert_eq!(
+        drive.status().rejection_reason,
+        Some(Reason::EstimateAtBound)
+    );
 
     drive.done(Command::Configure(first_contact()));
     drive.done(Command::Start);
-    assert_eq!(drive.status().obstacle, None);
+    assert_eq!(drive.status().rejection_reason, None);
     assert_eq!(drive.status().noise, None);
-    let obstacles = obstacles(&drive.pass(3000));
-    assert!(obstacles.iter().all(Option::is_none), "{obstacles:?}");
+    let rejection_reasons = rejection_reasons(&drive.pass(3000));
+    assert!(
+        rejection_reasons.iter().all(Option::is_none),
+        "{rejection_reasons:?}"
+    );
     drive.done(Command::Stop);
     drive.pass(1);
     let noise = drive.status().noise.expect("known by the first fit");

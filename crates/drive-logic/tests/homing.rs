@@ -264,7 +264,7 @@ fn a_switch_that_never_closes_and_an_index_that_never_comes_are_faults() {
 fn limits_faults_and_a_stop_hold_on_the_way_home() {
     type Harm = fn(&mut Drive<'_>);
     let harms: [(Harm, State); 4] = [
-        (|drive| drive.done(Command::Stop), State::Released),
+        (|drive| drive.done(Command::Stop), State::Disabled),
         (
             |drive| drive.lines(|lines| lines.low_switch = false),
             State::Faulted(Fault::LimitSwitch),
@@ -328,7 +328,7 @@ fn orders_in_the_wrong_state_are_refused_with_the_reason() {
 }
 
 #[test]
-fn the_origin_holds_for_later_runs_until_the_count_is_doubtful() {
+fn the_origin_holds_for_later_runs_until_the_count_is_uncertain() {
     running!(drive, bench, homed_by(HOMING), -6.0..-3.0);
     home(&mut drive);
     drive.done(Command::Stop);
@@ -559,7 +559,7 @@ fn a_run_between_two_saves_is_no_standstill() {
     bench.plant.borrow_mut().velocity = 5.0;
     drive.done(Command::Stop);
     drive.pass(1);
-    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
     assert_eq!(drive.refusal(Command::Save), Refusal::NotAtRest);
     // An encoder that gives nothing shows no standstill either.
     drive.pass(3000);

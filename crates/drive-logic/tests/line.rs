@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 
 use drive_link::Line;
 use drive_link::{
-    Command, Fault, Home, Homing, Law, PROTOCOL, Receiver, Refusal, Report, Request, Settings,
-    State, frame,
+    Command, Estimator, Fault, Home, Homing, PROTOCOL, Receiver, Refusal, Report, Request,
+    Settings, State, frame,
 };
 use drive_logic::{Conversation, PolledLine};
 use support::commission::ORDER;
@@ -197,7 +197,7 @@ impl Random {
 fn fast() -> Settings {
     let mut fast = settings();
     fast.closed_loop.core.sample_time = 2.5e-4;
-    fast.closed_loop.law = Law::Gradient { friction: true };
+    fast.closed_loop.law = Estimator::Gradient { friction: true };
     // The bench's servo moves by a millisecond in each sample: four times as fast.
     fast.protection.speed = 1e3;
     fast.protection.following_error = 50.0;
@@ -260,7 +260,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
     println!("worst of 10 000 stops: {:.3} ms", worst as f64 * 1e-6);
     assert!(worst < 2_000_000, "{worst} ns");
     let status = line.drive.status();
-    assert_eq!(status.state, State::Released);
+    assert_eq!(status.state, State::Disabled);
     assert!(status.dropped > 0, "the line was full of what was shown");
 }
 
@@ -588,6 +588,6 @@ fn lost_doubled_or_changed_bytes_move_nothing_without_an_order() {
         line.pass(0.1);
         line.send(&[0]);
         line.ask(Command::Stop);
-        assert_eq!(line.drive.supervisor.state(), State::Released);
+        assert_eq!(line.drive.supervisor.state(), State::Disabled);
     }
 }

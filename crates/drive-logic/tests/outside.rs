@@ -177,7 +177,7 @@ fn targets_of_the_host_are_refused_and_a_stop_holds() {
     assert_eq!(bench.held.get(), None);
     step(&mut drive, 2, 100);
     assert_eq!(bench.held.get(), None);
-    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
 }
 
 #[test]

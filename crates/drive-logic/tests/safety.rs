@@ -6,7 +6,9 @@ mod support;
 
 use core::f64::consts::TAU;
 
-use drive_link::{Command, Ended, Fault, Law, NotAllowed, Refusal, Report, Settings, State, Why};
+use drive_link::{
+    Command, Ended, Estimator, Fault, NotAllowed, Refusal, Report, Settings, State, Why,
+};
 use drive_logic::Channel;
 use identifier_core::parameters::ServoParameters;
 use support::drive::{Drive, SERVO, snapshots};
@@ -30,7 +32,7 @@ macro_rules! running {
 }
 
 /// Samples until the stage is disabled; `None` if more than `most`.
-fn samples_until_released(drive: &mut Drive<'_>, most: u32) -> Option<u32> {
+fn samples_until_disabled(drive: &mut Drive<'_>, most: u32) -> Option<u32> {
     (1..=most).find(|_| {
         drive.pass(1);
         drive.bench.held.get().is_none()
@@ -89,7 +91,7 @@ fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
             "a start that a stop overtook moves nothing"
         );
     }
-    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
 
     // A running one, with a full queue of reports that are not read.
     drive.done(Command::Start);
@@ -103,7 +105,7 @@ fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
     drive.sample();
     assert_eq!(bench.held.get(), None);
     drive.pass(3);
-    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
     assert_eq!(drive.status().ended, Some(Ended::Stopped));
 }
 
@@ -142,7 +144,7 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
         let speed_before = bench.plant.borrow().velocity.abs();
         assert_eq!(speed_before > 4.0, moving);
         // 0.3 s and 0.2 s, and the sample in which each of them is over.
-        let samples = samples_until_released(&mut drive, 503).expect("in time");
+        let samples = samples_until_disabled(&mut drive, 503).expect("in time");
         assert!(samples >= 300, "{samples}");
         assert!(bench.plant.borrow().velocity.abs() < 0.1, "at rest");
         drive.pass(3);
@@ -194,7 +196,7 @@ fn a_servo_on_its_way_to_rest_takes_no_target() {
         drive.ask(Command::Target(40.0));
         drive.pass(1);
     }
-    let samples = samples_until_released(&mut drive, 400).expect("it comes to rest");
+    let samples = samples_until_disabled(&mut drive, 400).expect("it comes to rest");
     assert!(samples < 100, "{samples}");
     assert!(bench.plant.borrow().position.abs() < 0.1);
 }
@@ -216,11 +218,11 @@ fn a_run_ends_by_itself_when_its_time_is_over() {
     running!(drive, bench, &SERVO, wanted);
     drive.pass(1999);
     assert_eq!(drive.supervisor.state(), State::Running);
-    let samples = samples_until_released(&mut drive, 502).expect("within the stop time");
+    let samples = samples_until_disabled(&mut drive, 502).expect("within the stop time");
     assert!(samples < 400, "it is at rest before the stop time is over");
     assert!(bench.plant.borrow().velocity.abs() < 0.5);
     drive.pass(2);
-    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
     assert_eq!(drive.status().ended, Some(Ended::Over));
     assert!(drive.supervisor.estimates().is_some());
 }
@@ -442,16 +444,16 @@ fn a_background_that_hangs_is_left_to_the_watchdog() {
     assert!((49..=100).contains(&driven), "{driven}");
     drive.done(Command::Stop);
     drive.pass(3000);
-    let released = drive.fed_while_hanging(20_000);
-    assert!((2499..=5000).contains(&released), "{released}");
+    let disabled = drive.fed_while_hanging(20_000);
+    assert!((2499..=5000).contains(&disabled), "{disabled}");
     // A time, not a number of samples: at twenty times the rate it is twenty times as many.
     let mut fast = settings();
     fast.dither.amplitude = 0.0;
     fast.closed_loop.core.sample_time = 5e-5;
     drive.done(Command::Configure(fast));
     drive.pass(60_000);
-    let released = drive.fed_while_hanging(400_000);
-    assert!((49_999..=100_000).contains(&released), "{released}");
+    let disabled = drive.fed_while_hanging(400_000);
+    assert!((49_999..=100_000).contains(&disabled), "{disabled}");
     // As soon as the background runs again, the watchdog is fed again.
     drive.pass(1);
     assert_eq!(drive.fed_while_hanging(100), 100);
@@ -582,8 +584,8 @@ fn the_smaller_limit_of_the_command_is_the_one_that_a_stall_is_judged_by() {
         let controller = wanted.closed_loop.core.controller.as_mut();
         let controller = controller.expect("there is one");
         (controller.limit, controller.ki) = (limit, 0.0);
-        wanted.closed_loop.core.identifier.plant_box = None;
-        wanted.closed_loop.law = Law::GaussNewton;
+        wanted.closed_loop.core.identifier.parameter_range = None;
+        wanted.closed_loop.law = Estimator::GaussNewton;
         wanted.closed_loop.core.identifier =
             identifier_core::settings::IdentifierSettings::UNSTATED;
         running!(drive, bench, &servo, wanted);
@@ -609,9 +611,9 @@ fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
 }
 
 #[test]
-fn the_law_that_needs_no_guess_starts_from_kept_estimates() {
+fn the_estimator_that_needs_no_guess_starts_from_kept_estimates() {
     let mut wanted = settings();
-    wanted.closed_loop.law = Law::GaussNewton;
+    wanted.closed_loop.law = Estimator::GaussNewton;
     wanted.closed_loop.core.identifier = identifier_core::settings::IdentifierSettings::UNSTATED;
     running!(drive, bench, &SERVO, wanted);
     drive.pass(5000);
@@ -641,7 +643,7 @@ fn an_output_that_cannot_be_disabled_is_a_fault_in_every_state() {
     bench.releases.set(true);
     drive.done(Command::Clear);
     drive.pass(5);
-    assert_eq!(drive.supervisor.state(), State::Released);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
     // At the end of a run whose time is over, if only in that sample.
     let mut short = settings();
     short.protection.duration = 0.05;

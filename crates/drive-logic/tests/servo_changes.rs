@@ -4,7 +4,7 @@
 mod support;
 
 use commissioning::Phase;
-use drive_link::{Command, Law, Report, ServoChanges, Settings, State, Why};
+use drive_link::{Command, Estimator, Report, ServoChanges, Settings, State, Why};
 use identifier_core::reason::Reason;
 use identifier_core::settings::IdentifierSettings;
 use support::commission::{ORDER, SERVO, changed, outcome, over};
@@ -15,7 +15,7 @@ use support::{Bench, Flash, settings};
 fn examined(servo_changes: ServoChanges) -> Settings {
     let mut wanted = settings();
     wanted.dither.amplitude = 0.0;
-    wanted.closed_loop.law = Law::GaussNewton;
+    wanted.closed_loop.law = Estimator::GaussNewton;
     wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
     wanted.servo_changes = servo_changes;
     wanted
@@ -61,7 +61,7 @@ fn another_inertia_or_friction_is_reported_once_with_its_value() {
         bench.change(&changed(inertia, friction));
         assert_eq!(moves(&mut drive, 15), [Some(reason)]);
         let change = drive.status().servo_change.expect("it was reported");
-        let ratio = change.found / change.promised;
+        let ratio = change.found / change.predicted;
         assert!(
             (ratio / (inertia * friction) - 1.0).abs() < 0.1,
             "{change:?}"
@@ -85,7 +85,7 @@ fn nothing_is_looked_for_unless_it_is_asked_for() {
 }
 
 #[test]
-fn gains_that_were_given_promise_nothing() {
+fn gains_that_were_given_prediction_nothing() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Configure(examined(ServoChanges::Reported)));
@@ -97,7 +97,7 @@ fn gains_that_were_given_promise_nothing() {
 }
 
 #[test]
-fn gains_that_are_given_after_a_commissioning_promise_nothing() {
+fn gains_that_are_given_after_a_commissioning_prediction_nothing() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     commissioned(&mut drive, ServoChanges::Reported);
@@ -114,7 +114,7 @@ fn gains_that_are_given_after_a_commissioning_promise_nothing() {
 }
 
 #[test]
-fn a_law_without_standard_errors_is_refused() {
+fn a_estimator_without_standard_errors_is_refused() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     let mut wanted = examined(ServoChanges::Reported);

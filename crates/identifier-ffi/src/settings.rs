@@ -7,7 +7,7 @@ use identifier_core::excitation::Prbs;
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{PerParameter, Unknowns};
 use identifier_core::settings::{
-    BoxSettings, ControllerSettings, RangeSettings, SettingsError, diagonal,
+    ControllerSettings, ParameterRangeSettings, RangeSettings, SettingsError, diagonal,
 };
 
 use crate::object::{Content, Object, answered, content, fill, shared, storage};
@@ -122,7 +122,7 @@ impl Given {
             own.correction = Some(correction.map(or_zero));
         }
         if let (Some(a), Some(b)) = (self.range(p::PLANT_BOX_A), self.range(p::PLANT_BOX_B)) {
-            own.plant_box = Some(BoxSettings { a, b });
+            own.parameter_range = Some(ParameterRangeSettings { a, b });
         }
         own.mu = self.value(p::MU);
         own.bandwidth = self.value(p::BANDWIDTH);

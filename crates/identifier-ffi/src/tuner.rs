@@ -199,7 +199,7 @@ impl From<Servo> for IdentifiedServo {
 
 impl From<identifier_core::tuning::Tuning> for Tuning {
     fn from(found: identifier_core::tuning::Tuning) -> Self {
-        let promise = found.promise;
+        let predicted_response = found.predicted_response;
         Self {
             kp: found.kp,
             kd: found.kd,
@@ -217,19 +217,19 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
                 ]
             }),
             bandwidth: found.bandwidth,
-            step: promise.step,
+            step: predicted_response.step,
             rise_time: [
-                promise.rise_time,
-                promise.quickest_rise_time,
-                promise.slowest_rise_time,
+                predicted_response.rise_time,
+                predicted_response.quickest_rise_time,
+                predicted_response.slowest_rise_time,
             ],
-            overshoot: promise.overshoot,
-            settling_time: promise.settling_time,
-            sensitivity: promise.sensitivity,
-            gain_margin: promise.gain_margins,
-            command_share: promise.command_share,
-            noise: promise.noise,
-            compliance: promise.compliance,
+            overshoot: predicted_response.overshoot,
+            settling_time: predicted_response.settling_time,
+            sensitivity: predicted_response.sensitivity,
+            gain_margin: predicted_response.gain_margins,
+            command_share: predicted_response.command_share,
+            noise: predicted_response.noise,
+            compliance: predicted_response.compliance,
             cap: match found.cap {
                 None => 0,
                 Some(Cap::Delay) => 1,

@@ -402,13 +402,14 @@ fn whatever_is_called_has_a_status() {
                         }
                         1..5 => servo_id_gradient_loop_learn(at, n.single()),
                         way => {
-                            let (to_go, offset, now) = (n.whole(), n.single(), n.whole());
+                            let (remaining_change, offset, now) =
+                                (n.whole(), n.single(), n.whole());
                             let call = if way < 9 {
                                 servo_id_gradient_loop_control
                             } else {
                                 servo_id_gradient_loop_process
                             };
-                            let answered = call(at, to_go, offset, now, to);
+                            let answered = call(at, remaining_change, offset, now, to);
                             let right = std::ptr::eq(to, &raw const command);
                             assert!(answered >= 0 || !right || command.to_bits() == 0);
                             answered

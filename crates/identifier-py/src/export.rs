@@ -37,9 +37,9 @@ pub(crate) fn export(
     };
     let joints = joints.iter().map(|(name, result, constant, inertia, links, limit)| {
         let identified = Identified::read(result, *limit).map_err(value_error)?;
-        if let Some(doubt) = identified.doubt().filter(|_| !accept_unconverged) {
+        if let Some(reservation) = identified.reservation().filter(|_| !accept_unconverged) {
             return Err(value_error(format!(
-                "{name}: {doubt}: its model would be a guess; correct that first, or pass accept_unconverged=True"
+                "{name}: {reservation}: its model would be a guess; correct that first, or pass accept_unconverged=True"
             )));
         }
         let scale = constant.map(Scale::TorqueConstant);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use host_sim::log::{Log, Table};
 use host_sim::provenance::{LogFile, Task};
-use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
+use host_sim::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use host_sim::scenario::{Purpose, Scenario};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -149,7 +149,7 @@ fn opened(scenario: &Scenario, table: &Table) -> PyResult<Log> {
 }
 
 fn recognised(table: &Table, options: &BTreeMap<String, String>) -> PyResult<Recognised> {
-    let mut stated = Stated::default();
+    let mut stated = LogOptions::default();
     for (keyword, value) in options {
         let answered = stated.answer(&keyword.replace('_', "-"), value);
         answered.map_err(|allowed| value_error(format!("{keyword} = {value}: {allowed}")))?;

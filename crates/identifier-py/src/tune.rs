@@ -24,9 +24,9 @@ pub(crate) fn tune(
 ) -> PyResult<(String, Vec<String>)> {
     py.detach(|| {
         let identified = IdentifiedResult::read(result).map_err(value_error)?;
-        if let Some(doubt) = identified.doubt.as_ref().filter(|_| !accept_unconverged) {
+        if let Some(reservation) = identified.reservation.as_ref().filter(|_| !accept_unconverged) {
             return Err(value_error(format!(
-                "{doubt}: its gains would be a guess; correct that first, or pass accept_unconverged=True"
+                "{reservation}: its gains would be a guess; correct that first, or pass accept_unconverged=True"
             )));
         }
         let (goal, mut conditions) = stated(&conditions)?;

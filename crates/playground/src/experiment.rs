@@ -3,7 +3,7 @@
 use host_sim::analysis::Summariser;
 use host_sim::experiment::{Outcome, Sample};
 use host_sim::result::Summary;
-use host_sim::scenario::{ExcitationKind, ExcitationSettings, Fault, Law, Purpose, Scenario};
+use host_sim::scenario::{Estimator, ExcitationKind, ExcitationSettings, Fault, Purpose, Scenario};
 use host_sim::simulate;
 use host_sim::tune::Tuned;
 use identifier_core::settings::ControllerSettings;
@@ -50,7 +50,7 @@ impl Experiment {
     #[must_use]
     pub fn summary(&self) -> Summary {
         let mut scenario = self.scenario.clone();
-        scenario.identifier.set_law(Law::Fit);
+        scenario.identifier.set_estimator(Estimator::Fit);
         let mut summariser = Summariser::new(&scenario);
         for sample in &self.samples {
             summariser.add(sample);
@@ -86,7 +86,7 @@ impl Experiment {
     ) -> Result<Vec<f64>, Fault> {
         let mut scenario = self.scenario.clone();
         scenario.faults.clear();
-        scenario.identifier.set_law(Law::Fit);
+        scenario.identifier.set_estimator(Estimator::Fit);
         scenario.stated.controller = Some(controller);
         scenario.stated.cutoff = cutoff;
         scenario.excitation = ExcitationSettings {

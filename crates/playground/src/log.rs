@@ -4,9 +4,9 @@ use std::io::Cursor;
 use std::path::Path;
 
 use host_sim::log::{Log, Table};
-use host_sim::recognise::{Recognised, Stated, Unrecognised, recognise};
+use host_sim::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use host_sim::result::Summary;
-use host_sim::scenario::{Fault, Law, Purpose, Scenario};
+use host_sim::scenario::{Estimator, Fault, Purpose, Scenario};
 use host_sim::tune::Tuned;
 
 /// A log that was identified.
@@ -40,7 +40,7 @@ pub fn scenario(recognised: &Recognised) -> Result<Scenario, Fault> {
     scenario.duration = DURATION;
     scenario.counts_per_rev = recognised.counts_per_rev;
     scenario.inner = recognised.inner;
-    scenario.identifier.set_law(Law::Fit);
+    scenario.identifier.set_estimator(Estimator::Fit);
     let mut settings = recognised.settings.clone();
     // The encoder's, which the scenario has.
     settings.units.counts_per_rev = None;
@@ -52,7 +52,7 @@ pub fn scenario(recognised: &Recognised) -> Result<Scenario, Fault> {
 ///
 /// # Errors
 /// Why it cannot be, a line each.
-pub fn identify(bytes: Vec<u8>, stated: &Stated) -> Result<Identified, String> {
+pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, String> {
     let table = Table::of_text(Path::new("the log"), Cursor::new(bytes))
         .map_err(|error| error.to_string())?;
     let recognised = recognise(&table, stated).map_err(|error| match error {

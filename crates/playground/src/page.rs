@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::fmt::Write;
 
-use host_sim::recognise::Stated;
+use host_sim::recognise::LogOptions;
 use host_sim::result::Summary;
 use host_sim::tune::{Conditions, Tuned};
 use identifier_core::parameters::Parameter;
@@ -88,8 +88,8 @@ impl Page {
         let Tuned {
             tuning, settings, ..
         } = tuned;
-        let promise = &tuning.promise;
-        let [low, high] = promise.gain_margins;
+        let predicted_response = &tuning.predicted_response;
+        let [low, high] = predicted_response.gain_margins;
         let _ = writeln!(
             self.text,
             "gains\t{}\t{}\t{}\t{}\ncap\t{}\npromise\t{}\t{}\nmargins\t{}\t{low}\t{high}\ncommand\t{}\n\
@@ -99,9 +99,9 @@ impl Page {
             tuning.kd,
             tuning.cutoff,
             tuning.cap.map_or(String::new(), |cap| cap.to_string()),
-            promise.rise_time,
-            promise.overshoot,
-            promise.sensitivity,
+            predicted_response.rise_time,
+            predicted_response.overshoot,
+            predicted_response.sensitivity,
             settings.command,
             settings.step,
             settings.sample_time,
@@ -112,7 +112,7 @@ impl Page {
     ///
     /// # Errors
     /// Why there are none.
-    fn promised(&mut self, tuned: &Tuned) -> Result<(), String> {
+    fn predicted(&mut self, tuned: &Tuned) -> Result<(), String> {
         let step = tuned
             .tuner()
             .and_then(|tuner| tuner.step(&tuned.tuning))
@@ -248,7 +248,7 @@ pub extern "C" fn identify(stated: usize) -> u32 {
     answer(|page| {
         let log = page.input.split_off(stated.min(page.input.len()));
         let answers = String::from_utf8_lossy(&std::mem::take(&mut page.input)).into_owned();
-        let mut stated = Stated::default();
+        let mut stated = LogOptions::default();
         for (flag, answer) in answers.lines().filter_map(|line| line.split_once('\t')) {
             let refused = |allowed| format!("?{flag}\t{allowed}");
             stated.answer(flag, answer).map_err(refused)?;
@@ -262,7 +262,7 @@ pub extern "C" fn identify(stated: usize) -> u32 {
         if let Some(window) = found.window {
             let _ = writeln!(page.text, "window\t{window}");
         }
-        if let Err(why) = found.tuned.and_then(|tuned| page.promised(&tuned)) {
+        if let Err(why) = found.tuned.and_then(|tuned| page.predicted(&tuned)) {
             let _ = writeln!(page.text, "none\t{why}");
         }
         Ok(())

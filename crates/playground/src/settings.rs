@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use host_sim::scenario::{
-    Arithmetic, ExcitationKind, ExcitationSettings, Fault, Law, Purpose, Scenario,
+    Arithmetic, Estimator, ExcitationKind, ExcitationSettings, Fault, Purpose, Scenario,
 };
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::settings::ControllerSettings;
@@ -163,7 +163,7 @@ impl Settings {
         scenario.stated.sample_time = self.sample_time;
         scenario.stated.cutoff = self.cutoff;
         scenario.excitation = self.excitation();
-        scenario.identifier.set_law(Law::GaussNewton);
+        scenario.identifier.set_estimator(Estimator::GaussNewton);
         scenario.identifier.parameters = Parameter::ALL.to_vec();
         scenario.identifier.arithmetic = Arithmetic::F32;
         scenario.duration = self.duration;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use host_sim::log::Table;
-use host_sim::recognise::{Stated, recognise};
+use host_sim::recognise::{LogOptions, recognise};
 use host_sim::scenario::{Purpose, Scenario};
 use playground::log;
 use playground::settings::Settings;
@@ -61,8 +61,11 @@ fn settings_that_are_not_allowed_are_refused_by_key() {
 fn a_log_is_taken_with_the_scenario_that_identify_saves() {
     let path =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/logs/simulated-servo.csv.gz");
-    let recognised =
-        recognise(&Table::read(&path).expect("a table"), &Stated::default()).expect("a log");
+    let recognised = recognise(
+        &Table::read(&path).expect("a table"),
+        &LogOptions::default(),
+    )
+    .expect("a log");
     let text = recognised.scenario("log");
     let read = Scenario::parse("log.toml", &text, Purpose::Replay).expect("allowed");
     let mut own = log::scenario(&recognised).expect("allowed");

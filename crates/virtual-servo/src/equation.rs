@@ -81,28 +81,28 @@ pub(crate) struct Spring {
     damping: f64,
     load_share: f64,
     /// Half of the twist without force, rad.
-    half_play: f64,
+    half_backlash: f64,
 }
 
 impl Spring {
     /// From a resonance (rad/s), its damping ratio, the load's share of the inertia and the backlash from end to end,
     /// rad.
-    pub(crate) fn new(resonance: f64, damping: f64, load_share: f64, play: f64) -> Self {
+    pub(crate) fn new(resonance: f64, damping: f64, load_share: f64, backlash: f64) -> Self {
         let reduced = load_share * (1.0 - load_share);
         Self {
             stiffness: resonance * resonance * reduced,
             damping: 2.0 * damping * resonance * reduced,
             load_share,
-            half_play: 0.5 * play,
+            half_backlash: 0.5 * backlash,
         }
     }
 
     /// The acceleration of the whole inertia by which it takes the motor along, rad/s².
     fn force(&self, twist: f64, twist_rate: f64) -> f64 {
-        let beyond = twist - twist.clamp(-self.half_play, self.half_play);
+        let beyond = twist - twist.clamp(-self.half_backlash, self.half_backlash);
         let force = self.stiffness * beyond + self.damping * twist_rate;
         // Flanks that part do not pull.
-        if self.half_play > 0.0 && force * beyond <= 0.0 {
+        if self.half_backlash > 0.0 && force * beyond <= 0.0 {
             return 0.0;
         }
         force

@@ -27,15 +27,15 @@ pub(crate) struct Held {
 
 impl FrontEnd {
     /// The share of a sample below which a rest of the delay is rounding.
-    const ROUNDING: f64 = 1e-9;
+    const WHOLE_TOLERANCE: f64 = 1e-9;
 
     /// That of some effects, which are known to be allowed, before the first command: nothing acts.
     pub(crate) fn new(effects: &Effects, sample_time: f64) -> Self {
-        let samples = effects.delay / sample_time + Self::ROUNDING;
+        let samples = effects.delay / sample_time + Self::WHOLE_TOLERANCE;
         let whole = (samples as usize).min(Effects::MAX_DELAYED_SAMPLES);
         let rest = samples - whole as f64;
-        let before = if rest > 2.0 * Self::ROUNDING {
-            (rest - Self::ROUNDING) * sample_time
+        let before = if rest > 2.0 * Self::WHOLE_TOLERANCE {
+            (rest - Self::WHOLE_TOLERANCE) * sample_time
         } else {
             0.0
         };

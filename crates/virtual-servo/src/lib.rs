@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod backlash;
 mod effects;
 mod encoder;
 mod equation;
@@ -21,7 +22,6 @@ mod integrator;
 mod motion;
 mod noise;
 mod plant;
-mod play;
 mod sensor_errors;
 mod servo;
 mod wander;

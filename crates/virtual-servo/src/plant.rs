@@ -96,12 +96,12 @@ impl Plant {
         if self.coulomb > 0.0 {
             self.advance_with_friction(step, drive);
         } else {
-            self.slide(step, drive);
+            self.move_without_stop(step, drive);
         }
     }
 
     #[inline]
-    fn slide(&mut self, step: &Step, drive: f64) {
+    fn move_without_stop(&mut self, step: &Step, drive: f64) {
         self.position += step.g1 * self.velocity + step.g2 * drive;
         self.velocity = step.decay * self.velocity + step.g1 * drive;
     }
@@ -124,10 +124,10 @@ impl Plant {
                 } else {
                     *whole
                 };
-                self.slide(&rest, pushed);
+                self.move_without_stop(&rest, pushed);
                 return;
             }
-            self.slide(&Step::new(self.a, until_rest), pushed);
+            self.move_without_stop(&Step::new(self.a, until_rest), pushed);
             self.velocity = 0.0;
             left -= until_rest;
         }

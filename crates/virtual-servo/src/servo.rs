@@ -2,9 +2,9 @@
 
 use identifier_core::parameters::ServoParameters;
 
+use crate::backlash::Backlash;
 use crate::front_end::{FrontEnd, Held};
 use crate::motion::Motion;
-use crate::play::Play;
 use crate::{EffectError, Effects, Plant};
 
 /// A servo, moved from sample to sample. Without effects it is a [`Plant`], bit for bit.
@@ -12,7 +12,7 @@ use crate::{EffectError, Effects, Plant};
 pub struct Servo {
     front_end: Option<FrontEnd>,
     mechanics: Mechanics,
-    play: Option<Play>,
+    backlash: Option<Backlash>,
     sample_time: f64,
     /// Its load and Coulomb friction when nothing disturbs it, rad/s².
     undisturbed: [f64; 2],
@@ -51,8 +51,8 @@ impl Servo {
         Ok(Self {
             front_end: front_end.then(|| FrontEnd::new(effects, sample_time)),
             mechanics,
-            play: (effects.backlash > 0.0 && !effects.are_two_masses())
-                .then(|| Play::new(effects.backlash)),
+            backlash: (effects.backlash > 0.0 && !effects.are_two_masses())
+                .then(|| Backlash::new(effects.backlash)),
             sample_time,
             undisturbed: [parameters.load, parameters.coulomb],
         })
@@ -107,8 +107,8 @@ impl Servo {
             Mechanics::ClosedForm(plant) => plant.advance_for(held.time, held.command),
             Mechanics::Integrated(motion) => motion.advance(held),
         }
-        if let Some(play) = &mut self.play {
-            play.follow(motor(&self.mechanics)[0]);
+        if let Some(backlash) = &mut self.backlash {
+            backlash.follow(motor(&self.mechanics)[0]);
         }
     }
 
@@ -116,8 +116,8 @@ impl Servo {
     #[inline]
     #[must_use]
     pub fn position(&self) -> f64 {
-        match &self.play {
-            Some(play) => play.position(),
+        match &self.backlash {
+            Some(backlash) => backlash.position(),
             None => motor(&self.mechanics)[0],
         }
     }
@@ -127,8 +127,8 @@ impl Servo {
     #[must_use]
     pub fn velocity(&self) -> f64 {
         let [_, velocity] = motor(&self.mechanics);
-        match &self.play {
-            Some(play) => play.velocity(velocity),
+        match &self.backlash {
+            Some(backlash) => backlash.velocity(velocity),
             None => velocity,
         }
     }

@@ -2,7 +2,7 @@
 //! and with the estimator's own model. All estimators are thus judged alike.
 
 use identifier_core::parameters::{ServoParameters, Unknown};
-use log_fit::fit::{Effect, Survey, Values};
+use log_fit::fit::{Effect, RecordStatistics, Values};
 
 use super::Statistics;
 use super::scaled_recording::{Scale, ScaledRecording, effect, unit};
@@ -16,7 +16,7 @@ use log_fit::{Estimated, Lacking, Logged, MAX_SAMPLES, effects, examine};
 
 /// The run that is judged.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Judged<'a> {
+pub(super) struct VerifiedEstimate<'a> {
     pub(super) scenario: &'a Scenario,
     /// The estimates, with the model's own value for a parameter that is not estimated.
     pub(super) servo: ServoParameters,
@@ -57,7 +57,7 @@ impl Effort {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Assessment {
     /// One entry for every unknown that is estimated.
-    unknowns: Vec<Asked>,
+    unknowns: Vec<RefitAnswer>,
     /// The output error of the model, where it was fitted again.
     pub(super) residual: Option<Residual>,
     /// The effect that the model lacks.
@@ -70,24 +70,28 @@ pub(super) struct Assessment {
 
 /// The evidence for an unknown, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Asked {
+pub(super) struct RefitAnswer {
     unknown: Unknown,
     /// The distance from the estimate to where the record would have it, with the effect that the model lacks.
-    pub(super) pull: f64,
+    pub(super) refit_difference: f64,
     /// Infinite where the motion says nothing of it.
     pub(super) std_error: f64,
     /// True if a command of other sizes would determine it better.
-    pub(super) needs_sizes: bool,
+    pub(super) needs_more_amplitudes: bool,
 }
 
 impl Assessment {
     /// The evidence on an unknown; none where it is not estimated.
-    pub(super) fn of(&self, unknown: Unknown) -> Option<&Asked> {
+    pub(super) fn of(&self, unknown: Unknown) -> Option<&RefitAnswer> {
         self.unknowns.iter().find(|asked| asked.unknown == unknown)
     }
 
     /// Assesses the estimates at the end of a run. None if the record is too short or no servo fits it.
-    pub(super) fn of_law(judged: &Judged<'_>, samples: &[Logged], effort: Effort) -> Option<Self> {
+    pub(super) fn of_estimator(
+        judged: &VerifiedEstimate<'_>,
+        samples: &[Logged],
+        effort: Effort,
+    ) -> Option<Self> {
         let mut command = Statistics::default();
         samples.iter().for_each(|one| command.add(one.command));
         let ScaledRecording { recording, scale } = ScaledRecording::new(judged.scenario, samples);
@@ -111,14 +115,15 @@ impl Assessment {
         let asked = |&(unknown, effect): &(Unknown, Effect)| {
             let mut errors = found.estimated.iter();
             let error = errors.find(|(one, _)| *one == effect);
-            Asked {
+            RefitAnswer {
                 unknown,
-                pull: (found.values.get(effect) - values.get(effect)) * scale.of(effect),
+                refit_difference: (found.values.get(effect) - values.get(effect))
+                    * scale.of(effect),
                 std_error: error.map_or(f64::INFINITY, |(_, error)| error * scale.of(effect)),
-                needs_sizes: found.needs_sizes.contains(&effect),
+                needs_more_amplitudes: found.needs_more_amplitudes.contains(&effect),
             }
         };
-        let unknowns: Vec<Asked> = own.iter().map(asked).collect();
+        let unknowns: Vec<RefitAnswer> = own.iter().map(asked).collect();
         let finding = found.lacking.as_ref();
         Some(Self {
             residual: Some(residual(found.noise, found.correlation)),
@@ -131,17 +136,18 @@ impl Assessment {
                 delay_at_bound: false,
                 was_stopped: false,
             }),
-            scales: scale.scales(&found.survey, command.deviation()?),
+            scales: scale.scales(&found.statistics, command.deviation()?),
         })
     }
 
     /// Assesses a fit to the whole record, which is already at its own optimum.
     pub(super) fn of_fit(whole: &WholeRecord, unknowns: &[Unknown]) -> Self {
-        let asked = |&unknown: &Unknown| Asked {
+        let asked = |&unknown: &Unknown| RefitAnswer {
             unknown,
-            pull: 0.0,
+            refit_difference: 0.0,
             std_error: whole.std_error(unknown),
-            needs_sizes: effect(unknown).is_some_and(|effect| whole.needs_sizes.contains(&effect)),
+            needs_more_amplitudes: effect(unknown)
+                .is_some_and(|effect| whole.needs_more_amplitudes.contains(&effect)),
         };
         Self {
             unknowns: unknowns.iter().map(asked).collect(),
@@ -153,7 +159,7 @@ impl Assessment {
     }
 }
 
-impl Judged<'_> {
+impl VerifiedEstimate<'_> {
     /// The estimator's model in the units of a record.
     fn values(&self, scale: &Scale) -> Values {
         let declared = &self.scenario.stated.identifier.terms;
@@ -176,15 +182,15 @@ impl Judged<'_> {
 
 impl Scale {
     /// The usual sizes of a motion with a usual command.
-    pub(super) fn scales(&self, survey: &Survey, command: f64) -> Scales {
+    pub(super) fn scales(&self, statistics: &RecordStatistics, command: f64) -> Scales {
         Scales {
-            velocity: 0.5 * survey.velocity * self.position / self.time,
+            velocity: 0.5 * statistics.velocity * self.position / self.time,
             command,
         }
     }
 
     /// An effect that an estimator's model lacks, in SI, of a model that has it.
-    fn finding(&self, values: &Values, lacking: &Lacking, own: &[Asked]) -> Finding {
+    fn finding(&self, values: &Values, lacking: &Lacking, own: &[RefitAnswer]) -> Finding {
         let Lacking { entered, share } = lacking;
         let parts = effects(entered.cause);
         // For a size with a speed or a slope the size itself, for two masses their twist; of a wave both parts.
@@ -201,7 +207,10 @@ impl Scale {
             share: *share,
             size: parts.first().map_or(0.0, |part| size * self.of(*part)),
             unit: parts.first().map_or("", |part| unit(*part)),
-            shifts: own.iter().map(|one| (one.unknown, one.pull)).collect(),
+            shifts: own
+                .iter()
+                .map(|one| (one.unknown, one.refit_difference))
+                .collect(),
         }
     }
 }

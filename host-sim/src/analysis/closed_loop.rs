@@ -10,7 +10,7 @@ use identifier_core::settings::SettingsError;
 use identifier_core::stability::SampledLoop;
 
 use crate::scenario::dispatch::with_velocity;
-use crate::scenario::{Closing, Scenario};
+use crate::scenario::{LoopKind, Scenario};
 
 /// Speed and margins of a loop. All but the first are none where it is unstable.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ impl Response {
     /// The loop of a scenario's controller around a servo; none where another than a PID closes it.
     pub fn new(scenario: &Scenario, servo: &ServoParameters) -> Option<Self> {
         let closing = scenario.identifier.law.closing();
-        if closing == Closing::Relay {
+        if closing == LoopKind::Relay {
             return None;
         }
         scenario.stated.controller?;

@@ -50,7 +50,7 @@ impl Tracked {
             at_bound: false,
             unit: "",
             value: f64::NAN,
-            to_go: f64::NAN,
+            remaining_change: f64::NAN,
             is_estimated: false,
         };
         if !last.is_finite() {
@@ -65,7 +65,7 @@ impl Tracked {
             tail_std,
             at_bound: self.ends_at_bound && self.at_bound > AT_BOUND * self.samples,
             value: last,
-            to_go: distance_to_go(means, tolerance(tail_mean), tail_std),
+            remaining_change: distance_to_go(means, tolerance(tail_mean), tail_std),
             ..unknown
         }
     }
@@ -95,7 +95,7 @@ mod tests {
     use super::Tracked;
 
     /// The distance that a course over the last quarter still has to go.
-    fn to_go(course: impl Fn(f64) -> f64, tolerance: f64) -> f64 {
+    fn remaining_change(course: impl Fn(f64) -> f64, tolerance: f64) -> f64 {
         let mut tracked = Tracked::default();
         for k in 0..3000 {
             tracked.add(
@@ -104,21 +104,24 @@ mod tests {
                 Some(k as usize / 1000),
             );
         }
-        tracked.estimate(|_| tolerance).to_go
+        tracked.estimate(|_| tolerance).remaining_change
     }
 
     #[test]
     fn an_exponential_approach_is_seen_through() {
         // From 0 to 1 with a time constant of one stretch: e⁻¹ is left at its end.
-        let left = to_go(|t| 1.0 - (-t).exp(), 0.1);
+        let left = remaining_change(|t| 1.0 - (-t).exp(), 0.1);
         assert!((0.3..0.6).contains(&left), "{left}");
     }
 
     #[test]
     fn a_steady_drift_is_endless_and_noise_is_no_drift() {
-        assert!(to_go(|t| t, 0.1).is_infinite());
-        let noise = to_go(|t| 0.3 * (1234.5 * t).sin(), 0.1);
+        assert!(remaining_change(|t| t, 0.1).is_infinite());
+        let noise = remaining_change(|t| 0.3 * (1234.5 * t).sin(), 0.1);
         assert!(noise < 1e-12, "{noise}");
-        assert!(to_go(|t| 0.01 * t, 0.1) < 1e-12, "far below the tolerance");
+        assert!(
+            remaining_change(|t| 0.01 * t, 0.1) < 1e-12,
+            "far below the tolerance"
+        );
     }
 }

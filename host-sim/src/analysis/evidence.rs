@@ -1,6 +1,6 @@
 //! The evidence for the estimates of a run, as the core's verdict asks for it.
 
-use crate::verdict::{Evidence, Lack, Motion, Residual, UnknownEvidence, Verdict};
+use crate::verdict::{Evidence, MissingEffect, Motion, Residual, UnknownEvidence, Verdict};
 use identifier_core::parameters::{Parameter, Term, Terms, Unknown};
 use identifier_core::stability::SampledLoop;
 
@@ -36,7 +36,7 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
     } = *known;
     let mut evidence = Evidence::from_motion(motion);
     evidence.aborted = outcome.abort.is_some();
-    evidence.obstacle = outcome.obstacle;
+    evidence.rejection_reason = outcome.rejection_reason;
     evidence.missing_term = Term::ALL.into_iter().find(|&term| {
         let has_size = |estimate: &TermEstimate| estimate.unknown.term() == Some(term);
         let has_entered = outcome.entered.iter().any(|(entered, _)| *entered == term)
@@ -53,8 +53,8 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
         UnknownEvidence {
             estimate,
             std_error: Some(asked.map_or(f64::INFINITY, |asked| asked.std_error)),
-            pull: asked.map(|asked| asked.pull),
-            needs_sizes: asked.is_some_and(|asked| asked.needs_sizes),
+            refit_difference: asked.map(|asked| asked.refit_difference),
+            needs_more_amplitudes: asked.is_some_and(|asked| asked.needs_more_amplitudes),
             ..UnknownEvidence::at(scale)
         }
     };
@@ -66,7 +66,7 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
         let course = tracked.estimate(|_| tolerance);
         // Where the data have an estimate that moved, it has arrived.
         if !of.is_in_place(unknown, finding.is_some()) {
-            of.movement = course.tail_std.max(course.to_go);
+            of.movement = course.tail_std.max(course.remaining_change);
         }
         of.at_bound = course.at_bound;
         evidence.add(unknown, of);
@@ -82,7 +82,7 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
     evidence.lack = finding.map(|finding| {
         let cause = finding.or.is_none().then_some(finding.cause);
         let share = finding.share;
-        Lack { cause, share }
+        MissingEffect { cause, share }
     });
     evidence
 }

@@ -11,8 +11,8 @@ mod scales;
 mod seen;
 mod sensor_noise;
 mod statistics;
-mod stretch;
 mod summary;
+mod tail_buffer;
 mod whole_record;
 
 pub use crate::verdict::Status;

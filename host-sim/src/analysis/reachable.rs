@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn no_law_knows_more_than_the_motion_shows() {
+    fn no_estimator_knows_more_than_the_motion_shows() {
         let moved = ran(0.0);
         assert_eq!(moved.reachable.len(), 3);
         let estimates = &moved.estimates;

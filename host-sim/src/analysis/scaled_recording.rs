@@ -96,7 +96,7 @@ pub(super) fn unit(effect: Effect) -> &'static str {
             Effect::Compliance => "s²",
             Effect::ResonanceFrequency => "rad/s",
             Effect::ResonanceDamping => "of the critical damping",
-            Effect::Play | Effect::EccentricitySine | Effect::EccentricityCosine => "rad",
+            Effect::Backlash | Effect::EccentricitySine | Effect::EccentricityCosine => "rad",
             Effect::HiddenLimit => Unknown::DeadBand.unit(),
             Effect::GainDrift
             | Effect::GainAsymmetry

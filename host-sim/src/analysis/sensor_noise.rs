@@ -93,13 +93,13 @@ impl NoiseMeter {
 /// difference plus a part of a count. Below that part, rounding does not keep the mean at standstill.
 fn stands(window: &[f64], squares: f64) -> bool {
     const DEVIATIONS: f64 = 3.0;
-    const ROUNDING: f64 = 0.5;
+    const STANDSTILL_TOLERANCE: f64 = 0.5;
     let values = (window.len() - DIFFERENCE.len() + 1) as f64;
     let noise = (squares / values / DIFFERENCE_VARIANCE).sqrt();
     let (first, second) = window.split_at(window.len() / 2);
     let mean = |half: &[f64]| half.iter().sum::<f64>() / half.len() as f64;
     let of_difference = noise * (4.0 / window.len() as f64).sqrt();
-    (mean(second) - mean(first)).abs() <= ROUNDING + DEVIATIONS * of_difference
+    (mean(second) - mean(first)).abs() <= STANDSTILL_TOLERANCE + DEVIATIONS * of_difference
 }
 
 #[cfg(test)]

@@ -7,14 +7,14 @@ use log_fit::GoesOn;
 
 use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
 
-use super::assessment::{Assessment, Effort, Judged};
+use super::assessment::{Assessment, Effort, VerifiedEstimate};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
 use super::reachable::Reachable;
 use super::seen::Seen;
 use super::sensor_noise::NoiseMeter;
 use super::statistics::Statistics;
-use super::stretch::Stretch;
+use super::tail_buffer::TailBuffer;
 use super::whole_record::WholeRecord;
 use crate::experiment::{Outcome, Sample, TermEstimate};
 use crate::result::{
@@ -42,7 +42,7 @@ pub struct Summariser {
     sample_time: f64,
     tracked: [Tracked; 4],
     has_standard_errors: bool,
-    stretch: Stretch,
+    tail_buffer: TailBuffer,
     effort: Effort,
     travelled: f64,
     last_position: Option<f64>,
@@ -102,7 +102,7 @@ impl Summariser {
             sample_time: scenario.sample_time(),
             tracked: [Tracked::default(); 4],
             has_standard_errors: false,
-            stretch: Stretch::new(kept),
+            tail_buffer: TailBuffer::new(kept),
             effort,
             travelled: 0.0,
             last_position: None,
@@ -139,7 +139,7 @@ impl Summariser {
             tracked.add(parameter.value_in(&sample.estimates), at_bound, third);
         }
         self.has_standard_errors = sample.standard_errors.is_some();
-        self.stretch.add(sample);
+        self.tail_buffer.add(sample);
         if let Some(reachable) = &mut self.reachable {
             reachable.add(sample);
         }
@@ -167,7 +167,7 @@ impl Summariser {
 
     /// The next pass over a log begins: its end is what is judged.
     pub fn begin_pass(&mut self) {
-        self.stretch.clear();
+        self.tail_buffer.clear();
         self.whole = None;
         self.last_position = None;
     }
@@ -215,7 +215,7 @@ impl Summariser {
         if !scenario.identifier.law.takes_whole_record() {
             return None;
         }
-        let samples = self.stretch.samples();
+        let samples = self.tail_buffer.samples();
         let fit = || WholeRecord::identify(scenario, samples, goes_on);
         let whole = self.whole.get_or_insert_with(fit);
         whole.as_ref().map(|whole| FoundServo {
@@ -230,7 +230,7 @@ impl Summariser {
     pub fn seen(&mut self, scenario: &Scenario) -> Option<Seen> {
         let _ = self.fit_record(scenario, &|| true);
         let whole = self.whole.as_ref()?.as_ref()?;
-        Seen::new(scenario, self.stretch.samples(), whole)
+        Seen::new(scenario, self.tail_buffer.samples(), whole)
     }
 
     /// The summary of a run that has ended.
@@ -251,7 +251,7 @@ impl Summariser {
             .chain(outcome.terms.iter().map(|term| term.unknown))
             .collect();
         let mut meter = NoiseMeter::new(scenario.stated.resolution);
-        for sample in self.stretch.samples() {
+        for sample in self.tail_buffer.samples() {
             meter.add(sample.position, sample.begins);
         }
         let mut noise = meter.noise();
@@ -269,13 +269,13 @@ impl Summariser {
             whole.map(|whole| Assessment::of_fit(whole, &unknowns))
         } else if cfg!(feature = "experiments") && outcome.abort.is_none() {
             // A page with the fit of a whole record has no other estimator.
-            let judged = Judged {
+            let judged = VerifiedEstimate {
                 scenario,
                 servo: judged,
                 terms: &outcome.terms,
                 unknowns: &unknowns,
             };
-            Assessment::of_law(&judged, self.stretch.samples(), self.effort)
+            Assessment::of_estimator(&judged, self.tail_buffer.samples(), self.effort)
         } else {
             None
         };
@@ -359,7 +359,7 @@ impl Summariser {
             sample_time: self.sample_time,
             verdict,
             reason,
-            obstacle: outcome.obstacle,
+            rejection_reason: outcome.rejection_reason,
             cause: finding.filter(|finding| finding.or.is_none()),
             // Where there is no servo, there are no units of it.
             physical: scale.and_then(|scale| ratios.scaled(scale).ok()),

@@ -24,7 +24,7 @@ pub(super) struct WholeRecord {
     pub(super) settings: TermSettings,
     pub(super) evidence: FitEvidence,
     /// The effects that a command of other sizes would determine better.
-    pub(super) needs_sizes: Vec<Effect>,
+    pub(super) needs_more_amplitudes: Vec<Effect>,
     /// Deviation of the sensor's noise, counts.
     pub(super) noise: f64,
     pub(super) notes: FitNotes,
@@ -149,7 +149,7 @@ impl Scale {
                 delay_at_bound: found.delay_at_bound,
                 was_stopped: found.was_stopped,
             },
-            needs_sizes: found.needs_sizes.clone(),
+            needs_more_amplitudes: found.needs_more_amplitudes.clone(),
             noise: found.noise,
             notes: FitNotes {
                 samples,
@@ -160,7 +160,7 @@ impl Scale {
                 }),
                 effects: effects.collect(),
             },
-            scales: self.scales(&found.survey, found.survey.command),
+            scales: self.scales(&found.statistics, found.statistics.command),
             found,
         }
     }
@@ -177,7 +177,7 @@ const fn name(effect: Effect) -> &'static str {
         Effect::ResonanceFrequency => "resonance_rad_per_s",
         Effect::ResonanceDamping => "damping",
         Effect::LoadShare => "load_share",
-        Effect::Play => "play_rad",
+        Effect::Backlash => "play_rad",
         Effect::EccentricitySine => "sine_rad",
         Effect::EccentricityCosine => "cosine_rad",
         Effect::TorqueRippleSine | Effect::InertiaSine => "sine",

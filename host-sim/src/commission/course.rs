@@ -8,12 +8,12 @@ use super::Sample;
 pub struct Course {
     samples: u64,
     /// The phases, in their order.
-    pub phases: Vec<Stretch>,
+    pub phases: Vec<PhaseSpan>,
 }
 
 /// A phase, from when to when.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Stretch {
+pub struct PhaseSpan {
     /// The phase.
     #[serde(serialize_with = "name")]
     pub phase: Phase,
@@ -58,7 +58,7 @@ impl Course {
                 if let Some(last) = last {
                     last.end = sample.time;
                 }
-                self.phases.push(Stretch {
+                self.phases.push(PhaseSpan {
                     phase: sample.phase,
                     begin: sample.time,
                     end: sample.time,
@@ -71,7 +71,7 @@ impl Course {
     /// True motion of the servo while it was commanded, of all phases.
     #[must_use]
     pub fn excursion(&self) -> Excursion {
-        let phases = self.phases.iter().map(|stretch| stretch.excursion);
+        let phases = self.phases.iter().map(|phase_span| phase_span.excursion);
         phases.fold(None, Excursion::both).unwrap_or_default()
     }
 
@@ -148,13 +148,13 @@ mod tests {
         course.add(&sample(2.0, Phase::Fit, 0.4, None));
         course.add(&sample(3.0, Phase::Aborted, 9.0, None));
         let course = course.finish(4.0);
-        let [wiggle, fit, aborted] = course.phases[..] else {
+        let [probe, fit, aborted] = course.phases[..] else {
             panic!("{:?}", course.phases);
         };
-        let wiggled = wiggle.excursion.expect("commanded");
-        let extremes = (wiggled.position, wiggled.speed, wiggled.command);
+        let probed = probe.excursion.expect("commanded");
+        let extremes = (probed.position, probed.speed, probed.command);
         assert_eq!(extremes, ([-0.5, 0.1], 1.5, [-4.0, 3.0]));
-        assert!((wiggled.command_rms - 12.5_f64.sqrt()).abs() < 1e-12);
+        assert!((probed.command_rms - 12.5_f64.sqrt()).abs() < 1e-12);
         assert_eq!(fit.excursion.map(|fit| fit.command_rms), Some(0.0));
         assert_eq!((aborted.excursion, aborted.end), (None, 4.0));
         let all = course.excursion();

@@ -13,7 +13,7 @@ mod response;
 mod sample;
 
 pub use axis::Axis;
-pub use course::{Course, Excursion, Stretch};
+pub use course::{Course, Excursion, PhaseSpan};
 use explain::{effects, logged};
 pub use frequency_response::FrequencyResponse;
 pub use record::{End, Known, Outcome};
@@ -179,13 +179,13 @@ impl Commissioning {
                     within: course.phase(),
                     reason: done.reason,
                     time,
-                    released: None,
+                    disabled: None,
                 });
             }
             if let Some(end) = &mut end {
-                end.released = match done.command {
+                end.disabled = match done.command {
                     Some(_) => None,
-                    None => end.released.or(Some(time)),
+                    None => end.disabled.or(Some(time)),
                 };
             }
             if end.is_none() {

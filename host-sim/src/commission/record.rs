@@ -19,7 +19,7 @@ pub struct End {
     /// When, s.
     pub time: f64,
     /// When the stage was disabled, s; none while a loop holds the servo.
-    pub released: Option<f64>,
+    pub disabled: Option<f64>,
 }
 
 /// Knowledge of the servo from a time on.

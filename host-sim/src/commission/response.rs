@@ -25,20 +25,20 @@ impl StepResponse {
     /// The response of the identified servo under the gains that were found, with an encoder without edges. None if no
     /// gains were found.
     #[must_use]
-    pub fn promised(scenario: &Scenario, outcome: &Outcome) -> Option<Self> {
+    pub fn predicted(scenario: &Scenario, outcome: &Outcome) -> Option<Self> {
         /// Counts in a count of the scenario's encoder.
         const FINER: f64 = 64.0;
         let servo = outcome.servo()?;
-        let mut promised = scenario.clone();
-        promised.plant = Some(servo.parameters);
-        promised.effects = Effects {
+        let mut predicted = scenario.clone();
+        predicted.plant = Some(servo.parameters);
+        predicted.effects = Effects {
             delay: servo.delay.clamp(0.0, Effects::MAX_DELAY),
             ..Effects::NONE
         };
-        promised.sensor = SensorEffects::default();
-        promised.faults = Vec::new();
-        promised.set_encoder(FINER * TAU / scenario.stated.resolution);
-        Self::of_outcome(&promised, outcome)
+        predicted.sensor = SensorEffects::default();
+        predicted.faults = Vec::new();
+        predicted.set_encoder(FINER * TAU / scenario.stated.resolution);
+        Self::of_outcome(&predicted, outcome)
     }
 
     /// The response of the true servo under the gains that were found; none if none were found.
@@ -60,9 +60,9 @@ impl StepResponse {
         };
         let step = outcome
             .trial
-            .map_or(tuning.promise.step, |trial| trial.step);
+            .map_or(tuning.predicted_response.step, |trial| trial.step);
         // A servo that friction holds may never come as near as settling asks for.
-        let settling = (tuning.promise.settling_time).min(SLOWEST / tuning.bandwidth);
+        let settling = (tuning.predicted_response.settling_time).min(SLOWEST / tuning.bandwidth);
         let (times, besides) = WATCHED;
         Self::new(scenario, &gains, step, times * settling + besides).ok()
     }

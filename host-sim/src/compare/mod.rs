@@ -7,20 +7,20 @@ pub use cases::Case;
 use rayon::prelude::*;
 
 use identifier_core::parameters::Parameter;
-use identifier_core::settings::{BoxSettings, IdentifierSettings};
+use identifier_core::settings::{IdentifierSettings, ParameterRangeSettings};
 
 use crate::analysis::Summariser;
 use crate::result::{CaseResult, ComparisonResult, Method, MethodErrors, Summary};
-use crate::scenario::{Arithmetic, Closing, Fault, Law, Scenario, box_around};
+use crate::scenario::{Arithmetic, Estimator, Fault, LoopKind, Scenario, range_around};
 use crate::simulate::{Simulation, operations};
 use crate::verdict::Status;
 
 /// The scenario with another estimator and the most parameters that it estimates, in the loop that the estimator
 /// closes.
 #[must_use]
-pub fn with_law(base: &Scenario, law: Law) -> Scenario {
+pub fn with_estimator(base: &Scenario, law: Estimator) -> Scenario {
     let mut scenario = base.clone();
-    scenario.identifier.set_law(law);
+    scenario.identifier.set_estimator(law);
     // A controller's integral finds the load in any case.
     let finds_all = law.is_rival() || law.takes_whole_record();
     let wanted = |parameter: &Parameter| finds_all || *parameter != Parameter::Load;
@@ -40,7 +40,7 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
         false => IdentifierSettings {
             initial: stated.initial,
             bounds: stated.bounds,
-            plant_box: stated.plant_box,
+            parameter_range: stated.parameter_range,
             ..unstated
         },
     };
@@ -48,8 +48,8 @@ pub fn with_law(base: &Scenario, law: Law) -> Scenario {
 }
 
 /// The estimators that are compared: those that work in the loop.
-fn compared() -> Vec<Law> {
-    let all = Law::ALL.iter().copied();
+fn compared() -> Vec<Estimator> {
+    let all = Estimator::ALL.iter().copied();
     all.filter(|law| !law.takes_whole_record()).collect()
 }
 
@@ -66,11 +66,11 @@ pub fn runs(base: &Scenario) -> Result<usize, Fault> {
 /// # Errors
 /// The scenario has no servo.
 pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<ComparisonResult, Fault> {
-    let assumed_box = assumed_box(base)?;
+    let assumed_range = assumed_range(base)?;
     let mut base = base.clone();
     let known = &mut base.stated.identifier;
-    if let Some(within) = assumed_box {
-        known.plant_box = Some(within);
+    if let Some(within) = assumed_range {
+        known.parameter_range = Some(within);
         known.initial.b = Some(within.b[0]);
     }
     let cases = Case::all(&base)?;
@@ -83,7 +83,7 @@ pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<ComparisonRe
         .par_iter()
         .flat_map(|case| laws.par_iter().zip(&methods).map(move |pair| (case, pair)))
         .map(|(case, (&law, method))| {
-            let found = run(&with_law(&case.scenario, law), method);
+            let found = run(&with_estimator(&case.scenario, law), method);
             done();
             found
         })
@@ -98,29 +98,33 @@ pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<ComparisonRe
     Ok(ComparisonResult {
         methods,
         cases,
-        assumed_box,
+        assumed_range,
     })
 }
 
 /// The parameter range for methods that need one, if the scenario states neither a range nor a first b.
-fn assumed_box(base: &Scenario) -> Result<Option<BoxSettings>, Fault> {
+fn assumed_range(base: &Scenario) -> Result<Option<ParameterRangeSettings>, Fault> {
     let stated = &base.stated.identifier;
-    let is_known = stated.plant_box.is_some() || stated.initial.b.is_some();
+    let is_known = stated.parameter_range.is_some() || stated.initial.b.is_some();
     let servo = base.servo()?;
-    Ok((!is_known).then(|| box_around(&servo)))
+    Ok((!is_known).then(|| range_around(&servo)))
 }
 
-fn method(law: Law, case: Option<&Case>) -> Method {
+fn method(law: Estimator, case: Option<&Case>) -> Method {
     Method {
         name: law.name(),
         source: law.source(),
         prior: law.prior(),
         closing: match law.closing() {
-            Closing::Pid => "PID",
-            Closing::Pd => "PD",
-            Closing::Relay => "relay",
+            LoopKind::Pid => "PID",
+            LoopKind::Pd => "PD",
+            LoopKind::Relay => "relay",
         },
-        operations: case.and_then(|case| operations(&with_law(&case.scenario, law)).ok().flatten()),
+        operations: case.and_then(|case| {
+            operations(&with_estimator(&case.scenario, law))
+                .ok()
+                .flatten()
+        }),
     }
 }
 

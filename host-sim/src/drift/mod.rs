@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 use side_by_side::SideBySide;
 
 use crate::scenario::{Fault, Scenario};
-use crate::simulate::Rig;
+use crate::simulate::SimulatedAxis;
 
 /// One sample in every format, in the order of [`FORMATS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +43,7 @@ pub fn run(
     let start = (f64::from(turns) * TAU / unit).round() as i64 as i32;
     let mut formats = SideBySide::new(scenario, start)?;
     let mut number = 0;
-    let mut rig = Rig::build::<f64>(scenario)?.counting_from(start);
+    let mut rig = SimulatedAxis::build::<f64>(scenario)?.counting_from(start);
     rig.samples = samples;
     rig.reference = Box::new(move || {
         let wanted = reference(number) / unit;

@@ -8,7 +8,7 @@ use super::inner::Inner;
 use super::row::{Row, rows};
 use super::wrap::{Jumps, Period, Unwrap};
 use super::{Jitter, LogError, Table};
-use crate::scenario::{LogQuantity, LogSettings, MAX_PLAYED, PositionUnit};
+use crate::scenario::{LogQuantity, LogSettings, MAX_SIMULATED, PositionUnit};
 
 /// A recorded log.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +23,7 @@ pub struct Log {
     pub found: Found,
     rows: Vec<Row>,
     /// Its segments, each without a break.
-    stretches: Vec<Stretch>,
+    segments: Vec<Segment>,
     smallest_step: f64,
     references: Vec<f64>,
 }
@@ -53,7 +53,7 @@ pub struct Found {
 
 /// A part of a log without a break.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Stretch {
+pub(crate) struct Segment {
     /// True for the log's first.
     begins_the_log: bool,
     /// The first two steps of the position.
@@ -152,7 +152,7 @@ impl Log {
                 ..Found::default()
             },
             rows: even.rows,
-            stretches: Vec::new(),
+            segments: Vec::new(),
             smallest_step,
             references: Vec::new(),
         };
@@ -174,12 +174,12 @@ impl Log {
             .filter(|row| self.rows[*row].begins)
             .collect();
         firsts.push(self.rows.len());
-        let stretches: Vec<Range<usize>> = firsts.windows(2).map(|pair| pair[0]..pair[1]).collect();
-        for stretch in stretches {
-            let rows = &self.rows[stretch.clone()];
+        let segments: Vec<Range<usize>> = firsts.windows(2).map(|pair| pair[0]..pair[1]).collect();
+        for segment in segments {
+            let rows = &self.rows[segment.clone()];
             let beginning = rows[..rows.len().min(BEGINNING)].windows(2);
-            self.stretches.push(Stretch {
-                begins_the_log: self.stretches.is_empty(),
+            self.segments.push(Segment {
+                begins_the_log: self.segments.is_empty(),
                 beginning: beginning
                     .map(|pair| pair[1].position - pair[0].position)
                     .collect(),
@@ -187,7 +187,7 @@ impl Log {
             });
             if let Some(inner) = self.settings.inner {
                 let commands = Inner::commands(inner, rows, self.sample_time)?;
-                for (row, command) in self.rows[stretch].iter_mut().zip(commands) {
+                for (row, command) in self.rows[segment].iter_mut().zip(commands) {
                     row.command = Some(command);
                 }
             }
@@ -203,7 +203,7 @@ impl Log {
             was_bridged = row.bridged;
         }
         let references = self.rows.iter().filter_map(|row| row.reference);
-        self.references = references.take(MAX_PLAYED).collect();
+        self.references = references.take(MAX_SIMULATED).collect();
         Ok(())
     }
 
@@ -239,8 +239,8 @@ impl Log {
     }
 
     /// Its segments, one or more.
-    pub(crate) fn stretches(&self) -> &[Stretch] {
-        &self.stretches
+    pub(crate) fn segments(&self) -> &[Segment] {
+        &self.segments
     }
 
     /// Its length, s, without what was left out.
@@ -406,7 +406,7 @@ impl AsRef<[Self]> for Log {
     }
 }
 
-impl Stretch {
+impl Segment {
     /// True if the servo is at standstill at the first sample, to a resolution of the position.
     ///
     /// It does if the first step shows no motion, or the beginning of one. Under a held command, steps from standstill
@@ -415,7 +415,7 @@ impl Stretch {
     /// command explains it. Behind a break a servo is assumed to be in motion, because it mostly is and a slow motion
     /// cannot be detected.
     pub(crate) fn begins_at_rest(&self, resolution: f64) -> bool {
-        const ROUNDING: f64 = 4.0;
+        const REST_TOLERANCE: f64 = 4.0;
         const COMMAND_CHANGE: f64 = 0.5;
         if !self.begins_the_log {
             return false;
@@ -424,7 +424,8 @@ impl Stretch {
             [first, ..] if first.abs() <= 1.5 * resolution => true,
             [first, second] => {
                 let twice_the_velocity = 3.0 * first - second;
-                twice_the_velocity.abs() <= ROUNDING * resolution + COMMAND_CHANGE * second.abs()
+                twice_the_velocity.abs()
+                    <= REST_TOLERANCE * resolution + COMMAND_CHANGE * second.abs()
             }
             _ => false,
         }

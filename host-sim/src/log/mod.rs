@@ -22,6 +22,6 @@ pub use csv::{Table, TableColumn};
 pub use error::LogError;
 pub use even::Clock;
 pub use file::{Found, Log};
-pub(crate) use file::{Stretch, extremes};
+pub(crate) use file::{Segment, extremes};
 pub use row::Row;
 pub(crate) use wrap::{Jumps, Period};

@@ -185,7 +185,7 @@ impl<N: Number, I: Identify<N>> DynIdentifier for Running<N, I> {
             bandwidth: self.identifier.bandwidth(&self.state),
             entered: self.entered.clone(),
             terms: self.terms(),
-            obstacle: self.identifier.obstacle(&self.state),
+            rejection_reason: self.identifier.rejection_reason(&self.state),
             ..self.known.clone()
         }
     }

@@ -52,7 +52,7 @@ struct Simulation<V: VelocityEstimate<f64>> {
     unit: f64,
     /// Samples in which a segment settles.
     settling: u64,
-    stretch: Option<Stretch<V>>,
+    segment_run: Option<SegmentRun<V>>,
     position: Squares,
     speed: Squares,
     command: Squares,
@@ -62,7 +62,7 @@ struct Simulation<V: VelocityEstimate<f64>> {
 }
 
 /// On the way through a segment.
-struct Stretch<V: VelocityEstimate<f64>> {
+struct SegmentRun<V: VelocityEstimate<f64>> {
     first: f64,
     /// The recorded position of the last sample, and its filtered velocity.
     last: f64,
@@ -94,7 +94,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             velocity,
             unit: settings.units()?.position_unit(),
             settling: (MIN_SAMPLES + TIME_CONSTANTS * constant) as u64,
-            stretch: None,
+            segment_run: None,
             position: Squares::default(),
             speed: Squares::default(),
             command: Squares::default(),
@@ -117,7 +117,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         let unit = self.unit;
         self.commanded &= sample.command.is_some();
         let (servo, declared) = (&self.servo, &self.declared);
-        let fresh = || Stretch {
+        let fresh = || SegmentRun {
             first: sample.position,
             last: sample.position,
             filtered: V::State::default(),
@@ -129,54 +129,56 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
             knows_integral: !declared.has_integral() || sample.command.is_none(),
         };
         if sample.begins {
-            self.stretch = None;
+            self.segment_run = None;
         }
-        let stretch = self.stretch.get_or_insert_with(fresh);
-        let moved = (sample.position - stretch.last) / unit;
-        let recorded = self.velocity.process(&mut stretch.filtered, moved);
-        stretch.last = sample.position;
-        stretch.samples += 1;
-        let before = stretch.control;
-        let (position, increment) = if stretch.runs {
-            (stretch.state.position, stretch.state.moved / unit)
+        let segment_run = self.segment_run.get_or_insert_with(fresh);
+        let moved = (sample.position - segment_run.last) / unit;
+        let recorded = self.velocity.process(&mut segment_run.filtered, moved);
+        segment_run.last = sample.position;
+        segment_run.samples += 1;
+        let before = segment_run.control;
+        let (position, increment) = if segment_run.runs {
+            (segment_run.state.position, segment_run.state.moved / unit)
         } else {
             (sample.position, moved)
         };
         let error = (reference - position) / unit;
-        let control = &mut stretch.control;
+        let control = &mut segment_run.control;
         let step = declared.process(control, error, increment).ok()?;
         let command = step.command + sample.injection;
-        if stretch.runs {
-            let first = stretch.first;
+        if segment_run.runs {
+            let first = segment_run.first;
             self.position.add(sample.position - first, position - first);
             self.speed.add(recorded, step.velocity);
             if let Some(recorded) = sample.command {
                 self.command.add(recorded, command);
             }
             self.samples += 1;
-            servo.advance(&mut stretch.state, command);
+            servo.advance(&mut segment_run.state, command);
             return Some(());
         }
-        let settled = stretch.samples >= self.settling;
+        let settled = segment_run.samples >= self.settling;
         if settled
-            && !stretch.knows_integral
+            && !segment_run.knows_integral
             && let Some(own) = sample.command.map(|command| command - sample.injection)
             && let Some(mut known) = declared.with_integral(before, error, increment, own)
         {
             declared.process(&mut known, error, increment).ok()?;
-            stretch.control = known;
-            stretch.knows_integral = true;
+            segment_run.control = known;
+            segment_run.knows_integral = true;
         }
         let command = sample.command.unwrap_or(command);
-        if settled && stretch.knows_integral {
-            stretch.state.velocity = recorded * unit;
-            (stretch.state.position, stretch.state.moved) =
-                (sample.position, sample.position - stretch.state.position);
-            servo.advance(&mut stretch.state, command);
-            stretch.runs = true;
+        if settled && segment_run.knows_integral {
+            segment_run.state.velocity = recorded * unit;
+            (segment_run.state.position, segment_run.state.moved) = (
+                sample.position,
+                sample.position - segment_run.state.position,
+            );
+            servo.advance(&mut segment_run.state, command);
+            segment_run.runs = true;
         } else {
             servo.follow(
-                &mut stretch.state,
+                &mut segment_run.state,
                 sample.position,
                 recorded * unit,
                 command,

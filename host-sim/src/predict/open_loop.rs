@@ -28,9 +28,9 @@ pub(super) fn open_loop(servo: &FrozenServo, rows: &[Row]) -> Option<OpenLoop> {
     const STEPS: u32 = 8;
     let mut fits = first_guesses(rows)?;
     for _ in 0..STEPS {
-        let mut stretch = None;
+        let mut segment_run = None;
         rows.iter().for_each(|sample| {
-            let fit = fits.get_mut(next(&mut stretch, sample));
+            let fit = fits.get_mut(next(&mut segment_run, sample));
             if let (Some(fit), Some(command)) = (fit, sample.command) {
                 fit.add(servo, sample, command);
             }
@@ -45,18 +45,18 @@ pub(super) fn open_loop(servo: &FrozenServo, rows: &[Row]) -> Option<OpenLoop> {
 }
 
 /// The number of the segment that a sample belongs to.
-fn next(stretch: &mut Option<usize>, sample: &Row) -> usize {
-    let number = match *stretch {
+fn next(segment_run: &mut Option<usize>, sample: &Row) -> usize {
+    let number = match *segment_run {
         None => 0,
         Some(before) => before + usize::from(sample.begins),
     };
-    *stretch = Some(number);
+    *segment_run = Some(number);
     number
 }
 
 /// The first position and the first step of each segment, and the usual speed.
 fn first_guesses(rows: &[Row]) -> Option<Vec<StartFit>> {
-    let mut stretch = None;
+    let mut segment_run = None;
     let mut starts: Vec<Motion> = Vec::new();
     let mut last = 0.0;
     let (mut squares, mut steps) = (0.0, 0.0);
@@ -64,7 +64,7 @@ fn first_guesses(rows: &[Row]) -> Option<Vec<StartFit>> {
     let mut commanded = true;
     rows.iter().for_each(|sample| {
         commanded &= sample.command.is_some();
-        let number = next(&mut stretch, sample);
+        let number = next(&mut segment_run, sample);
         if number == starts.len() {
             starts.push(Motion {
                 position: sample.position,
@@ -88,14 +88,14 @@ fn first_guesses(rows: &[Row]) -> Option<Vec<StartFit>> {
 }
 
 fn simulated(servo: &FrozenServo, starts: &[Motion], rows: &[Row]) -> Option<OpenLoop> {
-    let mut stretch = None;
+    let mut segment_run = None;
     let (mut state, mut first) = (None, 0.0);
     let (mut squares, mut largest, mut samples) = (Squares::default(), 0.0_f64, 0);
     rows.iter().for_each(|sample| {
-        let before = stretch;
-        let number = next(&mut stretch, sample);
+        let before = segment_run;
+        let number = next(&mut segment_run, sample);
         let command = sample.command.unwrap_or(f64::NAN);
-        if stretch != before {
+        if segment_run != before {
             let start = starts.get(number);
             state = start.map(|start| servo.start(start.position, start.velocity, command));
             first = sample.position;

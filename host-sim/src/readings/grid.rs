@@ -10,14 +10,14 @@ impl Positions {
     /// Most that are examined.
     const MAX_COUNT: usize = 20_000;
     /// Part of the range below which two positions are one.
-    const ROUNDING: f64 = 1e-9;
+    const GRID_TOLERANCE: f64 = 1e-9;
 
     /// Those among some; none where there are too few to show a grid.
     pub(crate) fn of(positions: impl Iterator<Item = f64>) -> Option<Self> {
         let mut all: Vec<f64> = positions.collect();
         all.sort_unstable_by(f64::total_cmp);
         let (lowest, highest) = (*all.first()?, *all.last()?);
-        let least = Self::ROUNDING * (highest - lowest);
+        let least = Self::GRID_TOLERANCE * (highest - lowest);
         all.iter_mut().for_each(|position| *position -= lowest);
         all.dedup_by(|next, before| *next - *before <= least);
         // The lowest of them are neighbours, which a step is measured from.

@@ -20,7 +20,7 @@ pub(crate) struct Trial {
     pub(crate) measured: usize,
     pub(crate) command: usize,
     pub(crate) order: Order,
-    pub(crate) doubt: i32,
+    pub(crate) reservation: i32,
 }
 
 /// A trial with its evidence.
@@ -43,11 +43,11 @@ impl Reading {
     /// A column that was computed from others is predicted well by them.
     const NEAR: [f64; 2] = [1.0 / 1.5, 0.125];
     /// Doubts beyond which names speak against all readings.
-    const MAX_DOUBT: i32 = 2;
+    const MAX_RESERVATION: i32 = 2;
 
     /// Its bits, halved for each mismatch of a name. All bits of an incomplete servo are too many by about one factor.
     pub(crate) fn score(&self) -> f64 {
-        score(self.bits, self.trial.doubt)
+        score(self.bits, self.trial.reservation)
     }
 
     /// True if another reading that shares a column explains nearly as much. `is_named` is true if names favour this
@@ -60,8 +60,8 @@ impl Reading {
     }
 
     /// True if it is no more than an appearance.
-    pub(crate) fn is_doubtful(&self) -> bool {
-        self.trial.doubt > Self::MAX_DOUBT || self.score() < 0.5 * HEARD
+    pub(crate) fn is_ambiguous(&self) -> bool {
+        self.trial.reservation > Self::MAX_RESERVATION || self.score() < 0.5 * HEARD
     }
 }
 
@@ -79,11 +79,15 @@ impl Contest {
         /// Doubts beyond the least with which a trial is not screened.
         const MAX_MORE: i32 = 3;
         if trials.len() > MOST {
-            let least = trials.iter().map(|trial| trial.doubt).min().unwrap_or(0);
-            trials.retain(|trial| trial.doubt <= least + MAX_MORE);
+            let least = trials
+                .iter()
+                .map(|trial| trial.reservation)
+                .min()
+                .unwrap_or(0);
+            trials.retain(|trial| trial.reservation <= least + MAX_MORE);
             let mut screened = weigh(&signals.thinned(SCREENED), &trials, Effort::SCREEN);
             sort(&mut screened, |reading| {
-                score(reading.bits + HEARD, reading.trial.doubt)
+                score(reading.bits + HEARD, reading.trial.reservation)
             });
             trials = screened
                 .iter()
@@ -100,7 +104,7 @@ impl Contest {
                     && other.trial.command != reading.trial.measured
                     && other.bits > HEARD.max(0.25 * reading.bits)
             });
-            reading.trial.doubt += i32::from(is_moved);
+            reading.trial.reservation += i32::from(is_moved);
         }
         sort(&mut readings, Reading::score);
         Self(readings)
@@ -118,8 +122,8 @@ fn sort(readings: &mut [Reading], by: impl Fn(&Reading) -> f64) {
     }
 }
 
-fn score(bits: f64, doubt: i32) -> f64 {
-    bits.max(1.0) * 0.5_f64.powi(doubt)
+fn score(bits: f64, reservation: i32) -> f64 {
+    bits.max(1.0) * 0.5_f64.powi(reservation)
 }
 
 fn weigh(signals: &Signals, trials: &[Trial], effort: Effort) -> Vec<Reading> {
@@ -267,7 +271,7 @@ mod tests {
                         measured,
                         command,
                         order,
-                        doubt: 0,
+                        reservation: 0,
                     });
                 }
             }

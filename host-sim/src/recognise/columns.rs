@@ -1,7 +1,7 @@
 //! Finds the quantity of each column. Readings of the columns compete, and names weigh against them.
 
 use super::name::{Named, Quantity, Unit, of_column};
-use super::{question::Question, stated::Stated};
+use super::{log_options::LogOptions, question::Question};
 use crate::log::{Table, TableColumn, extremes};
 use crate::readings::{Contest, HEARD, Order, Reading, Signals, Trial, held, kin};
 use crate::scenario::{Column, CommandUnit, LogUnits, PositionUnit, TimeUnit};
@@ -53,7 +53,11 @@ pub(super) struct Clock {
 impl Columns {
     /// The unit of the command by the name of its column. It applies if the command is not scaled and no stated inertia
     /// or torque implies another unit.
-    pub(super) fn command_unit(&self, units: &LogUnits, stated: &Stated) -> Option<CommandUnit> {
+    pub(super) fn command_unit(
+        &self,
+        units: &LogUnits,
+        stated: &LogOptions,
+    ) -> Option<CommandUnit> {
         let Some(Unit::Command(unit)) = self.command.as_ref()?.named.unit else {
             return None;
         };
@@ -111,7 +115,11 @@ impl<'a> Candidates<'a> {
     ///
     /// # Errors
     /// The quantities whose columns are not known.
-    pub(super) fn find(&self, stated: &Stated, clock: &Clock) -> Result<Columns, Vec<Question>> {
+    pub(super) fn find(
+        &self,
+        stated: &LogOptions,
+        clock: &Clock,
+    ) -> Result<Columns, Vec<Question>> {
         let find = |flag, column: &Option<String>| match column.as_deref() {
             None | Some("none") => Ok(None),
             Some(name) => match self.stated(name) {
@@ -216,7 +224,7 @@ impl<'a> Candidates<'a> {
     ///
     /// # Errors
     /// A stated column that is missing.
-    pub(super) fn clock(&self, stated: &Stated) -> Result<Clock, Question> {
+    pub(super) fn clock(&self, stated: &LogOptions) -> Result<Clock, Question> {
         let chosen = match stated.time.as_deref() {
             Some("none") => None,
             Some(column) => {
@@ -300,7 +308,7 @@ impl<'a> Candidates<'a> {
         best.unwrap_or(TimeUnit::Second)
     }
 
-    fn time(&self, stated: &Stated) -> Option<Chosen> {
+    fn time(&self, stated: &LogOptions) -> Option<Chosen> {
         let is_known = |chosen: &Chosen| {
             let others = [&stated.position, &stated.command, &stated.reference];
             let mut others = others.into_iter().flatten();
@@ -379,7 +387,7 @@ impl<'a> Candidates<'a> {
         position: Option<&Chosen>,
         pushes: Option<&Chosen>,
         aside: Option<&Chosen>,
-        stated: &Stated,
+        stated: &LogOptions,
     ) -> Result<Found, Vec<Question>> {
         let signals = self.signals(clock, stated.sample_time);
         let (copies, rates) = kin(&signals);
@@ -444,7 +452,7 @@ impl<'a> Candidates<'a> {
                     };
                     let is_goal =
                         quantity(command) == Quantity::Reference && has_command && pushes.is_none();
-                    let doubt = of_position
+                    let reservation = of_position
                         + of_command
                         + 2 * i32::from(!is_stated && self.are_of_other_joints(measured, command))
                         + 3 * i32::from(is_other_order)
@@ -453,7 +461,7 @@ impl<'a> Candidates<'a> {
                         measured,
                         command,
                         order,
-                        doubt,
+                        reservation,
                     });
                 }
             }
@@ -493,8 +501,8 @@ impl<'a> Candidates<'a> {
             let of_rate = self.is_rate_of(rival.trial.measured, best.trial.measured);
             is_other
                 && !of_rate
-                && rival.trial.doubt <= best.trial.doubt
-                && best.is_rivalled_by(rival, best.trial.doubt <= NAMED)
+                && rival.trial.reservation <= best.trial.reservation
+                && best.is_rivalled_by(rival, best.trial.reservation <= NAMED)
         });
         if let Some(rival) = rival {
             let [one, other] = [best.trial, rival.trial];
@@ -512,7 +520,7 @@ impl<'a> Candidates<'a> {
                 .map(|(flag, what, one, other)| self.either(flag, what, one, other))
                 .collect());
         }
-        if best.trial.doubt > NAMED && best.is_doubtful() {
+        if best.trial.reservation > NAMED && best.is_ambiguous() {
             return Err(none());
         }
         let other = contest.0.iter().find(|other| other.trial != best.trial);
@@ -543,8 +551,12 @@ impl<'a> Candidates<'a> {
     fn chosen_reading(&self, contest: &Contest) -> Option<Reading> {
         /// Bits for a reading over those of one that goes before it.
         const CLEARLY: f64 = 8.0;
-        let least = contest.0.iter().map(|reading| reading.trial.doubt).min()?;
-        let is_named = |reading: &&Reading| least > NAMED || reading.trial.doubt == least;
+        let least = contest
+            .0
+            .iter()
+            .map(|reading| reading.trial.reservation)
+            .min()?;
+        let is_named = |reading: &&Reading| least > NAMED || reading.trial.reservation == least;
         let best = *contest.0.iter().find(is_named)?;
         let before = contest.0.iter().filter(is_named).find(|reading| {
             best.trial.order == Order::Velocity

@@ -4,10 +4,10 @@
 //! the motion. A [`Question`] is asked only where two readings explain it alike.
 
 mod columns;
+mod log_options;
 mod name;
 mod position;
 mod question;
-mod stated;
 mod text;
 
 use crate::log::{LogError, Table};
@@ -16,8 +16,8 @@ use crate::scenario::{InnerLoop, LogSettings, PhysicalSettings, TimeUnit};
 use columns::{Candidates, Chosen};
 use name::Unit;
 
+pub use log_options::LogOptions;
 pub use question::Question;
-pub use stated::Stated;
 
 /// A recognised log.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,7 +68,7 @@ impl From<Question> for Unrecognised {
 ///
 /// # Errors
 /// A log of which nothing can be known, or the questions that it leaves open.
-pub fn recognise(table: &Table, stated: &Stated) -> Result<Recognised, Unrecognised> {
+pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrecognised> {
     let of_file = |fault: &str| LogError::of_file(&table.path, fault);
     if table.rows() < 2 {
         let fault = "the log has one row: a motion needs hundreds of samples, one row each";

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::Stated;
+use super::LogOptions;
 use super::columns::Chosen;
 use super::name::{self, Unit};
 use crate::log::{Jumps, LogError, Period, Table, TableColumn};
@@ -38,7 +38,7 @@ pub(super) fn read(
     column: &TableColumn,
     chosen: &Chosen,
     is_velocity: bool,
-    stated: &Stated,
+    stated: &LogOptions,
 ) -> Reading {
     if is_velocity && stated.position_unit.is_none() {
         let found = name::rate(&column.name, &column.unit);
@@ -153,7 +153,7 @@ pub(super) fn check(table: &Table, chosen: &Chosen) -> Result<(), LogError> {
 fn unit(
     column: &TableColumn,
     chosen: &Chosen,
-    stated: &Stated,
+    stated: &LogOptions,
     step: Option<f64>,
 ) -> Option<(PositionUnit, &'static str)> {
     if let Some(unit) = stated.position_unit {
@@ -190,7 +190,7 @@ fn unit(
 }
 
 /// The unit of positions that begin again after a revolution.
-fn by_period(column: &TableColumn, stated: &Stated) -> Option<PositionUnit> {
+fn by_period(column: &TableColumn, stated: &LogOptions) -> Option<PositionUnit> {
     let mut jumps = Jumps::default();
     let positions = held(&column.values);
     for (place, position) in positions.iter().enumerate() {

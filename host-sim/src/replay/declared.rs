@@ -54,8 +54,8 @@ impl<V: VelocityEstimate<f64>> DeclaredPid<V> {
         own: f64,
     ) -> Option<State<V>> {
         /// Relative rounding of a limit in single precision or a few decimals.
-        const ROUNDING: f64 = 1e-5;
-        let [low, high] = self.limit.map(|limit| (1.0 - ROUNDING) * limit);
+        const COMMAND_TOLERANCE: f64 = 1e-5;
+        let [low, high] = self.limit.map(|limit| (1.0 - COMMAND_TOLERANCE) * limit);
         if own <= low || own >= high {
             return None;
         }

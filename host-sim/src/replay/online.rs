@@ -4,7 +4,7 @@ use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
 
 use super::passes::sampled_every;
-use super::progress::{InStretch, Progress};
+use super::progress::{InSegment, Progress};
 use super::recorded::RecordedReference;
 use super::settling::settling_in_motion;
 use crate::log::Row;
@@ -15,7 +15,7 @@ use crate::simulate::identifier;
 pub struct OnlineIdentifier {
     scenario: Scenario,
     progress: Progress<LowPass<f64>>,
-    stretch: Option<InStretch<LowPass<f64>>>,
+    segment: Option<InSegment<LowPass<f64>>>,
     sample_time: f64,
     /// SI units for one of the position's and one of the command's.
     scales: [f64; 2],
@@ -73,7 +73,7 @@ impl OnlineIdentifier {
                 time: 0.0,
                 begun: false,
             },
-            stretch: None,
+            segment: None,
             sample_time,
             scales,
             samples: 0,
@@ -97,12 +97,12 @@ impl OnlineIdentifier {
                 ));
             }
         }
-        let stretch = self.stretch.get_or_insert_with(|| {
+        let segment = self.segment.get_or_insert_with(|| {
             let settling = settling_in_motion(&self.scenario);
-            InStretch::new(&self.scenario, &row, self.progress.unit, settling)
+            InSegment::new(&self.scenario, &row, self.progress.unit, settling)
         });
         let refused = |error| format!("position = {position}, command = {command}: {error}");
-        if let Some(input) = self.progress.input(stretch, &row, 0, 0).map_err(refused)? {
+        if let Some(input) = self.progress.input(segment, &row, 0, 0).map_err(refused)? {
             let learnt = self
                 .progress
                 .identifier
@@ -115,7 +115,7 @@ impl OnlineIdentifier {
 
     /// Joins the motion anew behind a gap between samples; the estimates are kept.
     pub fn resume(&mut self) {
-        self.stretch = None;
+        self.segment = None;
     }
 
     /// The samples so far.

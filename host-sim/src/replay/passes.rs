@@ -7,13 +7,13 @@ use identifier_core::settings::{SettingsError, TermSettings};
 
 use super::Agreement;
 use super::declared::Declared;
-use super::progress::{InStretch, Progress};
+use super::progress::{InSegment, Progress};
 use super::recorded::RecordedReference;
 use super::settling::{MIN_SETTLING, settling_in_motion};
 use crate::experiment::{Outcome, Sample};
-use crate::log::{Log, Stretch};
+use crate::log::{Log, Segment};
 use crate::scenario::dispatch::with_velocity;
-use crate::scenario::{Closing, Fault, Scenario};
+use crate::scenario::{Fault, LoopKind, Scenario};
 use crate::simulate::identifier;
 
 /// The result of a replay.
@@ -38,13 +38,13 @@ pub fn fitted(mut scenario: Scenario, logs: &(impl AsRef<[Log]> + ?Sized)) -> Sc
     let Some(log) = logs.first() else {
         return scenario;
     };
-    let own = scenario.is_own_log();
+    let own = scenario.is_log_of_simulated_run();
     sampled_every(&mut scenario, log.sample_time);
     if scenario.counts_per_rev.is_none() && !own {
         scenario.stated.resolution = log.resolution();
     }
-    let stretches = logs.iter().flat_map(Log::stretches);
-    let learnt = stretches.map(|stretch| stretch.samples - settling(&scenario, stretch));
+    let segments = logs.iter().flat_map(Log::segments);
+    let learnt = segments.map(|segment| segment.samples - settling(&scenario, segment));
     let most = learnt.max().unwrap_or(0) as f64 * scenario.sample_time();
     if (MIN_START_TIME..DEFAULT_START_TIME).contains(&most) {
         let stated = &mut scenario.stated;
@@ -66,15 +66,15 @@ pub(super) fn sampled_every(scenario: &mut Scenario, sample_time: f64) {
 
 /// The samples of a segment without learning. There are none if the servo starts at standstill, because its motion is
 /// then fully known. Otherwise they are those in which the velocity estimate settles.
-pub(super) fn settling(scenario: &Scenario, stretch: &Stretch) -> u64 {
+pub(super) fn settling(scenario: &Scenario, segment: &Segment) -> u64 {
     /// At most this fraction of a segment, one over, is spent on settling.
     const SETTLING_DIVISOR: u64 = 10;
-    if stretch.begins_at_rest(scenario.stated.resolution) {
+    if segment.begins_at_rest(scenario.stated.resolution) {
         return 0;
     }
     settling_in_motion(scenario)
-        .min((stretch.samples / SETTLING_DIVISOR).max(MIN_SETTLING))
-        .min(stretch.samples - 1)
+        .min((segment.samples / SETTLING_DIVISOR).max(MIN_SETTLING))
+        .min(segment.samples - 1)
 }
 
 /// The default time of the core's first fits, and the shortest that it takes, s.
@@ -131,18 +131,18 @@ fn run<V: VelocityEstimate<f64>>(
     };
     'passes: for pass in 0..passes {
         for (number, log) in logs.iter().enumerate() {
-            let mut stretches = log.stretches().iter();
-            let mut on: Option<InStretch<V>> = None;
+            let mut segments = log.segments().iter();
+            let mut on: Option<InSegment<V>> = None;
             for row in log.rows() {
                 if row.begins || on.is_none() {
-                    let settling = stretches
+                    let settling = segments
                         .next()
-                        .map_or(0, |stretch| settling(scenario, stretch));
+                        .map_or(0, |segment| settling(scenario, segment));
                     if let Some(before) = on.take() {
                         progress.time += before.samples as f64 * log.sample_time;
                     }
                     progress.begin(pass == 0 || !command_recorded);
-                    on = Some(InStretch::new(scenario, row, unit, settling));
+                    on = Some(InSegment::new(scenario, row, unit, settling));
                 }
                 let Some(on) = &mut on else { continue };
                 match progress.process(on, row, number, pass) {
@@ -178,7 +178,7 @@ fn run<V: VelocityEstimate<f64>>(
 
 /// The settings of identifier and controller: for a run's own log those of the run.
 fn settings(scenario: &Scenario, log: &Log) -> Result<Settings, Fault> {
-    let settings = if scenario.is_own_log() {
+    let settings = if scenario.is_log_of_simulated_run() {
         scenario.settings_for(Some(&scenario.reference::<f64>()?))
     } else {
         let units = scenario.checked_units()?;
@@ -189,7 +189,7 @@ fn settings(scenario: &Scenario, log: &Log) -> Result<Settings, Fault> {
 
 /// True if the declared controller is the one whose command the log has, or would have.
 fn ran(scenario: &Scenario, settings: &Settings, command_recorded: bool) -> bool {
-    let closes_its_own = scenario.identifier.law.closing() == Closing::Relay;
-    let other = scenario.is_own_log() && closes_its_own && command_recorded;
+    let closes_its_own = scenario.identifier.law.closing() == LoopKind::Relay;
+    let other = scenario.is_log_of_simulated_run() && closes_its_own && command_recorded;
     settings.controller.is_some() && !other
 }

@@ -28,7 +28,7 @@ pub(super) struct Progress<V: VelocityEstimate<f64>> {
 }
 
 /// State within a segment.
-pub(super) struct InStretch<V: VelocityEstimate<f64>> {
+pub(super) struct InSegment<V: VelocityEstimate<f64>> {
     scaler: RowScaler,
     /// When it began, s, of the log.
     from: f64,
@@ -55,7 +55,7 @@ pub(super) struct Input {
     begins: bool,
 }
 
-impl<V: VelocityEstimate<f64>> InStretch<V> {
+impl<V: VelocityEstimate<f64>> InSegment<V> {
     pub(super) fn new(scenario: &Scenario, first: &Row, unit: f64, settling: u64) -> Self {
         Self {
             scaler: RowScaler::new(scenario, first.position, unit),
@@ -78,26 +78,26 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
         }
     }
 
-    pub(super) fn time_of(&self, stretch: &InStretch<V>, row: &Row) -> f64 {
-        self.time + row.time - stretch.from
+    pub(super) fn time_of(&self, segment: &InSegment<V>, row: &Row) -> f64 {
+        self.time + row.time - segment.from
     }
 
     /// The input of the identifier in a sample of a log; none while the velocity settles.
     pub(super) fn input(
         &mut self,
-        stretch: &mut InStretch<V>,
+        segment: &mut InSegment<V>,
         row: &Row,
         log: usize,
         pass: u32,
     ) -> Result<Option<Input>, StepError> {
-        let scaled = stretch.scaler.scale(*row);
-        let settled = stretch.samples >= stretch.settling;
-        let begins = stretch.samples == stretch.settling;
+        let scaled = segment.scaler.scale(*row);
+        let settled = segment.samples >= segment.settling;
+        let begins = segment.samples == segment.settling;
         if row.bridged {
-            stretch.settled_again = stretch.samples + stretch.settling_in_motion;
+            segment.settled_again = segment.samples + segment.settling_in_motion;
         }
-        let comparable = settled && stretch.samples >= stretch.settled_again;
-        stretch.samples += 1;
+        let comparable = settled && segment.samples >= segment.settled_again;
+        segment.samples += 1;
         let command = match (row.command, &mut self.declared) {
             (Some(command), declared) => {
                 if let Some(declared) = declared.as_mut().filter(|_| pass == 0) {
@@ -110,12 +110,12 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
             (None, None) => return Err(StepError::CommandNotFinite),
         };
         if !settled {
-            stretch.velocity = self.filter.process(&mut stretch.filtered, scaled.increment);
+            segment.velocity = self.filter.process(&mut segment.filtered, scaled.increment);
             return Ok(None);
         }
         if begins {
-            if self.begun || stretch.settling > 0 {
-                self.identifier.resume_moving(stretch.velocity);
+            if self.begun || segment.settling > 0 {
+                self.identifier.resume_moving(segment.velocity);
             }
             let angle = row.position.rem_euclid(self.revolution) / self.unit;
             self.identifier.place(angle - scaled.increment);
@@ -131,17 +131,17 @@ impl<V: VelocityEstimate<f64>> Progress<V> {
     /// A sample of a log; nothing comes of it while the velocity settles.
     pub(super) fn process(
         &mut self,
-        stretch: &mut InStretch<V>,
+        segment: &mut InSegment<V>,
         row: &Row,
         log: usize,
         pass: u32,
     ) -> Result<Option<Sample>, StepError> {
-        let Some(input) = self.input(stretch, row, log, pass)? else {
+        let Some(input) = self.input(segment, row, log, pass)? else {
             return Ok(None);
         };
         let step = self.identifier.step(input.increment, input.command, None)?;
         self.outcome.count(step.event);
-        let time = self.time_of(stretch, row);
+        let time = self.time_of(segment, row);
         let reference = row.reference.unwrap_or(f64::NAN);
         let sample = step.sample(time, input.begins, reference, row.position, self.unit);
         Ok(Some(sample))

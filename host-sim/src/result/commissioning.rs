@@ -7,11 +7,11 @@ use drive_link::NoGains;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{ServoParameters, Unknown};
 use identifier_core::reason::Reason;
-use identifier_core::tuning::{Cap, Promise, Resonance};
+use identifier_core::tuning::{Cap, PredictedResponse, Resonance};
 use serde::{Serialize, Serializer};
 
 use super::Gains;
-use crate::commission::{Excursion, FrequencyResponse, Outcome, Stretch};
+use crate::commission::{Excursion, FrequencyResponse, Outcome, PhaseSpan};
 use crate::scenario::Scenario;
 
 /// The end of a commissioning, simulated or of a drive.
@@ -48,7 +48,8 @@ pub struct CommissioningEnd {
     /// The reason why it is not faster.
     pub cap: Option<&'static str>,
     /// Promise of the new gains.
-    pub promise: Option<Promise>,
+    #[serde(rename = "promise")]
+    pub predicted_response: Option<PredictedResponse>,
     /// Measurements of the trial.
     pub trial: Option<TrialResult>,
     /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.
@@ -70,7 +71,7 @@ pub struct CommissioningResult {
     /// Time at which it ended, s.
     pub duration: Option<f64>,
     /// The phases, in their order.
-    pub phases: Vec<Stretch>,
+    pub phases: Vec<PhaseSpan>,
     /// The motion that there was, in truth, and the commands that acted.
     pub extremes: Excursion,
     /// Names of the effects that its model lacks, by the fit of all that it recorded.
@@ -149,7 +150,7 @@ impl CommissioningEnd {
             gains: tuning.map(Gains::tuned),
             bandwidth: tuning.map(|tuning| tuning.bandwidth),
             cap: tuning.and_then(|tuning| tuning.cap).map(Cap::name),
-            promise: tuning.map(|tuning| tuning.promise),
+            predicted_response: tuning.map(|tuning| tuning.predicted_response),
             trial: outcome.trial,
             encoder_noise: outcome.noise,
         }

@@ -1,6 +1,6 @@
 //! The result of a comparison of methods.
 
-use identifier_core::settings::BoxSettings;
+use identifier_core::settings::ParameterRangeSettings;
 use serde::{Serialize, Serializer};
 
 use crate::verdict::Status;
@@ -14,7 +14,8 @@ pub struct ComparisonResult {
     /// The cases, in order.
     pub cases: Vec<CaseResult>,
     /// The parameter range for methods that need one, if the scenario states none.
-    pub assumed_box: Option<BoxSettings>,
+    #[serde(rename = "assumed_box")]
+    pub assumed_range: Option<ParameterRangeSettings>,
 }
 
 /// Properties of a method that no case changes.

@@ -29,7 +29,7 @@ pub struct DriveStatus {
 impl From<&Status> for DriveStatus {
     fn from(status: &Status) -> Self {
         let (state, reason) = match status.state {
-            State::Released => ("released", None),
+            State::Disabled => ("released", None),
             State::Running => ("running", None),
             State::Commissioning => ("commissioning", None),
             State::Faulted(fault) => ("faulted", Some(fault)),
@@ -53,13 +53,14 @@ fn change<S: Serializer>(change: &Option<ServoChange>, serializer: S) -> Result<
     struct Keys {
         #[serde(serialize_with = "super::reason::serialize")]
         reason: Option<Reason>,
-        promised: f64,
+        #[serde(rename = "promised")]
+        predicted: f64,
         found: f64,
         standard_errors: f64,
     }
     let keys = change.map(|change| Keys {
         reason: Some(change.reason),
-        promised: change.promised,
+        predicted: change.predicted,
         found: change.found,
         standard_errors: change.standard_errors,
     });

@@ -30,7 +30,8 @@ pub struct Summary {
     pub reason: String,
     /// Why an estimator that begins by a fit had none after a second of motion.
     #[serde(serialize_with = "super::reason::serialize")]
-    pub obstacle: Option<Reason>,
+    #[serde(rename = "obstacle")]
+    pub rejection_reason: Option<Reason>,
     /// The effect that the model lacks, if one is distinct.
     pub cause: Option<Finding>,
     /// The estimates.
@@ -116,7 +117,7 @@ pub struct Estimate {
     /// Distance still to go at the end of the run, from the means over the thirds of the last quarter. Infinite if its
     /// steps did not get shorter.
     #[serde(skip)]
-    pub to_go: f64,
+    pub remaining_change: f64,
     /// True if the estimator estimates it.
     #[serde(skip)]
     pub is_estimated: bool,

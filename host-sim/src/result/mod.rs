@@ -33,5 +33,5 @@ pub use residual::{Finding, Residual};
 pub use sensor_noise::SensorNoise;
 pub use sweep::{Distribution, Quantiles, Spread, SweepResult, SweepRun};
 pub use tuning::{
-    DelayedServo, FeedForward, Gains, KnownForces, StiffPromise, TuningConditions, TuningResult,
+    DelayedServo, FeedForward, Gains, KnownForces, StiffPrediction, TuningConditions, TuningResult,
 };

@@ -27,7 +27,7 @@ impl Residual {
     /// True if the encoder's resolution accounts for the output error.
     #[must_use]
     pub fn is_the_encoders(&self) -> bool {
-        !self.is_large() && !self.is_coloured()
+        !self.is_large() && !self.is_autocorrelated()
     }
 
     /// True if it is more than the encoder's resolution leaves.
@@ -38,7 +38,7 @@ impl Residual {
 
     /// True if it is correlated from sample to sample.
     #[must_use]
-    pub fn is_coloured(&self) -> bool {
+    pub fn is_autocorrelated(&self) -> bool {
         self.correlation > Self::MAX_CORRELATION
     }
 }

@@ -3,7 +3,7 @@
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
-use identifier_core::tuning::{Promise, Tuning};
+use identifier_core::tuning::{PredictedResponse, Tuning};
 use serde::Serialize;
 
 use super::FormResult;
@@ -21,7 +21,8 @@ pub struct TuningResult {
     /// The reason why it is not faster; none where it is as fast as was asked for.
     pub cap: Option<&'static str>,
     /// Promise of the loop, and its stiffness.
-    pub promise: StiffPromise,
+    #[serde(rename = "promise")]
+    pub predicted_response: StiffPrediction,
     /// Feed-forward.
     pub feed_forward: FeedForward,
     /// The same in the form of a drive's firmware, where that was asked for.
@@ -85,10 +86,10 @@ impl Gains {
 
 /// A predicted response with the stiffness that follows from its compliance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct StiffPromise {
+pub struct StiffPrediction {
     /// The predicted response.
     #[serde(flatten)]
-    pub promise: Promise,
+    pub predicted_response: PredictedResponse,
     /// Load per distance that it moves the servo at most, rad/s² per rad.
     pub stiffness: f64,
 }

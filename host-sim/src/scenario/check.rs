@@ -4,7 +4,7 @@ use identifier_core::error::Allowed;
 use identifier_core::parameters::Term;
 
 use super::error::Fault;
-use super::law::{Closing, Law};
+use super::estimator::{Estimator, LoopKind};
 use super::{Arithmetic, Purpose, Scenario, commission, inner, log, physical};
 
 /// The longest run, control samples.
@@ -55,7 +55,7 @@ pub(super) fn complete(
             Ok(scenario)
         }
         // A replay knows its units and its reference only once the log is read.
-        Purpose::Replay if scenario.is_own_log() => {
+        Purpose::Replay if scenario.is_log_of_simulated_run() => {
             replayable(&scenario)?;
             let scenario = scenario.in_own_loop();
             build(&scenario)?;
@@ -98,7 +98,7 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
     let (given, identifier) = (&scenario.stated, &scenario.stated.identifier);
     let law = scenario.identifier.law;
     let log = scenario.log_columns();
-    let own = scenario.is_own_log();
+    let own = scenario.is_log_of_simulated_run();
     let own_loop = format!(
         "\"{}\" runs only in its own loop and cannot take a log: {} can",
         law.name(),
@@ -106,7 +106,7 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
     );
     let follows = given.controller.is_some()
         || identifier.correction.is_some()
-        || identifier.plant_box.is_some();
+        || identifier.parameter_range.is_some();
     let refusals = [
         (
             log.command.is_none() && log.reference.is_none(),
@@ -120,7 +120,7 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
              angle in every recording, state angle = \"absolute\", else remove the term \"gravity\"",
         ),
         (
-            !(law.is_replayable() || own && law.closing() == Closing::Pd),
+            !(law.is_replayable() || own && law.closing() == LoopKind::Pd),
             "identifier.law",
             own_loop.as_str(),
         ),
@@ -153,7 +153,7 @@ fn replayable(scenario: &Scenario) -> Result<(), Fault> {
 }
 
 fn replayable_names() -> String {
-    let replayable = Law::ALL.iter().filter(|law| law.is_replayable());
+    let replayable = Estimator::ALL.iter().filter(|law| law.is_replayable());
     let names: Vec<_> = replayable
         .map(|law| format!("\"{}\"", law.name()))
         .collect();

@@ -116,7 +116,7 @@ impl Scenario {
             Fault::new("commission", format!("a commissioning needs {about}"))
         })?;
         order.check_ways()?;
-        let plant_box = self.stated.identifier.plant_box;
+        let parameter_range = self.stated.identifier.parameter_range;
         Ok(CommissionSettings {
             sample_time: self.sample_time(),
             resolution: self.stated.resolution,
@@ -131,7 +131,7 @@ impl Scenario {
                 .unwrap_or(self.stated.identifier.terms.delay),
             max_gain: order
                 .most_gain
-                .or(plant_box.map(|plant_box| plant_box.b[1])),
+                .or(parameter_range.map(|parameter_range| parameter_range.b[1])),
             noise: self.stated_noise(),
             goal: order.goal()?,
             max_sensitivity: order.max_sensitivity,

@@ -5,17 +5,17 @@ use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::Word;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::{ParameterSet, ServoParameters};
-use identifier_core::settings::{BoxSettings, SettingsError};
+use identifier_core::settings::{ParameterRangeSettings, SettingsError};
 
 use super::dispatch::{with_types, with_words};
-use super::reference::MAX_PLAYED;
+use super::reference::MAX_SIMULATED;
 use super::{Arithmetic, Scenario};
 
 /// The parameter range around one servo if none is stated: b within a factor of three, a up to three times.
 #[must_use]
-pub(crate) fn box_around(servo: &ServoParameters) -> BoxSettings {
+pub(crate) fn range_around(servo: &ServoParameters) -> ParameterRangeSettings {
     const FACTOR: f64 = 3.0;
-    BoxSettings {
+    ParameterRangeSettings {
         a: [0.0, FACTOR * servo.a],
         b: [servo.b / FACTOR, FACTOR * servo.b],
     }
@@ -28,9 +28,9 @@ pub(super) fn choose(
     reference: &impl Excitation<f64>,
 ) -> Result<(), SettingsError> {
     /// Time for which the reference is played, s.
-    const PLAYED_TIME: f64 = 10.0;
+    const SIMULATED_TIME: f64 = 10.0;
 
-    let samples = (PLAYED_TIME / scenario.sample_time()).min(MAX_PLAYED as f64) as u32;
+    let samples = (SIMULATED_TIME / scenario.sample_time()).min(MAX_SIMULATED as f64) as u32;
     let gamma = with_types!(scenario, f64 => automatic_gamma(settings, reference, samples))?;
     settings.identifier.gamma = Some(gamma);
     if scenario.identifier.arithmetic == Arithmetic::Fixed {

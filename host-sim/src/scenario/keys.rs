@@ -8,7 +8,7 @@ use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::settings::{
-    BoxSettings, ControllerSettings, IdentifierSettings, RangeSettings,
+    ControllerSettings, IdentifierSettings, ParameterRangeSettings, RangeSettings,
 };
 use identifier_core::tuning::TuningSettings;
 use identifier_core::units::Units;
@@ -26,8 +26,8 @@ use super::range::Range::{
     self, BelowNyquist, Delay, Duration, EvenSamples, FaultSize, Fixed, HalfRadian, Samples,
 };
 use super::{
-    Arithmetic, Column, CommandUnit, CommissionOrder, ExcitationKind, InnerLoop, Integrator, Law,
-    LogSettings, PositionUnit, RivalSettings, Scenario, TimeUnit, Velocity, parts,
+    Arithmetic, Column, CommandUnit, CommissionOrder, Estimator, ExcitationKind, InnerLoop,
+    Integrator, LogSettings, PositionUnit, RivalSettings, Scenario, TimeUnit, Velocity, parts,
 };
 
 /// The paper's cut-off of the velocity filter, rad/s.
@@ -216,7 +216,7 @@ keys! {
     Required("[0.2, -0.2]"), "rad", "levels, one after the other";
 
 "identifier": Table(Always), Derived("the gradient estimator"), "", "what is identified, and how";
-"identifier.law": OneOf(Law::CHOICES, |s, i| s.identifier.set_law(Law::ALL[i])), FirstChoice, "", "the method";
+"identifier.law": OneOf(Estimator::CHOICES, |s, i| s.identifier.set_estimator(Estimator::ALL[i])), FirstChoice, "", "the method";
 "identifier.parameters": Parameters(choose), Derived("[\"a\", \"b\"], or those that the method finds"), "",
     "what is estimated; the others stay at their initial values";
 "identifier.arithmetic": OneOf(Arithmetic::CHOICES, |s, i| s.identifier.arithmetic = Arithmetic::ALL[i]), FirstChoice, "",
@@ -540,11 +540,13 @@ fn given(s: &mut Scenario) -> &mut IdentifierSettings {
     &mut s.stated.identifier
 }
 
-fn within(s: &mut Scenario) -> &mut BoxSettings {
-    given(s).plant_box.get_or_insert(BoxSettings {
-        a: [0.0; 2],
-        b: [0.0; 2],
-    })
+fn within(s: &mut Scenario) -> &mut ParameterRangeSettings {
+    given(s)
+        .parameter_range
+        .get_or_insert(ParameterRangeSettings {
+            a: [0.0; 2],
+            b: [0.0; 2],
+        })
 }
 
 fn correction(s: &mut Scenario) -> &mut [f64; 3] {

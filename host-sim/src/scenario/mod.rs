@@ -8,13 +8,13 @@ mod check;
 mod commission;
 pub(crate) mod dispatch;
 mod error;
+mod estimator;
 #[cfg(feature = "experiments")]
 mod gamma;
 mod inner;
 mod key;
 pub mod keys;
 mod kind;
-mod law;
 mod log;
 mod log_quantity;
 mod log_units;
@@ -32,17 +32,17 @@ mod stability;
 
 pub use commission::CommissionOrder;
 pub use error::{Fault, ScenarioError};
+pub use estimator::{Estimator, LoopKind, RivalSettings};
 #[cfg(feature = "experiments")]
-pub(crate) use gamma::{box_around, gamma_over};
+pub(crate) use gamma::{gamma_over, range_around};
 pub use inner::{InnerLoop, Integrator};
 pub use kind::Key;
 pub(crate) use kind::MAX_COLUMNS;
-pub use law::{Closing, Law, RivalSettings};
 pub use log::{Column, LogSettings};
 pub use log_quantity::LogQuantity;
 pub use log_units::{LogUnits, PositionUnit, TimeUnit};
 pub use physical::{CommandUnit, PhysicalSettings};
-pub(crate) use reference::MAX_PLAYED;
+pub(crate) use reference::MAX_SIMULATED;
 pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceState};
 pub use set::ModelSet;
 pub(crate) use source::fetch;
@@ -137,7 +137,7 @@ named! {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
     /// The estimator.
-    pub law: Law,
+    pub law: Estimator,
     /// The settings of an estimator for comparison.
     pub rival: RivalSettings,
     /// The parameters to be estimated, in the user's order.
@@ -168,7 +168,7 @@ impl Scenario {
     /// True if the replayed log is that of the scenario's own run. It then states the true servo and no columns. The
     /// defaults of a run then hold for the log too.
     #[must_use]
-    pub fn is_own_log(&self) -> bool {
+    pub fn is_log_of_simulated_run(&self) -> bool {
         self.plant.is_some() && self.log.is_none()
     }
 
@@ -222,7 +222,7 @@ impl Scenario {
             velocity: Velocity::LowPass,
             excitation: ExcitationSettings::NONE,
             identifier: Identification {
-                law: Law::Gradient,
+                law: Estimator::Gradient,
                 rival: RivalSettings::TYPICAL,
                 parameters: Vec::new(),
                 arithmetic: Arithmetic::F32,

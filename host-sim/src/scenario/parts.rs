@@ -45,7 +45,7 @@ impl Scenario {
         settings.identifier.known =
             PerParameter::from_fn(|parameter| self.identifier.is_known(parameter));
         if self.identifier.arithmetic == Arithmetic::Fixed {
-            bound_by_the_box(&mut settings);
+            bound_by_the_range(&mut settings);
         }
         #[cfg(feature = "experiments")]
         if let Some(reference) = reference
@@ -162,8 +162,9 @@ impl Scenario {
 
 /// Fixed point needs bounds of friction and load. If none are stated, the parameter range gives them. A command of the
 /// limit, or of an error of one, makes no larger acceleration of any servo in it.
-fn bound_by_the_box(settings: &mut Settings) {
-    let (Some(within), Some(controller)) = (settings.identifier.plant_box, settings.controller)
+fn bound_by_the_range(settings: &mut Settings) {
+    let (Some(within), Some(controller)) =
+        (settings.identifier.parameter_range, settings.controller)
     else {
         return;
     };

@@ -30,7 +30,7 @@ named! {
 }
 
 /// The most samples of a reference that a Γ is chosen from.
-pub(crate) const MAX_PLAYED: usize = 200_000;
+pub(crate) const MAX_SIMULATED: usize = 200_000;
 
 /// The settings of the reference, SI; each kind takes its own part.
 #[derive(Debug, Clone, PartialEq)]

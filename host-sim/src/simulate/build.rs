@@ -14,14 +14,14 @@ use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Term, Un
 use identifier_core::settings::{FromSettings, SettingsError};
 use rivals::FilteredLeastSquares;
 
-use super::{LocalLoop, Rig, Simulation};
+use super::{LocalLoop, SimulatedAxis, Simulation};
 use crate::experiment::Outcome;
 use crate::loops::{
-    Direct, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop, RelayLoop,
+    DirectEstimator, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop, RelayLoop,
     RelayMethod, Running, WholeRecord,
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
-use crate::scenario::{Arithmetic, Fault, Law, Scenario, gamma_over};
+use crate::scenario::{Arithmetic, Estimator, Fault, Scenario, gamma_over};
 
 impl Simulation {
     /// Builds the experiment of a scenario.
@@ -35,7 +35,7 @@ impl Simulation {
             .map_err(|error| scenario.fault(&error))?;
         if is_fixed_point(scenario) {
             return Ok(Self {
-                rig: Rig::build::<f64>(scenario)?.counting_from(0),
+                rig: SimulatedAxis::build::<f64>(scenario)?.counting_from(0),
                 closed: closed_by_pid(scenario, &settings, 0)?,
             });
         }
@@ -70,11 +70,11 @@ impl Method {
     ) -> Result<Simulation, Fault> {
         Ok(match self {
             Self::Identifier(identifier) => Simulation {
-                rig: Rig::build::<N>(scenario)?,
+                rig: SimulatedAxis::build::<N>(scenario)?,
                 closed: pid_loop::<N>(scenario, settings, identifier, 0)?,
             },
             Self::Relay(method) => Simulation {
-                rig: Rig::build::<N>(scenario)?,
+                rig: SimulatedAxis::build::<N>(scenario)?,
                 closed: Box::new(RelayLoop::<N>::new(method)),
             },
         })
@@ -167,11 +167,11 @@ pub(super) fn identifier_in<N: Number>(
     settings: &Settings,
 ) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
     let law = scenario.identifier.law;
-    if law == Law::RelayLeastSquares {
+    if law == Estimator::RelayLeastSquares {
         // Its relay makes its command; the least squares take any.
         let law =
             FilteredLeastSquares::<N>::new(&scenario.checked_units()?, &scenario.least_squares());
-        return Ok(Box::new(Direct::new(law.map_err(fault_of_rival)?)));
+        return Ok(Box::new(DirectEstimator::new(law.map_err(fault_of_rival)?)));
     }
     match method::<N>(scenario, settings)? {
         Method::Identifier(identifier) => Ok(identifier),
@@ -188,13 +188,15 @@ pub(super) fn identifier_in<N: Number>(
 /// The estimator of a scenario in a number format.
 pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Result<Method, Fault> {
     let built = match scenario.identifier.law {
-        Law::Gradient | Law::PdGradient => with_types!(scenario, N => gradient::<N>(settings)),
-        Law::GaussNewton if scenario.has_terms() => {
+        Estimator::Gradient | Estimator::PdGradient => {
+            with_types!(scenario, N => gradient::<N>(settings))
+        }
+        Estimator::GaussNewton if scenario.has_terms() => {
             // Those that the settings do not require never enter.
             gauss_newton::<N, AllUnknowns, { Unknown::COUNT }>(&with_terms(scenario, settings))
         }
-        Law::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
-        Law::Fit => {
+        Estimator::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
+        Estimator::Fit => {
             whole_record_terms(scenario)?;
             return Ok(Method::Identifier(Box::new(WholeRecord)));
         }
@@ -202,7 +204,7 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
             let setting = "initial.b";
             return Err(scenario.fault(&SettingsError::NotGiven { setting }));
         }
-        Law::RelayLeastSquares => return rival::<N>(scenario).map_err(fault_of_rival),
+        Estimator::RelayLeastSquares => return rival::<N>(scenario).map_err(fault_of_rival),
     };
     built
         .map(Method::Identifier)
@@ -226,8 +228,8 @@ where
     V: VelocityEstimate<N, State: Send> + Send + 'static,
     S: ParameterSet<P> + Send + 'static,
 {
-    type Law<N, V, S, const P: usize> = GradientIdentifier<N, V, S, P>;
-    beside(settings, |law: &Law<N, V, S, P>| Outcome {
+    type Estimator<N, V, S, const P: usize> = GradientIdentifier<N, V, S, P>;
+    beside(settings, |law: &Estimator<N, V, S, P>| Outcome {
         gamma: gamma_over::<S, P>(settings),
         mu: Some(law.mu()),
         certified: law.certificate().is_some(),

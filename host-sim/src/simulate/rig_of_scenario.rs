@@ -5,11 +5,11 @@ use identifier_core::number::Number;
 use virtual_servo::faults::Faults;
 use virtual_servo::{SensorEffects, SensorErrors, Servo};
 
-use super::Rig;
+use super::SimulatedAxis;
 use super::sensor::Sensor;
 use crate::scenario::{Fault, Scenario};
 
-impl Rig<'_> {
+impl SimulatedAxis<'_> {
     /// The rig of a scenario, its signals in the number format of the loop.
     pub(crate) fn build<N: Number>(scenario: &Scenario) -> Result<Self, Fault> {
         let reference = scenario.reference::<N>()?;

@@ -2,7 +2,7 @@ use identifier_core::parameters::ServoParameters;
 use virtual_servo::distinct_seed;
 use virtual_servo::excitation::NormalSource;
 
-use crate::scenario::{ExcitationKind, Scenario, box_around};
+use crate::scenario::{ExcitationKind, Scenario, range_around};
 
 /// The scenario of one servo of a sweep. Its b is log-uniform and its a uniform in the plant's range, or within a
 /// factor of three of the scenario's servo. The load is uniform between minus and plus the scenario's, and friction is
@@ -18,8 +18,8 @@ pub fn draw(base: &Scenario, seed: u32, index: u32) -> Scenario {
     };
     let mut source = NormalSource::new(distinct_seed(seed, index));
     let mut uniform = |low: f64, high: f64| low + (high - low) * source.next_uniform();
-    let within = base.stated.identifier.plant_box;
-    let within = within.unwrap_or_else(|| box_around(&servo));
+    let within = base.stated.identifier.parameter_range;
+    let within = within.unwrap_or_else(|| range_around(&servo));
     let ([a_min, a_max], [b_min, b_max]) = (within.a, within.b);
     let drawn = ServoParameters {
         a: uniform(a_min, a_max),

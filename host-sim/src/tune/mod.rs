@@ -19,7 +19,7 @@ use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
 
 use crate::result::{
-    DelayedServo, FeedForward, FormResult, Gains, KnownForces, StiffPromise, Summary,
+    DelayedServo, FeedForward, FormResult, Gains, KnownForces, StiffPrediction, Summary,
     TuningConditions, TuningResult,
 };
 use crate::scenario::Scenario;
@@ -79,7 +79,9 @@ impl Tuned {
                 NoGains::TooFast {
                     cap,
                     most,
-                    rise_time: slower.ok().map(|tuning| tuning.promise.rise_time),
+                    rise_time: slower
+                        .ok()
+                        .map(|tuning| tuning.predicted_response.rise_time),
                 }
             }
             error => NoGains::Error(error),
@@ -103,7 +105,7 @@ impl Tuned {
     ) -> Result<(Self, KnownConditions), String> {
         let text = |error: &dyn std::fmt::Display| error.to_string();
         let result = IdentifiedResult::new(summary).map_err(|error| text(&error))?;
-        if result.doubt.is_some() {
+        if result.reservation.is_some() {
             return Err("gains for an unidentified servo would be a guess".to_owned());
         }
         let known = KnownConditions::of_summary(scenario, summary, result.has_delay);
@@ -169,9 +171,9 @@ impl Tuned {
             gains: Gains::tuned(tuning),
             bandwidth: tuning.bandwidth,
             cap: tuning.cap.map(Cap::name),
-            promise: StiffPromise {
-                promise: tuning.promise,
-                stiffness: 1.0 / tuning.promise.compliance,
+            predicted_response: StiffPrediction {
+                predicted_response: tuning.predicted_response,
+                stiffness: 1.0 / tuning.predicted_response.compliance,
             },
             feed_forward: self.feed_forward(),
             form: self.form.clone(),

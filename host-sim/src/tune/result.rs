@@ -22,7 +22,7 @@ pub struct IdentifiedResult {
     /// Standard deviation of the measured position's noise in motion, rounding included, rad; none where it is not known.
     pub noise: Option<f64>,
     /// The reason why nothing should be built on it, if there is one.
-    pub doubt: Option<String>,
+    pub reservation: Option<String>,
 }
 
 /// A fault of a result.
@@ -147,7 +147,7 @@ impl IdentifiedResult {
         /// The standard error of b, as a part of it, up to which a partially identified servo gets gains.
         const SURE: f64 = 0.04;
         let is_partial = status == "partial" && b[1] <= SURE * b[0];
-        let doubt = if status == "converged" || is_partial {
+        let reservation = if status == "converged" || is_partial {
             let unsure = [("a", a), ("b", b), ("delay", delay)];
             let unsure = unsure
                 .into_iter()
@@ -186,7 +186,7 @@ impl IdentifiedResult {
             has_delay: estimate("delay")?.is_some(),
             sample_time,
             noise: None,
-            doubt,
+            reservation,
         })
     }
 }
@@ -260,7 +260,7 @@ mod tests {
         assert!((servo.standard_error(IdentifiedServo::B) - 0.5).abs() < 1e-12);
         assert!((servo.delay - 0.0012).abs() < 1e-12 && result.has_delay);
         assert!((result.effects.gravity[0][0] - 3.0).abs() < 1e-12);
-        assert_eq!(result.doubt, None);
+        assert_eq!(result.reservation, None);
     }
 
     #[test]
@@ -278,8 +278,8 @@ mod tests {
             ),
         ] {
             let text = RESULT.replace(from, to);
-            let doubt = IdentifiedResult::read(&text).expect("a result").doubt;
-            assert!(doubt.expect("a doubt").contains(part), "{to}");
+            let reservation = IdentifiedResult::read(&text).expect("a result").reservation;
+            assert!(reservation.expect("a doubt").contains(part), "{to}");
         }
     }
 

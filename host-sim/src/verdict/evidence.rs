@@ -14,12 +14,12 @@ pub struct Evidence {
     /// The output error of the model with the estimates.
     pub residual: Option<Residual>,
     /// The effect that the model lacks, if any.
-    pub lack: Option<Lack>,
+    pub lack: Option<MissingEffect>,
     /// Error of the predicted position over data that the estimates have not seen, relative to the
     /// position's deviation.
     pub prediction: Option<f64>,
     /// Why an estimator that begins by a fit had none after a second of motion.
-    pub obstacle: Option<Reason>,
+    pub rejection_reason: Option<Reason>,
     /// A required term that did not enter the model.
     pub missing_term: Option<Term>,
     /// True if a fit to the whole record found no servo that explains it.
@@ -65,12 +65,12 @@ pub struct UnknownEvidence {
     /// no information on it.
     pub std_error: Option<f64>,
     /// True if most of it comes from effects of the command's size. A command of other sizes would determine them.
-    pub needs_sizes: bool,
+    pub needs_more_amplitudes: bool,
     /// The distance that it still moved, or still had to go, at the end.
     pub movement: f64,
     /// The refit difference: the distance from the final estimate to a refit of the data with the effect that the model
     /// lacks.
-    pub pull: Option<f64>,
+    pub refit_difference: Option<f64>,
     /// True if it is at a bound.
     pub at_bound: bool,
 }
@@ -83,9 +83,9 @@ impl UnknownEvidence {
             estimate: 0.0,
             scale,
             std_error: None,
-            needs_sizes: false,
+            needs_more_amplitudes: false,
             movement: 0.0,
-            pull: None,
+            refit_difference: None,
             at_bound: false,
         }
     }
@@ -94,7 +94,7 @@ impl UnknownEvidence {
     #[must_use]
     pub fn uncertainty(&self) -> Option<f64> {
         let known = self.std_error.filter(|error| error.is_finite())?;
-        Some(libm::hypot(known, self.pull.unwrap_or(0.0)))
+        Some(libm::hypot(known, self.refit_difference.unwrap_or(0.0)))
     }
 }
 
@@ -109,7 +109,7 @@ pub struct Residual {
 
 /// An effect that a model lacks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lack {
+pub struct MissingEffect {
     /// The effect, if one is distinct; none if several are possible.
     pub cause: Option<Cause>,
     /// The part of the output error that it explains.
@@ -126,7 +126,7 @@ impl Evidence {
             residual: None,
             lack: None,
             prediction: None,
-            obstacle: None,
+            rejection_reason: None,
             missing_term: None,
             not_a_servo: false,
             fit: None,

@@ -17,7 +17,7 @@ pub enum VerdictReason {
         /// Of this unknown.
         unknown: Unknown,
         /// Why an estimator that begins by a fit has none.
-        obstacle: Option<Reason>,
+        rejection_reason: Option<Reason>,
     },
     /// Too few samples.
     TooShort {
@@ -42,7 +42,7 @@ pub enum VerdictReason {
         /// The largest allowed one.
         limit: f64,
         /// True if a command of other sizes would determine it.
-        needs_sizes: bool,
+        needs_more_amplitudes: bool,
     },
     /// An estimate is at a bound.
     AtBound {
@@ -92,11 +92,11 @@ pub enum VerdictReason {
         shift: f64,
     },
     /// A refit of the data differs from the estimate.
-    Elsewhere {
+    RefitDiffers {
         /// The unknown.
         unknown: Unknown,
         /// The distance from where it is.
-        pull: f64,
+        refit_difference: f64,
         /// The most that chance explains, or that does not matter.
         limit: f64,
     },
@@ -157,7 +157,7 @@ impl VerdictReason {
             Self::Stopped => 31,
             Self::Lacks { cause: Some(_), .. } => 40,
             Self::Lacks { cause: None, .. } => 41,
-            Self::Elsewhere { .. } => 42,
+            Self::RefitDiffers { .. } => 42,
             Self::NotPredicted { .. } => 43,
         }
     }
@@ -184,7 +184,7 @@ impl VerdictReason {
             | Self::AtBound { unknown, .. }
             | Self::StillMoving { unknown, .. }
             | Self::Lacks { unknown, .. }
-            | Self::Elsewhere { unknown, .. } => Some(*unknown),
+            | Self::RefitDiffers { unknown, .. } => Some(*unknown),
             _ => None,
         }
     }
@@ -197,9 +197,9 @@ impl fmt::Display for VerdictReason {
                 "all estimates are within tolerance and settled; no missing effect was found",
             ),
             Self::EndedEarly => f.write_str("the run ended early"),
-            Self::NoEstimate { unknown, obstacle } => {
+            Self::NoEstimate { unknown, rejection_reason } => {
                 write!(f, "no estimate of {}", unknown.name())?;
-                let texts = obstacle.and_then(Reason::cause_and_remedy_of_first_fit);
+                let texts = rejection_reason.and_then(Reason::cause_and_remedy_of_first_fit);
                 texts.map_or(Ok(()), |(cause, remedy)| write!(f, ": {cause}; {remedy}"))
             }
             Self::TooShort { samples, needed } => write!(
@@ -215,14 +215,14 @@ impl fmt::Display for VerdictReason {
                 unknown,
                 std_error,
                 limit,
-                needs_sizes,
+                needs_more_amplitudes,
             } => write!(
                 f,
                 "{} is uncertain by ± {} (95 %), at most ± {} is within tolerance; {}",
                 unknown.name(),
                 Quantity(2.0 * std_error, unknown),
                 Quantity(2.0 * limit, unknown),
-                if needs_sizes {
+                if needs_more_amplitudes {
                     "a dead band, friction that grows with the load or a gain that differs between the directions \
                      would look the same: use commands of several sizes"
                 } else {
@@ -309,16 +309,16 @@ impl fmt::Display for VerdictReason {
                 )?;
                 cause.map_or(Ok(()), |cause| write!(f, ": {}", cause.remedy()))
             }
-            Self::Elsewhere {
+            Self::RefitDiffers {
                 unknown,
-                pull,
+                refit_difference,
                 limit,
             } => write!(
                 f,
                 "a refit would change {} by {}, at most {} is within tolerance: run longer, or find the effect that \
                  the model lacks",
                 unknown.name(),
-                Quantity(pull, unknown),
+                Quantity(refit_difference, unknown),
                 Quantity(limit, unknown)
             ),
             Self::NotPredicted { error, limit } => write!(

@@ -66,7 +66,7 @@ const MAX_MOVEMENT: Tolerance = Tolerance {
 
 /// The distance up to which an estimate is where the data say. It does not grow with the standard error, which holds model
 /// errors and not chance alone.
-const MAX_PULL: Tolerance = Tolerance {
+const MAX_REFIT_DIFFERENCE: Tolerance = Tolerance {
     gain: 0.02,
     force: [0.08, 0.003],
     other: [0.05, 0.01],
@@ -75,7 +75,7 @@ const MAX_PULL: Tolerance = Tolerance {
 /// The same for a refit with an effect that the estimator's model lacks. Its difference is no chance.
 const MAX_SHIFT: Tolerance = Tolerance {
     force: [0.08, 0.001],
-    ..MAX_PULL
+    ..MAX_REFIT_DIFFERENCE
 };
 
 /// Minimum samples for a verdict.
@@ -163,9 +163,14 @@ impl UnknownEvidence {
     /// True if a refit agrees with the estimate, with an effect that the model `lacks` or without one.
     #[must_use]
     pub fn is_in_place(&self, unknown: Unknown, lacks: bool) -> bool {
-        let tolerance = if lacks { MAX_SHIFT } else { MAX_PULL };
+        let tolerance = if lacks {
+            MAX_SHIFT
+        } else {
+            MAX_REFIT_DIFFERENCE
+        };
         let limit = tolerance.limit(unknown, self.estimate, self.scale);
-        self.pull.is_some_and(|pull| within(pull, limit))
+        self.refit_difference
+            .is_some_and(|refit_difference| within(refit_difference, limit))
     }
 }
 
@@ -202,16 +207,19 @@ fn without_estimate(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
         VerdictReason::NotAServo
     } else {
         first(evidence, |unknown, of| {
-            let obstacle = evidence.obstacle;
-            let is_bounded = obstacle.is_none_or(|of| of == Reason::EstimateAtBound)
+            let rejection_reason = evidence.rejection_reason;
+            let is_bounded = rejection_reason.is_none_or(|of| of == Reason::EstimateAtBound)
                 && of.at_bound
                 && of.estimate.abs() > Tolerance::ZERO_SHARE * of.scale;
             if is_bounded {
                 let estimate = of.estimate;
                 return Some(VerdictReason::AtBound { unknown, estimate });
             }
-            let is_none = obstacle.is_some() || !of.estimate.is_finite();
-            is_none.then_some(VerdictReason::NoEstimate { unknown, obstacle })
+            let is_none = rejection_reason.is_some() || !of.estimate.is_finite();
+            is_none.then_some(VerdictReason::NoEstimate {
+                unknown,
+                rejection_reason,
+            })
         })?
     };
     Some((Status::NoInformation, reason))
@@ -267,7 +275,7 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
             unknown,
             std_error,
             limit,
-            needs_sizes: of.needs_sizes,
+            needs_more_amplitudes: of.needs_more_amplitudes,
         })
     })?;
     Some((unless_gain_is_known(evidence), reason))
@@ -277,7 +285,7 @@ fn not_excited(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 fn lacking(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     let lack = evidence.lack.as_ref()?;
     let reason = first(evidence, |unknown, of| {
-        let shift = of.pull?;
+        let shift = of.refit_difference?;
         (!of.is_in_place(unknown, true)).then_some(VerdictReason::Lacks {
             cause: lack.cause,
             share: lack.share,
@@ -310,12 +318,12 @@ fn unexplained(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 
 fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
     first(evidence, |unknown, of| {
-        let pull = of.pull?;
+        let refit_difference = of.refit_difference?;
         (is_excited(unknown, of) && !of.is_in_place(unknown, false)).then(|| {
-            VerdictReason::Elsewhere {
+            VerdictReason::RefitDiffers {
                 unknown,
-                pull,
-                limit: MAX_PULL.limit(unknown, of.estimate, of.scale),
+                refit_difference,
+                limit: MAX_REFIT_DIFFERENCE.limit(unknown, of.estimate, of.scale),
             }
         })
     })
@@ -336,11 +344,11 @@ fn unpredicted(evidence: &Evidence) -> Option<VerdictReason> {
 
 fn first<T>(
     evidence: &Evidence,
-    objection: impl Fn(Unknown, &UnknownEvidence) -> Option<T>,
+    rejection_reason: impl Fn(Unknown, &UnknownEvidence) -> Option<T>,
 ) -> Option<T> {
     evidence
         .unknowns()
-        .find_map(|(unknown, of)| objection(unknown, of))
+        .find_map(|(unknown, of)| rejection_reason(unknown, of))
 }
 
 /// True if it is within tolerance. The value of one that is not does not matter.

@@ -108,13 +108,13 @@ mod tests {
             // One bound at a time; a second one is clamped, for which the argument of the storage
             // function does not hold.
             let faces = outside.iter().filter(|x| !(0.0..=1.0).contains(*x)).count();
-            let slid_out = (0..2).any(|i| {
+            let left_bounds = (0..2).any(|i| {
                 let j = 1 - i;
                 let back = outside[j].clamp(0.0, 1.0) - outside[j];
                 let moved = outside[i] + back * gamma.entries()[i][j] / gamma.entries()[j][j];
                 !(0.0..=1.0).contains(&moved) && (0.0..=1.0).contains(&outside[i])
             });
-            if faces == 1 && !slid_out {
+            if faces == 1 && !left_bounds {
                 let determinant = diagonal[0] * diagonal[1] - cross * cross;
                 let storage = |x: [f64; 2]| {
                     let [p, q] = [x[0] - truth[0], x[1] - truth[1]];

@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn computes_the_law_in_si() {
+    fn computes_the_estimator_in_si() {
         // e = 0.1 rad, q̇ = 2 rad/s, ∫e = 0.05 rad s, in units of 0.5 rad and 1 ms.
         let command = pid(CommandLimit::NONE).command(0.2, 2.0 * 1e-3 / 0.5, 0.05 / (0.5 * 1e-3));
         assert!((command.value - (9.0 * 0.1 - 0.19 * 2.0 + 4.0 * 0.05)).abs() < 1e-12);

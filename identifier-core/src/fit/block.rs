@@ -10,7 +10,7 @@ pub struct Block<N> {
     pub command: N,
     /// The first moment: the additional distance per unit of gain within the block because the command came earlier
     /// than evenly spread. It is ∑ⱼ (m − j − ½) uⱼ/m² − ū/2 for m samples, command units.
-    pub lead: N,
+    pub first_moment: N,
 }
 
 /// A few successive samples condensed: five words in `f32`. They pass from the interrupt that recorded them to the

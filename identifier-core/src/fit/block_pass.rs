@@ -23,11 +23,11 @@ where
     ) {
         let free = self.free_unknowns(&fit.prior);
         let values = self.values(&self.begin_values(&fit.prior));
-        let [command, lead] = if Self::IS_LATE {
+        let [command, first_moment] = if Self::IS_LATE {
             moments(&HeldCommand::late(record, fit.next, values.terms.delay))
         } else {
             let acting = self.acting(&mut fit.pass.inputs, block, &values);
-            [acting.command, block.lead]
+            [acting.command, block.first_moment]
         };
         let pass = &mut fit.pass;
         let correction = pass.gain.innovation;
@@ -47,7 +47,7 @@ where
                 // A servo that friction holds does not depend on any other parameter.
                 _ if direction == N::ZERO => N::ZERO,
                 Some(Unknown::B) => {
-                    ahead = lead;
+                    ahead = first_moment;
                     command
                 }
                 Some(Unknown::Coulomb) => -direction,
@@ -93,14 +93,14 @@ where
         let kept = N::ONE - values.parameters.x;
         pass.early
             .advance(block, gain, kept, &correction, moved.phase);
-        let (way, phase) = (moved.displacement, moved.phase);
+        let (displacement, phase) = (moved.displacement, moved.phase);
         let moving = phase.moving_part();
-        pass.model.error = pass.model.error - gain * block.lead * moving;
+        pass.model.error = pass.model.error - gain * block.first_moment * moving;
         // The tangents of first order are half a block ahead of the motion.
-        pass.tangents.position[B] += block.lead * moving;
+        pass.tangents.position[B] += block.first_moment * moving;
         let change = pass.model.velocity - before;
         pass.turns.observe(block.travel);
-        pass.sums.speed_square += way * way;
+        pass.sums.speed_square += displacement * displacement;
         pass.sums.acceleration_square += change * change;
         pass.model.observe(block.travel);
         pass.measure(&free);

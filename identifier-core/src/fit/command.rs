@@ -24,7 +24,7 @@ impl<N: Number> HeldCommand<N> {
         let before = Block {
             travel: N::ZERO,
             command: record.block(0).map_or(N::ZERO, |first| first.command),
-            lead: N::ZERO,
+            first_moment: N::ZERO,
         };
         let at = |ago: usize| {
             let block = index.checked_sub(ago).and_then(|place| record.block(place));
@@ -50,7 +50,7 @@ impl<N: Number> HeldCommand<N> {
 
     /// The additional distance per unit of gain because it falls, over the square of the time, command units.
     #[must_use]
-    pub fn lead(&self) -> N {
+    pub fn first_moment(&self) -> N {
         N::from_f64(1.0 / 12.0) * self.falls * self.time()
     }
 
@@ -81,13 +81,13 @@ fn command_of<N: Number>(block: &Block<N>, before: &Block<N>) -> [HeldCommand<N>
     /// A step nearer to the beginning or the end of a block is none.
     const NEAR: f64 = 0.02;
     let [six, twelve] = [6.0, 12.0].map(N::from_f64);
-    let last = before.command - six * before.lead;
+    let last = before.command - six * before.first_moment;
     let change = block.command - last;
     let (zero, one, near) = (N::ZERO, N::ONE, N::from_f64(NEAR));
     let at = if change == zero {
         zero
     } else {
-        -(block.lead + block.lead) * change.reciprocal()
+        -(block.first_moment + block.first_moment) * change.reciprocal()
     };
     let held = |from, to, mean, falls| HeldCommand {
         from,
@@ -99,7 +99,7 @@ fn command_of<N: Number>(block: &Block<N>, before: &Block<N>) -> [HeldCommand<N>
         let next = last + change * (one - at).reciprocal();
         [held(zero, at, last, zero), held(at, one, next, zero)]
     } else {
-        let even = held(zero, one, block.command, twelve * block.lead);
+        let even = held(zero, one, block.command, twelve * block.first_moment);
         [held(zero, zero, even.ends()[0], zero), even]
     }
 }
@@ -108,14 +108,14 @@ fn command_of<N: Number>(block: &Block<N>, before: &Block<N>) -> [HeldCommand<N>
 /// unit of gain because they came earlier than evenly spread.
 pub(super) fn moments<N: Number>(commands: &[Option<HeldCommand<N>>; 4]) -> [N; 2] {
     let half = N::from_f64(0.5);
-    let (mut time, mut mean, mut way) = (N::ZERO, N::ZERO, N::ZERO);
+    let (mut time, mut mean, mut displacement) = (N::ZERO, N::ZERO, N::ZERO);
     for held in commands.iter().flatten() {
         let own = held.time();
-        way += own * (mean + own * (half * held.mean + held.lead()));
+        displacement += own * (mean + own * (half * held.mean + held.first_moment()));
         mean += own * held.mean;
         time += own;
     }
-    [mean, way - half * mean]
+    [mean, displacement - half * mean]
 }
 
 #[cfg(test)]
@@ -144,8 +144,11 @@ mod tests {
     /// A mass under the commands of the blocks, late by a delay: position and velocity.
     fn pushed(record: &Vec<Block<f64>>, delay: f64) -> [f64; 2] {
         (0..record.len()).fold([0.0; 2], |[position, velocity], index| {
-            let [mean, lead] = moments(&HeldCommand::late(record, index, delay));
-            [position + velocity + 0.5 * mean + lead, velocity + mean]
+            let [mean, first_moment] = moments(&HeldCommand::late(record, index, delay));
+            [
+                position + velocity + 0.5 * mean + first_moment,
+                velocity + mean,
+            ]
         })
     }
 
@@ -194,12 +197,12 @@ mod tests {
             assert!((own[0] - exact[0]).abs() < 1e-9 && (own[1] - exact[1]).abs() < 1e-9);
         }
         // Late by a part of a block the velocity is the same in the end, and the way shorter by what the delay costs.
-        let [way, velocity] = pushed(&record, 0.0);
-        let [late_way, late_velocity] = pushed(&record, 0.375);
+        let [displacement, velocity] = pushed(&record, 0.0);
+        let [late_displacement, late_velocity] = pushed(&record, 0.375);
         assert!((late_velocity - velocity).abs() < 1e-9);
         assert!(
-            (way - late_way - 0.375 * velocity).abs() < 1e-9,
-            "{way} {late_way} {velocity}"
+            (displacement - late_displacement - 0.375 * velocity).abs() < 1e-9,
+            "{displacement} {late_displacement} {velocity}"
         );
     }
 }

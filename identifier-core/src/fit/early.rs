@@ -39,7 +39,7 @@ impl<N: Number> EarlyTangent<N> {
         phase: FrictionPhase<N>,
     ) {
         // By mean and first moment: of a straight line that is −1/12 of its slope.
-        let end = block.command - N::from_f64(6.0) * block.lead;
+        let end = block.command - N::from_f64(6.0) * block.first_moment;
         let change = self.end.replace(end).map_or(N::ZERO, |before| end - before);
         let position = self.position;
         let followed = (N::ONE - correction.position) * position;
@@ -47,7 +47,7 @@ impl<N: Number> EarlyTangent<N> {
         (self.position, self.velocity) = match phase {
             FrictionPhase::Stuck => (followed, N::ZERO),
             FrictionPhase::Turned { slowing, .. } => (followed + velocity, velocity * slowing),
-            FrictionPhase::Slid { .. } => (followed + velocity, velocity),
+            FrictionPhase::Moving { .. } => (followed + velocity, velocity),
             FrictionPhase::Stopped { .. } => (followed + velocity, N::ZERO),
         };
     }
@@ -145,13 +145,13 @@ mod tests {
             let block = Block {
                 travel: 0.0,
                 command: slope * (f64::from(k) + 0.5),
-                lead: -slope / 12.0,
+                first_moment: -slope / 12.0,
             };
             let correction = Innovation {
                 position: 0.0,
                 velocity: 0.0,
             };
-            let phase = FrictionPhase::Slid { direction: 1.0 };
+            let phase = FrictionPhase::Moving { direction: 1.0 };
             tangent.advance(&block, gain, 1.0, &correction, phase);
             velocity = gain * slope * f64::from(k);
             position += velocity;

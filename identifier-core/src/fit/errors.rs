@@ -1,10 +1,10 @@
-use super::colour::coloured;
+use super::autocorrelation::autocorrelated;
 use super::early::{EarlyCommand, early_command};
 use super::fit_result::{Errors, FitResult, MAX_UNEXPLAINED_BY_NOISE};
 use super::fitter::{Fit, Fitter};
 use super::levenberg_marquardt::Explanation;
 use super::pass::PassSums;
-use super::survey::root;
+use super::statistics::root;
 use super::{A, B};
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
@@ -74,8 +74,8 @@ where
             },
             bandwidth,
             at_bound,
-            path: fit.survey.path,
-            acceleration: fit.survey.usual_command(fit.blocks) * best.unknowns[B] * per[B],
+            path: fit.statistics.path,
+            acceleration: fit.statistics.usual_command(fit.blocks) * best.unknowns[B] * per[B],
             left: fit.left,
             only_direction: fit.pass.turns.only_direction(),
             early: if S::UNKNOWNS.contains(&Unknown::Delay) {
@@ -89,11 +89,11 @@ where
                     fit.blocks,
                 )
             },
-            is_hardly_motion: fit.survey.is_hardly_motion(),
+            is_hardly_motion: fit.statistics.is_hardly_motion(),
             // The variance of an unknown on which nothing depends is zero.
             leaves_gain_open: free[B]
                 && (covariance[B][B] <= N::ZERO
-                    || fit.survey.leaves_gain_open(fit.blocks, has_force)),
+                    || fit.statistics.leaves_gain_open(fit.blocks, has_force)),
             command_share: fit.command_share,
         })
     }
@@ -107,14 +107,14 @@ where
         /// The largest correlation from block to block that can be distinguished from one.
         const MAX_CORRELATION: f64 = 0.999;
         let cost = pass.equations.cost();
-        let products = pass.sums.colour.products;
+        let products = pass.sums.autocorrelation.products;
         let freedom = N::from_count(fit.blocks.saturating_sub(P).max(1) as i32);
         let per_freedom = freedom.reciprocal();
         let unexplained = (cost * per_freedom).larger(self.noise);
         Errors {
             unexplained,
             noise: ((cost - products.larger(N::ZERO)) * per_freedom).larger(self.noise),
-            coloured: coloured(unexplained, products, cost, MAX_CORRELATION),
+            autocorrelated: autocorrelated(unexplained, products, cost, MAX_CORRELATION),
         }
     }
 
@@ -124,7 +124,7 @@ where
         fit: &Fit<N, S::Inputs<N>, P>,
         pass: &Explanation<N, P, PassSums<N, P>>,
     ) -> [[N; P]; P] {
-        let variance = self.errors(fit, pass).coloured;
+        let variance = self.errors(fit, pass).autocorrelated;
         let covariance = pass.equations.covariance();
         covariance.map(|row| row.map(|entry| variance * entry))
     }

@@ -46,7 +46,7 @@ pub(super) struct Errors<N> {
     pub(super) unexplained: N,
     pub(super) noise: N,
     /// The variance of white errors that say as little.
-    pub(super) coloured: N,
+    pub(super) autocorrelated: N,
 }
 
 impl<N: Number, const P: usize> FitResult<N, P> {
@@ -86,7 +86,7 @@ impl<N: Number, const P: usize> FitResult<N, P> {
     }
 
     /// Why a result from which nothing can continue is none.
-    pub(crate) fn objection(&self) -> Reason {
+    pub(crate) fn rejection_reason(&self) -> Reason {
         /// The command acts if it explains at least this part of the residual of friction and load.
         const MIN_COMMAND_SHARE: f64 = 0.5;
         let acts = N::from_f64(MIN_COMMAND_SHARE);

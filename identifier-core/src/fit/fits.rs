@@ -110,12 +110,12 @@ impl<N: Number> Fitter<N> {
     pub(crate) fn object<const W: usize>(&self, fits: &mut Fits<N, W>, ended: &Ended<N>) -> bool {
         let reason = ended
             .result
-            .map_or(Reason::TooLittleMotion, |result| result.objection());
+            .map_or(Reason::TooLittleMotion, |result| result.rejection_reason());
         ended.full && fits.wait.object(self.patience, reason)
     }
 
     /// Why there is no first fit, once it is overdue.
-    pub(crate) fn obstacle<const W: usize>(&self, fits: &Fits<N, W>) -> Option<Reason> {
+    pub(crate) fn rejection_reason<const W: usize>(&self, fits: &Fits<N, W>) -> Option<Reason> {
         fits.wait.reason(self.patience)
     }
 }

@@ -5,8 +5,8 @@ use super::gain::KalmanGain;
 use super::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use super::pass::{Pass, PassSums};
 use super::record::Blocks;
-use super::survey::{MIN_TRAVEL_COUNTS, Survey, root};
-use super::{A, B, FitResult, FitterConfig, Prior, ROUNDING};
+use super::statistics::{MIN_TRAVEL_COUNTS, RecordStatistics, root};
+use super::{A, B, FitResult, FitterConfig, Prior, QUANTISATION_VARIANCE};
 use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::linalg::NormalEquations;
@@ -84,7 +84,7 @@ pub struct Fit<N, I, const P: usize> {
     pub(super) blocks: usize,
     pub(super) next: usize,
     pub(super) stage: FitStage,
-    pub(super) survey: Survey<N>,
+    pub(super) statistics: RecordStatistics<N>,
     /// That of the gain, blocks.
     pub(super) horizon: N,
     /// Variance of the position noise, counts².
@@ -105,7 +105,7 @@ pub struct Fit<N, I, const P: usize> {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum FitStage {
-    Survey,
+    RecordStatistics,
     Linear,
     From(u32),
     /// At a further horizon.
@@ -134,10 +134,10 @@ where
     const HORIZONS: [f64; 3] = [21.0, 6.0, 74.0];
 
     /// The same for a motion that begins at rest. The last is an open-loop simulation, and that one counts.
-    const HORIZONS_FROM_REST: [f64; 3] = [21.0, 74.0, Self::ALONE];
+    const HORIZONS_FROM_REST: [f64; 3] = [21.0, 74.0, Self::OPEN_LOOP_MEMORY];
 
     /// More than the blocks of any record.
-    pub(super) const ALONE: f64 = 1e4;
+    pub(super) const OPEN_LOOP_MEMORY: f64 = 1e4;
 
     /// The longest horizon, of the record.
     const LONGEST_HORIZON: f64 = 1.0 / 4.0;
@@ -158,7 +158,7 @@ where
         Self::new(&FitterConfig {
             block,
             patience: 0,
-            noise: ROUNDING,
+            noise: QUANTISATION_VARIANCE,
             low,
             high,
             initial,
@@ -224,8 +224,8 @@ where
             inputs,
             blocks,
             next: 0,
-            stage: FitStage::Survey,
-            survey: Survey::NONE,
+            stage: FitStage::RecordStatistics,
+            statistics: RecordStatistics::NONE,
             horizon: N::ONE,
             noise: self.noise,
             pass: Pass::at_first(inputs, KalmanGain::begin(N::ONE, N::ZERO), N::ZERO),
@@ -256,7 +256,7 @@ where
             return Some(first);
         }
         let own = *horizons.get(place)?;
-        if own >= Self::ALONE {
+        if own >= Self::OPEN_LOOP_MEMORY {
             return Some(N::from_f64(own));
         }
         let own = N::from_f64(own).limited(N::ONE, longest);
@@ -274,7 +274,7 @@ where
         if fit.next < fit.blocks {
             if let Some(block) = record.block(fit.next) {
                 match fit.stage {
-                    FitStage::Survey => fit.survey.observe(block),
+                    FitStage::RecordStatistics => fit.statistics.observe(block),
                     FitStage::Linear => {
                         let travel = |index: usize| Some(record.block(index)?.travel);
                         let direction = direction(fit.next, travel);
@@ -289,8 +289,8 @@ where
         }
         fit.next = 0;
         match fit.stage {
-            FitStage::Survey => {
-                if fit.survey.path < N::from_f64(MIN_TRAVEL_COUNTS) {
+            FitStage::RecordStatistics => {
+                if fit.statistics.path < N::from_f64(MIN_TRAVEL_COUNTS) {
                     return Some(None);
                 }
                 fit.horizon = self.horizon(0, fit.blocks).unwrap_or(N::ONE);
@@ -366,7 +366,7 @@ where
         const COUNTS: f64 = 2.0;
         const SHARE: f64 = 0.01;
         let [counts, share] = [COUNTS, SHARE].map(N::from_f64);
-        (counts * root(self.relative(fit.noise))).larger(share * fit.survey.path)
+        (counts * root(self.relative(fit.noise))).larger(share * fit.statistics.path)
     }
 
     /// Takes a pass of a descent. True if the descent continues.

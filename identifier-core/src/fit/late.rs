@@ -8,7 +8,7 @@ use super::fitter::{Fit, Fitter};
 use super::pass::Pass;
 use super::record::Blocks;
 use crate::adaptation::IdentifiableSet;
-use crate::model::{Acting, FrictionPhase, ModelValues, SlidingStep, sensitivity};
+use crate::model::{Acting, FrictionPhase, ModelValues, MovingStep, sensitivity};
 use crate::number::Number;
 use crate::parameters::Unknown;
 
@@ -42,7 +42,7 @@ where
             *position = *position - correction.position * *position;
         }
         let before = pass.model.velocity;
-        let mut way = N::ZERO;
+        let mut displacement = N::ZERO;
         let mut last = None;
         for held in commands.iter().flatten() {
             let [begins, ends] = held.ends();
@@ -56,10 +56,10 @@ where
                 }
             }
             if held.time() > N::ZERO {
-                way += self.advance_under(pass, &values, held, push, &pushes);
+                displacement += self.advance_under(pass, &values, held, push, &pushes);
             }
         }
-        pass.sums.speed_square += way * way;
+        pass.sums.speed_square += displacement * displacement;
         let change = pass.model.velocity - before;
         pass.sums.acceleration_square += change * change;
         // The first block is what tells the velocity at first.
@@ -88,20 +88,20 @@ where
         let before = pass.model.velocity;
         let (motion, phase) = self.step.process(x, drive, coulomb, before * time);
         let moving = phase.moving_part();
-        let lead = held.lead() * square * moving;
-        let way = motion.increment + gain * lead;
-        pass.model.error = pass.model.error - way;
+        let first_moment = held.first_moment() * square * moving;
+        let displacement = motion.increment + gain * first_moment;
+        pass.model.error = pass.model.error - displacement;
         pass.model.velocity = motion.velocity * time.reciprocal();
         let after = pass.model.velocity;
         let acting = Acting {
             per_delay: held.falls,
             ..Acting::at_once(held.mean)
         };
-        let mut slide = |time: N, mean: N, direction: N, kept: N| {
-            let slid = SlidingStep {
+        let mut move_on = |time: N, mean: N, direction: N, kept: N| {
+            let moving = MovingStep {
                 displacement: mean,
                 direction,
-                bell: N::ONE,
+                stribeck_factor: N::ONE,
             };
             let whole = self.step.step.response(parameters.x * time);
             for i in 0..P {
@@ -109,30 +109,30 @@ where
                     continue;
                 };
                 let velocity = pass.tangents.velocity[i];
-                let own = sensitivity(values, unknown, &acting, &slid);
+                let own = sensitivity(values, unknown, &acting, &moving);
                 let acceleration = (own - parameters.x * velocity - pushes[i]) * time;
-                pass.tangents.position[i] += (velocity + whole.way * acceleration) * time;
+                pass.tangents.position[i] += (velocity + whole.displacement * acceleration) * time;
                 pass.tangents.velocity[i] = (velocity + whole.velocity * acceleration) * kept;
             }
         };
         match phase {
             FrictionPhase::Stuck => {}
-            FrictionPhase::Slid { direction } => {
-                slide(time, half * (before + after), direction, N::ONE);
+            FrictionPhase::Moving { direction } => {
+                move_on(time, half * (before + after), direction, N::ONE);
             }
             FrictionPhase::Stopped { direction, part } => {
-                slide(part * time, half * before, direction, N::ZERO);
+                move_on(part * time, half * before, direction, N::ZERO);
             }
             FrictionPhase::Turned {
                 direction,
                 part,
                 slowing,
             } => {
-                slide(part * time, half * before, direction, slowing);
-                slide((N::ONE - part) * time, half * after, -direction, N::ONE);
+                move_on(part * time, half * before, direction, slowing);
+                move_on((N::ONE - part) * time, half * after, -direction, N::ONE);
             }
         }
-        pass.tangents.position[B] += lead;
-        way
+        pass.tangents.position[B] += first_moment;
+        displacement
     }
 }

@@ -7,9 +7,9 @@
 //!
 //! Positions are in counts, times in samples and commands in command units, unless something else is stated.
 
+pub(crate) mod autocorrelation;
 pub(crate) mod block;
 mod block_pass;
-pub(crate) mod colour;
 mod command;
 mod early;
 mod errors;
@@ -25,7 +25,7 @@ mod prior;
 mod record;
 mod recorder;
 mod start;
-mod survey;
+mod statistics;
 mod wait;
 
 pub(crate) use block::NumberedBlock;
@@ -49,7 +49,7 @@ const A: usize = 0;
 const B: usize = 1;
 
 /// Variance of a count's rounding, counts².
-pub const ROUNDING: f64 = 1.0 / 12.0;
+pub const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 
 /// The place of an unknown among those of a fit without terms; none for the size of a term.
 #[inline(always)]

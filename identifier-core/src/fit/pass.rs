@@ -1,7 +1,7 @@
-use super::colour::Colour;
+use super::autocorrelation::Autocorrelation;
 use super::early::{EarlySums, EarlyTangent};
 use super::gain::KalmanGain;
-use super::survey::Turns;
+use super::statistics::Turns;
 use crate::linalg::NormalEquations;
 use crate::model::{ObserverModel, Tangents};
 use crate::number::Number;
@@ -23,7 +23,7 @@ pub(super) struct Pass<N, I, const P: usize> {
 /// The sums of a pass besides its equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PassSums<N, const P: usize> {
-    pub(super) colour: Colour<N>,
+    pub(super) autocorrelation: Autocorrelation<N>,
     pub(super) speed_square: N,
     pub(super) acceleration_square: N,
     pub(super) early: EarlySums<N, P>,
@@ -40,7 +40,7 @@ impl<N: Number, I, const P: usize> Pass<N, I, P> {
             equations: NormalEquations::EMPTY,
             early: EarlyTangent::NONE,
             sums: PassSums {
-                colour: Colour::NONE,
+                autocorrelation: Autocorrelation::NONE,
                 speed_square: N::ZERO,
                 acceleration_square: N::ZERO,
                 early: EarlySums::NONE,
@@ -69,7 +69,7 @@ impl<N: Number, I, const P: usize> Pass<N, I, P> {
         }
         let error = self.model.error * weight;
         self.equations.add(&row, error);
-        self.sums.colour.add(error);
+        self.sums.autocorrelation.add(error);
         let early = self.early.position * weight;
         self.sums.early.add(early, error, &row);
     }

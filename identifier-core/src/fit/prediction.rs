@@ -20,7 +20,7 @@ where
     /// Makes a fit that has not begun a prediction by these unknowns, machine units of a sample.
     pub fn begin_prediction(&self, fit: &mut Fit<N, S::Inputs<N>, P>, unknowns: &[N; P]) {
         fit.trial = core::array::from_fn(|i| unknowns[i] * self.scale[i]);
-        fit.horizon = N::from_f64(Self::ALONE);
+        fit.horizon = N::from_f64(Self::OPEN_LOOP_MEMORY);
         fit.stage = FitStage::End;
         self.begin_pass(fit);
     }

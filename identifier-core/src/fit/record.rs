@@ -27,7 +27,7 @@ impl<N: Number, const W: usize> Record<N, W> {
             blocks: [Block {
                 travel: N::ZERO,
                 command: N::ZERO,
-                lead: N::ZERO,
+                first_moment: N::ZERO,
             }; W],
             first: 0,
             count: 0,

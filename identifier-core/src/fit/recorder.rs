@@ -92,7 +92,7 @@ impl<N: Number> Recorder<N> {
             block: Block {
                 travel: open.travel,
                 command,
-                lead: moment - half * command,
+                first_moment: moment - half * command,
             },
         });
         self.next = self.next.wrapping_add(1);

@@ -3,7 +3,7 @@ use super::fitter::{Fit, Fitter};
 use super::gain::KalmanGain;
 use super::levenberg_marquardt::Descent;
 use super::pass::Pass;
-use super::survey::root;
+use super::statistics::root;
 use crate::adaptation::IdentifiableSet;
 use crate::number::Number;
 
@@ -33,7 +33,7 @@ where
     pub(super) fn begin_start(&self, fit: &mut Fit<N, S::Inputs<N>, P>, start: u32) {
         let mut trial = fit.linear[usize::from(start == 1)];
         // Where nothing better is known the gain is what the amplitudes suggest.
-        let suggested = fit.survey.gain(fit.horizon.reciprocal(), fit.blocks);
+        let suggested = fit.statistics.gain(fit.horizon.reciprocal(), fit.blocks);
         if trial[B] <= N::ZERO {
             trial[B] = suggested;
         }
@@ -96,7 +96,7 @@ where
         let velocity = match self.at_first {
             Some(variance) => variance * fit.noise.reciprocal(),
             // More than the square of any.
-            None => fit.survey.travel_square + N::ONE,
+            None => fit.statistics.travel_square + N::ONE,
         };
         let gain = KalmanGain::begin(fit.horizon, velocity);
         Pass::at_first(fit.inputs, gain, self.reversal(fit))

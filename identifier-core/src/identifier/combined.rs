@@ -117,8 +117,8 @@ where
         self.recorder.entered(&state.recorder)
     }
 
-    fn obstacle(&self, state: &Self::State) -> Option<Reason> {
-        self.fitter.obstacle(&state.fitter)
+    fn rejection_reason(&self, state: &Self::State) -> Option<Reason> {
+        self.fitter.rejection_reason(&state.fitter)
     }
 
     fn noise(&self, state: &Self::State) -> Option<f64> {

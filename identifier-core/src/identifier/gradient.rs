@@ -145,7 +145,10 @@ where
             state.model.hold_at_measurement();
         }
         let should_move = self.should_move(state, command);
-        if self.standstill.resists(&mut state.rest, should_move) {
+        if self
+            .standstill
+            .is_stuck_under_command(&mut state.rest, should_move)
+        {
             Event::NotFollowing
         } else {
             Event::Standing
@@ -245,12 +248,12 @@ where
         } = observed;
         // At standstill nothing can be learnt: it must not be mistaken for a small b when the
         // amplifier is off, and a slip within the friction's band shows nothing.
-        let stands = if S::HAS_COULOMB {
-            self.standstill.stands(&mut state.rest, increment)
+        let is_still = if S::HAS_COULOMB {
+            self.standstill.is_still(&mut state.rest, increment)
         } else {
-            self.standstill.rests(&mut state.rest, increment)
+            self.standstill.is_at_rest(&mut state.rest, increment)
         };
-        let event = if stands {
+        let event = if is_still {
             self.stand(state, command)
         } else {
             let update = self.update(state, output_error, rate, &regressor);
@@ -273,7 +276,8 @@ where
         } else {
             event
         };
-        if S::HAS_COULOMB && phase == FrictionPhase::Stuck && self.standstill.pauses(&state.rest) {
+        if S::HAS_COULOMB && phase == FrictionPhase::Stuck && self.standstill.is_paused(&state.rest)
+        {
             state.model.hold_at_measurement();
         }
         Update {

@@ -93,8 +93,8 @@ pub trait FitBlocks<N: Copy> {
     fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted>;
 
     /// Why no first fit has succeeded after a second of motion: see
-    /// [`Identify::obstacle`](super::Identify::obstacle).
-    fn obstacle(&self, state: &Self::State) -> Option<Reason>;
+    /// [`Identify::rejection_reason`](super::Identify::rejection_reason).
+    fn rejection_reason(&self, state: &Self::State) -> Option<Reason>;
 
     /// Noise of the position: see [`Identify::noise`](super::Identify::noise).
     fn noise(&self, state: &Self::State) -> Option<f64>;

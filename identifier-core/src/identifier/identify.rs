@@ -118,7 +118,7 @@ pub trait Identify<N: Copy> {
 
     /// Why no first fit has succeeded after a second of motion, or after its record if that is longer. For estimators
     /// that begin by a fit. None before that time, and after a fit has succeeded.
-    fn obstacle(&self, _: &Self::State) -> Option<Reason> {
+    fn rejection_reason(&self, _: &Self::State) -> Option<Reason> {
         None
     }
 
@@ -183,7 +183,7 @@ pub enum Event {
     /// The servo does not follow its command: amplifier off, or a limit that was not taken into the
     /// recorded command. Nothing is learnt.
     NotFollowing,
-    /// No first fit has succeeded after a second of motion: [`Identify::obstacle`] has the reason.
+    /// No first fit has succeeded after a second of motion: [`Identify::rejection_reason`] has the reason.
     FirstFitOverdue,
 }
 

@@ -82,22 +82,22 @@ impl<N: Arithmetic> Standstill<N> {
     /// True if the servo has stayed within a slip for a [`Standstill::PAUSE`].
     #[inline]
     #[must_use]
-    pub(crate) fn pauses(&self, rest: &Rest<N>) -> bool {
+    pub(crate) fn is_paused(&self, rest: &Rest<N>) -> bool {
         rest.still >= self.pause
     }
 
     /// True if a servo at standstill has not moved for a [`Standstill::PATIENCE`] although its command should move it.
     /// `should_move` is true if it should in this sample.
-    pub(crate) fn resists(&self, rest: &mut Rest<N>, should_move: bool) -> bool {
+    pub(crate) fn is_stuck_under_command(&self, rest: &mut Rest<N>, should_move: bool) -> bool {
         if !should_move {
             rest.pushed = 0;
             return false;
         }
-        let resists = rest.pushed >= self.patience;
-        if !resists {
+        let is_stuck_under_command = rest.pushed >= self.patience;
+        if !is_stuck_under_command {
             rest.pushed += 1;
         }
-        resists
+        is_stuck_under_command
     }
 
     /// The acceleration (machine units) that moves a servo by no more than a slip within that time.
@@ -108,7 +108,7 @@ impl<N: Arithmetic> Standstill<N> {
 
     /// Takes the increment of a sample; true at standstill.
     #[inline]
-    pub(crate) fn stands(&self, rest: &mut Rest<N>, increment: N) -> bool {
+    pub(crate) fn is_still(&self, rest: &mut Rest<N>, increment: N) -> bool {
         rest.away = rest.away + increment;
         if rest.away.magnitude() > self.slip {
             *rest = Rest::NONE;
@@ -119,7 +119,7 @@ impl<N: Arithmetic> Standstill<N> {
 
     /// The same for a servo without friction, which does not slip: any count is motion.
     #[inline]
-    pub(crate) fn rests(&self, rest: &mut Rest<N>, increment: N) -> bool {
+    pub(crate) fn is_at_rest(&self, rest: &mut Rest<N>, increment: N) -> bool {
         if increment != N::ZERO {
             *rest = Rest::NONE;
             return false;
@@ -129,11 +129,11 @@ impl<N: Arithmetic> Standstill<N> {
 
     #[inline]
     fn waits(&self, rest: &mut Rest<N>) -> bool {
-        let stands = rest.still >= self.patience;
-        if !stands {
+        let is_still = rest.still >= self.patience;
+        if !is_still {
             rest.still += 1;
         }
-        stands
+        is_still
     }
 }
 
@@ -148,13 +148,13 @@ mod tests {
             let standstill = Standstill::<f32>::new(&units, &FullScales::NONE);
             let (mut slipping, mut resting) = (Rest::NONE, Rest::NONE);
             for _ in 0..3 {
-                assert!(!standstill.stands(&mut slipping, -5.0));
-                assert!(!standstill.rests(&mut resting, -1.0));
+                assert!(!standstill.is_still(&mut slipping, -5.0));
+                assert!(!standstill.is_at_rest(&mut resting, -1.0));
                 let waited = (0..10_000)
                     .position(|_| {
-                        let stands = standstill.stands(&mut slipping, 0.0);
-                        assert_eq!(standstill.rests(&mut resting, 0.0), stands);
-                        stands
+                        let is_still = standstill.is_still(&mut slipping, 0.0);
+                        assert_eq!(standstill.is_at_rest(&mut resting, 0.0), is_still);
+                        is_still
                     })
                     .expect("it stands");
                 let time = waited as f64 * sample_time;
@@ -172,7 +172,7 @@ mod tests {
         let stood = |rest: &mut Rest<f32>, increment: &dyn Fn(u32) -> f32| {
             (0..20_000)
                 .skip(200)
-                .filter(|&k| standstill.stands(rest, increment(k)))
+                .filter(|&k| standstill.is_still(rest, increment(k)))
                 .count()
         };
         // Three counts forth and back, three times a second.

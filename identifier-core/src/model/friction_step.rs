@@ -24,7 +24,7 @@ encode! {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrictionPhase<N> {
     /// It moves throughout, in one direction (±1).
-    Slid {
+    Moving {
         /// The direction.
         direction: N,
     },
@@ -53,7 +53,7 @@ impl<N: Arithmetic> FrictionPhase<N> {
     #[inline]
     pub(crate) fn mean_direction(&self) -> N {
         match *self {
-            Self::Slid { direction } => direction,
+            Self::Moving { direction } => direction,
             Self::Stuck => N::ZERO,
             Self::Stopped { direction, part } => direction.part(part),
             Self::Turned {
@@ -67,7 +67,7 @@ impl<N: Arithmetic> FrictionPhase<N> {
     #[must_use]
     pub fn moving_part(&self) -> N {
         match *self {
-            Self::Slid { .. } | Self::Turned { .. } => N::ONE,
+            Self::Moving { .. } | Self::Turned { .. } => N::ONE,
             Self::Stuck => N::ZERO,
             Self::Stopped { part, .. } => part,
         }
@@ -127,7 +127,7 @@ impl<N: Arithmetic> FrictionStep<N> {
         let motion = response.motion(x, drive - friction, velocity);
         if N::of_fine(motion.velocity).directed(forward) >= N::ZERO {
             let direction = N::ONE.directed(forward);
-            (motion, FrictionPhase::Slid { direction })
+            (motion, FrictionPhase::Moving { direction })
         } else {
             self.through_zero(x, drive, friction, now, forward)
         }
@@ -153,20 +153,20 @@ impl<N: Arithmetic> FrictionStep<N> {
         let series = half + xr.part(third + xr.part(quarter));
         let part = r.part(N::ONE + xr.part(series)).bounded(N::ZERO, N::ONE);
         let before = self.step.partial_response(x, part);
-        let way = velocity.part(part) + before.displacement(acceleration);
+        let displacement = velocity.part(part) + before.displacement(acceleration);
 
         let beyond = drive + friction;
         let direction = N::ONE.directed(forward);
         if beyond.directed(forward) >= N::ZERO {
             let stopped = Motion {
-                increment: way,
+                increment: displacement,
                 velocity: N::ZERO.fine(),
             };
             return (stopped, FrictionPhase::Stopped { direction, part });
         }
         let after = self.step.partial_response(x, N::ONE - part);
         let turned = Motion {
-            increment: way + after.displacement(beyond),
+            increment: displacement + after.displacement(beyond),
             velocity: after.velocity.part(beyond).fine(),
         };
         let slowing = beyond.magnitude().quotient(pushed.magnitude());
@@ -259,6 +259,6 @@ mod tests {
         );
         let (motion, phase) = step.process(0.01, 1.1, 1.0, 0.0);
         assert!(motion.velocity > 0.0);
-        assert_eq!(phase, FrictionPhase::Slid { direction: 1.0 });
+        assert_eq!(phase, FrictionPhase::Moving { direction: 1.0 });
     }
 }

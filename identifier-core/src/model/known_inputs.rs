@@ -221,7 +221,7 @@ mod tests {
             let mut inputs = DelayedInputs::<f64, 8>::START;
             let (mut position, mut velocity) = (0.0, 0.0);
             let mass = Response {
-                way: 0.5,
+                displacement: 0.5,
                 velocity: 1.0,
             };
             for command in commands {

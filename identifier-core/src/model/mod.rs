@@ -16,7 +16,7 @@ pub(crate) use correction::CommandCorrection;
 pub use friction_step::{FrictionPhase, FrictionStep};
 pub(crate) use known_inputs::{Acting, AngledInputs, DelayedInputs, KnownInputs};
 pub(crate) use model_loop::{ModelLoop, ModelState, Observed};
-pub(crate) use observer_model::{Innovation, ModelStep, ObserverModel, SlidingStep};
+pub(crate) use observer_model::{Innovation, ModelStep, MovingStep, ObserverModel};
 pub(crate) use tangents::{Tangents, sensitivity};
 pub(crate) use terms::ModelValues;
 pub use zero_order_hold_step::Motion;

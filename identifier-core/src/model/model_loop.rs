@@ -227,7 +227,7 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> ModelLoop<N, V> {
         } else {
             state.motion = self.step.step.process(parameters.x, drive, velocity);
             state.acted.command = command;
-            FrictionPhase::Slid { direction: N::ONE }
+            FrictionPhase::Moving { direction: N::ONE }
         }
     }
 

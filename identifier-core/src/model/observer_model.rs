@@ -82,27 +82,27 @@ impl<N: Number> ObserverModel<N> {
         } else {
             let direction = N::ZERO;
             let motion = response.motion(x, push.drive, self.velocity);
-            (motion, FrictionPhase::Slid { direction })
+            (motion, FrictionPhase::Moving { direction })
         };
         let lead = push.lead * phase.moving_part();
         self.move_by(motion, lead, innovation);
         ModelStep {
             displacement: motion.increment,
             phase,
-            bell: push.bell,
+            stribeck_factor: push.stribeck_factor,
         }
     }
 
     /// [`ObserverModel::advance`] for a sample in which the model moves in one direction throughout, as in most. None,
     /// without any change, if friction stops or turns the model.
     #[inline]
-    pub(crate) fn slide<S: UnknownSet<P>, const P: usize>(
+    pub(crate) fn move_on<S: UnknownSet<P>, const P: usize>(
         &mut self,
         response: &Response<N>,
         values: &ModelValues<N>,
         acting: &Acting<N>,
         innovation: &Innovation<N>,
-    ) -> Option<SlidingStep<N>> {
+    ) -> Option<MovingStep<N>> {
         let push = self.push::<S, P>(response, values, acting, innovation);
         let x = values.parameters.x;
         let (direction, drive) = if !S::HAS_COULOMB {
@@ -116,10 +116,10 @@ impl<N: Number> ObserverModel<N> {
         let onward = !S::HAS_COULOMB || motion.velocity * self.velocity > N::ZERO;
         onward.then(|| {
             self.move_by(motion, push.lead, innovation);
-            SlidingStep {
+            MovingStep {
                 displacement: motion.increment,
                 direction,
-                bell: push.bell,
+                stribeck_factor: push.stribeck_factor,
             }
         })
     }
@@ -142,11 +142,11 @@ impl<N: Number> ObserverModel<N> {
             values.parameters.coulomb
         };
         let drive = drive::<N, S, P>(values, acting) + innovation.velocity * self.error;
-        let rests = drive.magnitude() <= holding;
-        if rests {
+        let is_at_rest = drive.magnitude() <= holding;
+        if is_at_rest {
             self.move_by(Motion::none(), N::ZERO, innovation);
         }
-        rests
+        is_at_rest
     }
 
     /// The acceleration but for Coulomb friction, and that friction. Effects that depend on the velocity use that in
@@ -164,7 +164,7 @@ impl<N: Number> ObserverModel<N> {
             drive: drive::<N, S, P>(values, acting) + innovation.velocity * self.error,
             coulomb: parameters.coulomb,
             lead: N::ZERO,
-            bell: N::ONE,
+            stribeck_factor: N::ONE,
         };
         if S::HAS_TERMS {
             push.lead = parameters.gain * acting.lead;
@@ -172,8 +172,8 @@ impl<N: Number> ObserverModel<N> {
         if S::HAS_SPEED_TERMS {
             let middle = self.middle(response, parameters, push.drive);
             if S::HAS_COULOMB_TERMS {
-                push.bell = bell(middle * terms.per_low_speed_velocity);
-                let coulomb = parameters.coulomb + terms.coulomb(push.bell);
+                push.stribeck_factor = stribeck_factor(middle * terms.per_low_speed_velocity);
+                let coulomb = parameters.coulomb + terms.coulomb(push.stribeck_factor);
                 push.coulomb = coulomb.limited(N::ZERO, N::REACH);
             }
             push.drive = push.drive - terms.brake(middle);
@@ -215,18 +215,18 @@ struct Push<N> {
     coulomb: N,
     /// The additional distance because the command came earlier than evenly spread.
     lead: N,
-    bell: N,
+    stribeck_factor: N,
 }
 
 /// A model's own motion over a sample in which it moved in one direction throughout.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SlidingStep<N> {
+pub(crate) struct MovingStep<N> {
     /// The distance, counts.
     pub displacement: N,
     /// The direction, ±1; zero in models without friction.
     pub direction: N,
     /// exp(−(v/v_s)²), one in models without friction at low speed.
-    pub bell: N,
+    pub stribeck_factor: N,
 }
 
 /// A model's own motion over a sample.
@@ -236,8 +236,8 @@ pub(crate) struct ModelStep<N> {
     pub displacement: N,
     /// The phase of friction.
     pub phase: FrictionPhase<N>,
-    /// As in [`SlidingStep`].
-    pub bell: N,
+    /// As in [`MovingStep`].
+    pub stribeck_factor: N,
 }
 
 /// The acceleration that does not depend on the model's motion.
@@ -256,7 +256,7 @@ fn drive<N: Number, S: UnknownSet<P>, const P: usize>(
 
 /// exp(−x²) to 10⁻³, without a transcendental: 1/(1 + z + z²/2 + z³/6)⁸ with z = x²/8.
 #[inline]
-fn bell<N: Number>(x: N) -> N {
+fn stribeck_factor<N: Number>(x: N) -> N {
     /// Beyond this x² the result is below 10⁻⁸.
     const MAX_SQUARE: f64 = 20.0;
     let square = (x * x).limited(N::ZERO, N::from_f64(MAX_SQUARE));
@@ -270,14 +270,17 @@ fn bell<N: Number>(x: N) -> N {
 
 #[cfg(test)]
 mod tests {
-    use super::bell;
+    use super::stribeck_factor;
 
     #[test]
-    fn the_bell_is_near_the_exponential_everywhere() {
+    fn the_stribeck_factor_is_near_the_exponential_everywhere() {
         for k in 0..600 {
             let x = 0.01 * f64::from(k);
-            assert!((bell(x) - libm::exp(-x * x)).abs() < 1e-3, "{x}");
-            assert!((f64::from(bell(x as f32)) - bell(x)).abs() < 1e-5, "{x}");
+            assert!((stribeck_factor(x) - libm::exp(-x * x)).abs() < 1e-3, "{x}");
+            assert!(
+                (f64::from(stribeck_factor(x as f32)) - stribeck_factor(x)).abs() < 1e-5,
+                "{x}"
+            );
         }
     }
 }

@@ -1,4 +1,4 @@
-use super::{Acting, FrictionPhase, Innovation, ModelStep, ModelValues, SlidingStep};
+use super::{Acting, FrictionPhase, Innovation, ModelStep, ModelValues, MovingStep};
 use crate::number::Number;
 use crate::parameters::{Unknown, UnknownSet};
 use crate::unrolled::each;
@@ -33,25 +33,25 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         moved: &ModelStep<N>,
     ) {
         let direction = match moved.phase {
-            FrictionPhase::Slid { direction } => direction,
+            FrictionPhase::Moving { direction } => direction,
             _ => return self.advance_through_rest::<S, P>(values, acting, innovation, moved),
         };
-        let slid = SlidingStep {
+        let moving = MovingStep {
             displacement: moved.displacement,
             direction,
-            bell: moved.bell,
+            stribeck_factor: moved.stribeck_factor,
         };
-        self.slide::<S, P>(values, acting, innovation, &slid);
+        self.move_on::<S, P>(values, acting, innovation, &moving);
     }
 
     /// A sample in which the model moved, in one direction on the whole.
     #[inline]
-    pub(crate) fn slide<S: UnknownSet<P>, const P: usize>(
+    pub(crate) fn move_on<S: UnknownSet<P>, const P: usize>(
         &mut self,
         values: &ModelValues<N>,
         acting: &Acting<N>,
         innovation: &Innovation<N>,
-        slid: &SlidingStep<N>,
+        moving: &MovingStep<N>,
     ) {
         let followed = N::ONE - innovation.position;
         let braked = N::ONE - values.parameters.x;
@@ -59,7 +59,7 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
             let position = self.position[i];
             let kept = braked * self.velocity[i] - innovation.velocity * position;
             let velocity = match S::UNKNOWNS.get(i) {
-                Some(&unknown) => kept + sensitivity(values, unknown, acting, slid),
+                Some(&unknown) => kept + sensitivity(values, unknown, acting, moving),
                 None => kept,
             };
             self.position[i] = followed * position + velocity;
@@ -90,12 +90,12 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
         if matches!(moved.phase, FrictionPhase::Stuck) {
             self.rest(innovation);
         } else {
-            let slid = SlidingStep {
+            let moving = MovingStep {
                 displacement: moved.displacement,
                 direction: moved.phase.mean_direction(),
-                bell: moved.bell,
+                stribeck_factor: moved.stribeck_factor,
             };
-            self.slide::<S, P>(values, acting, innovation, &slid);
+            self.move_on::<S, P>(values, acting, innovation, &moving);
         }
         each::<Q>(|i| self.velocity[i] = self.velocity[i] * kept);
     }
@@ -108,16 +108,16 @@ pub(crate) fn sensitivity<N: Number>(
     values: &ModelValues<N>,
     unknown: Unknown,
     acting: &Acting<N>,
-    slid: &SlidingStep<N>,
+    moving: &MovingStep<N>,
 ) -> N {
     match unknown {
-        Unknown::A => -slid.displacement,
+        Unknown::A => -moving.displacement,
         Unknown::B => acting.command,
-        Unknown::Coulomb => -slid.direction,
+        Unknown::Coulomb => -moving.direction,
         Unknown::Load => N::ONE,
         Unknown::Delay => values.parameters.gain * acting.per_delay,
-        Unknown::Asymmetry => -slid.displacement.magnitude(),
-        Unknown::LowSpeed => -(slid.direction * slid.bell),
+        Unknown::Asymmetry => -moving.displacement.magnitude(),
+        Unknown::LowSpeed => -(moving.direction * moving.stribeck_factor),
         Unknown::GravitySine => acting.waves[0],
         Unknown::GravityCosine => acting.waves[1],
         Unknown::RippleSine => acting.waves[2],

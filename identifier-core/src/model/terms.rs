@@ -32,8 +32,8 @@ impl<N: Number> TermValues<N> {
 
     /// The addition of terms to Coulomb friction, from the Stribeck factor of the sample.
     #[inline]
-    pub(super) fn coulomb(&self, bell: N) -> N {
-        self.low_speed * bell
+    pub(super) fn coulomb(&self, stribeck_factor: N) -> N {
+        self.low_speed * stribeck_factor
     }
 
     /// The deceleration by the terms of viscous friction at a velocity.

@@ -56,7 +56,7 @@ impl<N: Arithmetic> Motion<N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Response<N> {
     /// Distance per acceleration, h₂ τ².
-    pub way: N,
+    pub displacement: N,
     /// Velocity per acceleration, h₁ τ.
     pub velocity: N,
 }
@@ -78,7 +78,7 @@ impl<N: Arithmetic> Response<N> {
     /// The distance that an acceleration adds.
     #[inline]
     pub(crate) fn displacement(&self, acceleration: N) -> N {
-        self.way.times(acceleration).quartered()
+        self.displacement.times(acceleration).quartered()
     }
 }
 
@@ -103,25 +103,28 @@ impl<N: Arithmetic> ZeroOrderHoldStep<N> {
     /// The response over a whole sample.
     #[inline]
     pub(crate) fn response(&self, x: N::Factor) -> Response<N> {
-        let mut way = self.coefficients[N::SERIES_TERMS - 1];
+        let mut displacement = self.coefficients[N::SERIES_TERMS - 1];
         each::<MAX_TERMS>(|i| {
             let power = MAX_TERMS - 1 - i;
             if power + 1 < N::SERIES_TERMS {
-                way = way.by(x) + self.coefficients[power];
+                displacement = displacement.by(x) + self.coefficients[power];
             }
         });
         Response {
-            way,
-            velocity: N::ONE - way.by(x),
+            displacement,
+            velocity: N::ONE - displacement.by(x),
         }
     }
 
     /// The response over a part τ of a sample.
     #[inline]
     pub(crate) fn partial_response(&self, x: N::Factor, part: N) -> Response<N> {
-        let Response { way, velocity } = self.response(N::factor_part(x, part));
+        let Response {
+            displacement,
+            velocity,
+        } = self.response(N::factor_part(x, part));
         Response {
-            way: way.part(part).part(part),
+            displacement: displacement.part(part).part(part),
             velocity: velocity.part(part),
         }
     }
@@ -172,7 +175,7 @@ mod tests {
                 let response = step.partial_response(x, part);
                 let acceleration = drive - x * velocity;
                 Motion {
-                    increment: velocity * part + response.way * acceleration,
+                    increment: velocity * part + response.displacement * acceleration,
                     velocity: velocity + response.velocity * acceleration,
                 }
             };

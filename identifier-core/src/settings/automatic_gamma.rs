@@ -1,4 +1,4 @@
-use super::plant_box::nominal_box;
+use super::parameter_range::nominal_range;
 use super::{ControllerSettings, GainError, Settings, SettingsError, diagonal};
 use crate::adaptation::Gradient;
 use crate::control::{ControlState, Controller, Gains};
@@ -7,7 +7,7 @@ use crate::linalg::PositiveDefinite;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::ZeroOrderHoldStep;
 use crate::parameters::{Parameter, ParameterSet};
-use crate::stability::PlantBox;
+use crate::stability::ParameterRange;
 use crate::units::Units;
 
 impl Settings {
@@ -33,7 +33,7 @@ impl Settings {
         let units = self.units()?;
         let gains = self.correction_gains()?;
         let like_the_correction = ControllerSettings::pid(gains.kp(), gains.kd(), gains.ki());
-        let range = nominal_box(self)?;
+        let range = nominal_range(self)?;
         let in_loop = Self {
             controller: self.controller.or(Some(like_the_correction)),
             ..*self
@@ -56,7 +56,7 @@ impl Settings {
 }
 
 /// The corner servos of a parameter range: a, 1/s, and b, rad/s² per command unit.
-fn corners(range: &PlantBox) -> [(f64, f64); 4] {
+fn corners(range: &ParameterRange) -> [(f64, f64); 4] {
     let (a, b) = (range.a(), range.b());
     [
         (a.min(), b.min()),
@@ -76,7 +76,7 @@ fn corners(range: &PlantBox) -> [(f64, f64); 4] {
 /// See [`GainError`].
 pub(crate) fn gamma_by_limit<S: ParameterSet<P>, const P: usize>(
     units: &Units,
-    range: &PlantBox,
+    range: &ParameterRange,
     gains: &Gains,
     limit: f64,
 ) -> Result<PositiveDefinite<P>, GainError> {
@@ -107,7 +107,7 @@ const STRENGTH: f64 = 1.0;
 /// No Γ follows from a servo at rest or a loop that is unstable.
 fn gamma_for<S: ParameterSet<P>, const P: usize>(
     units: &Units,
-    range: &PlantBox,
+    range: &ParameterRange,
     kd: f64,
     moments: [Moments; 4],
 ) -> Result<PositiveDefinite<P>, GainError> {

@@ -1,10 +1,10 @@
 use super::gradient::{LARGEST, allowed};
-use super::plant_box::SMALLEST_GAIN;
+use super::parameter_range::SMALLEST_GAIN;
 use super::terms::TermConfig;
 use super::{Settings, SettingsError};
 use crate::adaptation::IdentifiableSet;
 use crate::error::Allowed;
-use crate::fit::{FitterConfig, PATIENCE, ROUNDING};
+use crate::fit::{FitterConfig, PATIENCE, QUANTISATION_VARIANCE};
 use crate::measurement::angle::AngleSettings;
 use crate::model::ZeroOrderHoldStep;
 use crate::number::Number;
@@ -123,7 +123,7 @@ impl<'a> Listening<'a> {
                     Allowed::PositiveUpTo(1e3).check("noise", noise)? * self.units.position();
                 counts * counts
             }
-            None => ROUNDING,
+            None => QUANTISATION_VARIANCE,
         })
     }
 

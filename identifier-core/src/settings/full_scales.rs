@@ -1,4 +1,4 @@
-use super::plant_box::{SMALLEST_GAIN, plant_box};
+use super::parameter_range::{SMALLEST_GAIN, parameter_range};
 use super::{RangeSettings, Settings, SettingsError};
 use crate::control::{Gains, per_error, sum_exponent};
 use crate::error::{Allowed, OutOfRange};
@@ -60,7 +60,7 @@ impl RangeSettings {
 }
 
 /// The factor by which an estimate b̂ may exceed the parameter range if no bound is given.
-const BEYOND_THE_BOX: f64 = 4.0;
+const BEYOND_THE_RANGE: f64 = 4.0;
 
 /// Bounds of an estimate in fixed point: those given, or a known value. For b they may also follow from the parameter
 /// range.
@@ -76,10 +76,10 @@ pub(super) fn bounds(
         let value = given.initial.get(parameter).unwrap_or(0.0);
         return Ok(Some([value, value]));
     }
-    Ok(match (parameter, plant_box(settings)?) {
+    Ok(match (parameter, parameter_range(settings)?) {
         (Parameter::B, Some(given)) => {
             let b = given.b();
-            Some([SMALLEST_GAIN.min(b.min()), BEYOND_THE_BOX * b.max()])
+            Some([SMALLEST_GAIN.min(b.min()), BEYOND_THE_RANGE * b.max()])
         }
         _ => None,
     })

@@ -2,7 +2,7 @@ use core::marker::PhantomData;
 
 use super::automatic_gamma::gamma_by_limit;
 use super::full_scales::{bounded, bounds, full_scales};
-use super::plant_box::{SMALLEST_GAIN, nominal_box, plant_box};
+use super::parameter_range::{SMALLEST_GAIN, nominal_range, parameter_range};
 use super::{FromSettings, Settings, SettingsError};
 use crate::adaptation::{Gradient, GradientConfig};
 use crate::control::Gains;
@@ -83,8 +83,8 @@ impl<const P: usize> GradientPlan<P> {
             return Err(SettingsError::NoAmplifier { setting });
         }
         let gains = settings.correction_gains()?;
-        let plant_box = plant_box(settings)?;
-        let nominal = nominal_box(settings)?;
+        let parameter_range = parameter_range(settings)?;
+        let nominal = nominal_range(settings)?;
         let mu = given.mu.unwrap_or_else(|| automatic_mu(&gains, &nominal));
 
         let mut bounds = [nominal.b(); P];
@@ -112,13 +112,14 @@ impl<const P: usize> GradientPlan<P> {
             });
             *initial = Allowed::Within(low, high).check(initial_name, start)?;
         }
-        let stability_check = match &plant_box {
-            Some(plant_box) => {
-                let certificate = Certificate::new(&gains, plant_box, mu)?;
-                SampledLoop::new(&units, &gains, velocity).check(plant_box)?;
+        let stability_check = match &parameter_range {
+            Some(parameter_range) => {
+                let certificate = Certificate::new(&gains, parameter_range, mu)?;
+                SampledLoop::new(&units, &gains, velocity).check(parameter_range)?;
                 Some(StabilityCheck {
                     certificate,
-                    gain_margin: SampledLoop::new(&units, &gains, velocity).gain_margin(plant_box),
+                    gain_margin: SampledLoop::new(&units, &gains, velocity)
+                        .gain_margin(parameter_range),
                 })
             }
             None => None,
@@ -142,8 +143,8 @@ impl<const P: usize> GradientPlan<P> {
             gains,
             gamma,
             mu,
-            decay: match &plant_box {
-                Some(plant_box) => Decay::Known(plant_box.slowest_decay(gains.kd())),
+            decay: match &parameter_range {
+                Some(parameter_range) => Decay::Known(parameter_range.slowest_decay(gains.kd())),
                 None => Decay::PerGain(gains.kd() / 2.0),
             },
             frozen: S::PARAMETERS.map(|parameter| given.known.get(parameter)),

@@ -19,7 +19,8 @@ pub struct IdentifierSettings {
     /// encoder's, a count over √12.
     pub noise: Option<f64>,
     /// Where the true servo may lie, to be certified. None: nothing is certified.
-    pub plant_box: Option<BoxSettings>,
+    #[cfg_attr(feature = "serde", serde(rename = "plant_box"))]
+    pub parameter_range: Option<ParameterRangeSettings>,
     /// Γ of the gradient estimator, symmetric positive definite over a, b, Coulomb friction and load in this order.
     /// Only the rows and columns of the model's parameters count. None: chosen from parameter range, gains and the
     /// limit of the controller, which must then be stated.
@@ -122,7 +123,7 @@ pub struct RangeSettings {
 /// Lowest and highest a (1/s) and b (rad/s² per command unit) of the servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct BoxSettings {
+pub struct ParameterRangeSettings {
     /// a, 1/s.
     pub a: [f64; 2],
     /// b, rad/s² per command unit.
@@ -147,7 +148,7 @@ impl IdentifierSettings {
         },
         uncertainty: NONE,
         noise: None,
-        plant_box: None,
+        parameter_range: None,
         gamma: None,
         mu: None,
         correction: None,

@@ -12,13 +12,13 @@ mod full_scales;
 mod gauss_newton;
 mod gradient;
 mod identifier;
-mod plant_box;
+mod parameter_range;
 mod servo_loop;
 mod terms;
 
 pub use crate::linalg::MatrixError;
 pub use error::{GainError, SettingsError};
-pub use identifier::{BoxSettings, IdentifierSettings, RangeSettings, TermSettings};
+pub use identifier::{IdentifierSettings, ParameterRangeSettings, RangeSettings, TermSettings};
 
 use crate::control::{
     CommandLimit, FeedForward, FeedForwardSettings, Gains, Notch, ReferenceFilter,
@@ -203,7 +203,7 @@ impl Settings {
     /// The same to be certified for every servo with a (1/s) and b (rad/s² per command unit) in these ranges.
     #[must_use]
     pub fn with_servo_range(mut self, a: [f64; 2], b: [f64; 2]) -> Self {
-        self.identifier.plant_box = Some(BoxSettings { a, b });
+        self.identifier.parameter_range = Some(ParameterRangeSettings { a, b });
         self
     }
 
@@ -266,7 +266,8 @@ impl Settings {
     fn chosen_correction(&self) -> Result<Gains, SettingsError> {
         /// Part of ω at which the integral acts.
         const INTEGRAL: f64 = 0.05;
-        let Some(BoxSettings { b: [min, max], .. }) = self.identifier.plant_box else {
+        let Some(ParameterRangeSettings { b: [min, max], .. }) = self.identifier.parameter_range
+        else {
             return Err(SettingsError::NotGiven {
                 setting: "correction",
             });

@@ -17,7 +17,7 @@
 
 use core::fmt;
 
-use super::PlantBox;
+use super::ParameterRange;
 use crate::constants::encode;
 use crate::control::Gains;
 
@@ -25,11 +25,11 @@ use crate::control::Gains;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Certificate {
     mu: f64,
-    plant_box: PlantBox,
+    parameter_range: ParameterRange,
 }
 
 encode! {
-    [] Certificate as "Certificate" { mu, plant_box }
+    [] Certificate as "Certificate" { mu, parameter_range }
 }
 
 /// The inequality that fails, and values that would satisfy it.
@@ -116,34 +116,38 @@ impl Certificate {
     ///
     /// # Errors
     /// The inequality that fails, with the values that would satisfy it.
-    pub fn new(gains: &Gains, plant_box: &PlantBox, mu: f64) -> Result<Self, CertificateError> {
+    pub fn new(
+        gains: &Gains,
+        parameter_range: &ParameterRange,
+        mu: f64,
+    ) -> Result<Self, CertificateError> {
         if !(mu > 0.0 && mu.is_finite()) {
             return Err(CertificateError::MuNotPositive { mu });
         }
-        let mu_below = plant_box.slowest_decay(gains.kd()) / 2.0;
+        let mu_below = parameter_range.slowest_decay(gains.kd()) / 2.0;
         if mu >= mu_below {
-            let missing = 2.0 * mu - plant_box.a().min();
+            let missing = 2.0 * mu - parameter_range.a().min();
             return Err(CertificateError::DampingTooSmall {
                 mu,
                 mu_below,
-                kd_above: missing / plant_box.b().min(),
+                kd_above: missing / parameter_range.b().min(),
                 b_min_above: missing / gains.kd(),
             });
         }
-        let kp_above = proportional_gain_floor(gains, plant_box, mu);
+        let kp_above = proportional_gain_floor(gains, parameter_range, mu);
         if gains.kp() <= kp_above {
-            let best_mu = automatic_mu(gains, plant_box);
+            let best_mu = automatic_mu(gains, parameter_range);
             return Err(CertificateError::ProportionalGainTooSmall {
                 kp: gains.kp(),
                 kp_above,
                 mu,
                 best_mu,
-                kp_above_at_best_mu: proportional_gain_floor(gains, plant_box, best_mu),
+                kp_above_at_best_mu: proportional_gain_floor(gains, parameter_range, best_mu),
             });
         }
         Ok(Self {
             mu,
-            plant_box: *plant_box,
+            parameter_range: *parameter_range,
         })
     }
 
@@ -153,9 +157,9 @@ impl Certificate {
     /// As [`Certificate::new`]: if this fails, no μ would do, since 2. is then least.
     pub fn with_automatic_mu(
         gains: &Gains,
-        plant_box: &PlantBox,
+        parameter_range: &ParameterRange,
     ) -> Result<Self, CertificateError> {
-        Self::new(gains, plant_box, automatic_mu(gains, plant_box))
+        Self::new(gains, parameter_range, automatic_mu(gains, parameter_range))
     }
 
     /// The certified μ, 1/s.
@@ -166,14 +170,15 @@ impl Certificate {
 
     /// The certified parameter range.
     #[must_use]
-    pub fn plant_box(&self) -> PlantBox {
-        self.plant_box
+    pub fn parameter_range(&self) -> ParameterRange {
+        self.parameter_range
     }
 }
 
 /// The right side of 2.
-fn proportional_gain_floor(gains: &Gains, plant_box: &PlantBox, mu: f64) -> f64 {
-    gains.ki() / mu + mu * (gains.kd() + plant_box.a().max() / plant_box.b().min()) / 2.0
+fn proportional_gain_floor(gains: &Gains, parameter_range: &ParameterRange, mu: f64) -> f64 {
+    gains.ki() / mu
+        + mu * (gains.kd() + parameter_range.a().max() / parameter_range.b().min()) / 2.0
 }
 
 /// The μ that needs the least k_p: √(2 k_i/(k_d + a_max/b_min)), kept below the limit of 1.
@@ -181,11 +186,11 @@ fn proportional_gain_floor(gains: &Gains, plant_box: &PlantBox, mu: f64) -> f64 
 /// Without integral action a small μ has no cost and no benefit. It is then half of what 2. allows, and below the limit
 /// of 1. A larger μ gives more weight to the position and less to its derivative with the encoder's noise.
 #[must_use]
-pub(crate) fn automatic_mu(gains: &Gains, plant_box: &PlantBox) -> f64 {
+pub(crate) fn automatic_mu(gains: &Gains, parameter_range: &ParameterRange) -> f64 {
     /// Distance kept from the limit of 1.
     const MARGIN: f64 = 0.9;
-    let slope = gains.kd() + plant_box.a().max() / plant_box.b().min();
-    let damping_limit = plant_box.slowest_decay(gains.kd()) / 2.0;
+    let slope = gains.kd() + parameter_range.a().max() / parameter_range.b().min();
+    let damping_limit = parameter_range.slowest_decay(gains.kd()) / 2.0;
     let wanted = if gains.ki() > 0.0 {
         libm::sqrt(2.0 * gains.ki() / slope)
     } else {

@@ -6,12 +6,12 @@
 mod certificate;
 mod characteristic;
 mod hurwitz;
-mod plant_box;
+mod parameter_range;
 mod sampled_loop;
 
 pub(crate) use certificate::automatic_mu;
 pub use certificate::{Certificate, CertificateError};
-pub use plant_box::PlantBox;
+pub use parameter_range::ParameterRange;
 pub use sampled_loop::{EstimateError, SampledLoop, SampledLoopError};
 
 use crate::constants::encode;

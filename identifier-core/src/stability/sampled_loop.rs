@@ -13,7 +13,7 @@
 
 use core::fmt;
 
-use super::PlantBox;
+use super::ParameterRange;
 use super::characteristic::{ControllerPolynomials, Family};
 use crate::control::Gains;
 use crate::interval::Interval;
@@ -73,11 +73,11 @@ impl SampledLoop {
     /// # Errors
     /// The servo whose loop has a root on or outside the unit circle. Among several it is that of the smallest b, then
     /// of the smallest a.
-    pub fn check(&self, plant_box: &PlantBox) -> Result<(), SampledLoopError> {
-        let line = Line::between(plant_box.b().min(), plant_box.b().max());
+    pub fn check(&self, parameter_range: &ParameterRange) -> Result<(), SampledLoopError> {
+        let line = Line::between(parameter_range.b().min(), parameter_range.b().max());
         let mut points = GRID;
         let mut unstable = None;
-        for a in grid(plant_box.a()) {
+        for a in grid(parameter_range.a()) {
             let stable = line.stable_points(&self.controller.around(a), points);
             if stable < points {
                 points = stable;
@@ -102,16 +102,16 @@ impl SampledLoop {
     /// margin this happens to none of 300 random certified loops. Their Γ is from a tenth of to ten times the automatic
     /// one. Below that margin it happens to some (`cargo test --test integration certificate::`).
     #[must_use]
-    pub fn gain_margin(&self, plant_box: &PlantBox) -> f64 {
+    pub fn gain_margin(&self, parameter_range: &ParameterRange) -> f64 {
         /// Ratio of successive factors.
         const STEP: f64 = 1.05;
         /// Factors that are tried: with the last it is twice the ample margin.
         const MAX_FACTORS: u32 = 43;
         let line = Line {
-            first: STEP * plant_box.b().max(),
+            first: STEP * parameter_range.b().max(),
             ratio: STEP,
         };
-        let steps = grid(plant_box.a()).fold(MAX_FACTORS, |most, a| {
+        let steps = grid(parameter_range.a()).fold(MAX_FACTORS, |most, a| {
             line.stable_points(&self.controller.around(a), most)
         });
         raised(1.0, STEP, steps)

@@ -48,7 +48,7 @@ impl Margins {
 
 /// A walk along the frequency response of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Walk {
+pub(super) struct FrequencySweep {
     response: SampledResponse,
     /// The least |1 + L|² that is allowed.
     least: f64,
@@ -78,14 +78,14 @@ struct Last {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Progress {
     /// There are more points.
-    Goes,
+    Continues,
     /// It is stable, and keeps the largest sensitivity.
-    Keeps(Margins),
+    Passes(Margins),
     /// It does not.
-    Breaks,
+    Fails,
 }
 
-impl Walk {
+impl FrequencySweep {
     /// The ratio of successive frequencies, 2^(1/8). A peak of the sensitivity is put through three
     /// points.
     const RATIO: f64 = 1.090_507_732_665_257_7;
@@ -128,14 +128,14 @@ impl Walk {
         self.left = self.left.saturating_sub(1);
         let far_enough = distance >= self.least;
         if !far_enough || self.left == 0 {
-            return Progress::Breaks;
+            return Progress::Fails;
         }
         let distances = match self.last {
             None => {
                 let moved = (point.open + point.forward).scaled(1.0 / self.response.at_rest())
                     - Complex::ONE;
                 if moved.power() > 0.25 {
-                    return Progress::Breaks;
+                    return Progress::Fails;
                 }
                 self.awaited = i32::from(gain.im > 0.0);
                 [distance, distance]
@@ -151,13 +151,13 @@ impl Walk {
                     self.margins.sensitivity =
                         (1.0 / libm::sqrt(distance)).max(self.margins.sensitivity);
                 } else if step.power() > 0.5625 * nearer {
-                    return Progress::Breaks;
+                    return Progress::Fails;
                 }
                 self.cross(last.gain, gain);
                 if self.resonance.is_none() && here <= before && here < distance {
                     let nearest = lowest([before, here, distance]);
                     if nearest < self.least {
-                        return Progress::Breaks;
+                        return Progress::Fails;
                     }
                     self.margins.sensitivity =
                         (1.0 / libm::sqrt(nearest)).max(self.margins.sensitivity);
@@ -187,11 +187,11 @@ impl Walk {
     fn retry(&mut self) -> Progress {
         self.left = self.left.saturating_sub(1);
         if self.left == 0 {
-            return Progress::Breaks;
+            return Progress::Fails;
         }
         self.step *= 0.5;
         self.nu = self.from + self.step;
-        Progress::Goes
+        Progress::Continues
     }
 
     /// Takes in whether L has crossed the negative real axis between two points.
@@ -218,21 +218,21 @@ impl Walk {
         if self.resonance.is_some_and(|(resonance, width)| {
             self.nu < (FURTHER * resonance).max(resonance + BEYOND * width) && self.nu <= Self::LAST
         }) {
-            return Progress::Goes;
+            return Progress::Continues;
         }
         let power = gain.power();
         let small = power < SMALL * SMALL && self.falling;
         let negligible = power * Margins::MAX_GAIN * Margins::MAX_GAIN < 1.0;
         if small || negligible {
             if self.awaited == 0 {
-                Progress::Keeps(self.margins)
+                Progress::Passes(self.margins)
             } else {
-                Progress::Breaks
+                Progress::Fails
             }
         } else if self.nu > Self::LAST {
-            Progress::Breaks
+            Progress::Fails
         } else {
-            Progress::Goes
+            Progress::Continues
         }
     }
 }
@@ -275,10 +275,11 @@ mod tests {
             delay: 2.5e-3,
         };
         // Nearly any distance from −1 is allowed here, so that the winding alone decides.
-        let mut walk = Walk::begin(SampledResponse::new(&DESIGN, &servo, 1e-3), 0.05e-3, 100.0);
+        let mut walk =
+            FrequencySweep::begin(SampledResponse::new(&DESIGN, &servo, 1e-3), 0.05e-3, 100.0);
         loop {
             match walk.work() {
-                Progress::Goes => {}
+                Progress::Continues => {}
                 end => return end,
             }
         }
@@ -286,15 +287,15 @@ mod tests {
 
     #[test]
     fn a_loop_beyond_either_margin_is_seen_to_be_unstable_by_its_winding() {
-        let Progress::Keeps(margins) = walk(1.0) else {
+        let Progress::Passes(margins) = walk(1.0) else {
             panic!("it is stable");
         };
         let [fall, rise] = margins.gain;
         for within in [2.0 * fall, 0.5, 2.0, 0.5 * rise] {
-            assert!(matches!(walk(within), Progress::Keeps(_)), "{within}");
+            assert!(matches!(walk(within), Progress::Passes(_)), "{within}");
         }
         for beyond in [0.5 * fall, 2.0 * rise, 3.0 * rise] {
-            assert_eq!(walk(beyond), Progress::Breaks, "{beyond}");
+            assert_eq!(walk(beyond), Progress::Fails, "{beyond}");
         }
     }
 
@@ -312,10 +313,10 @@ mod tests {
         };
         let sampled = SampledServo::new(&servo, Some(&mode), 1e-3);
         let response = SampledResponse::around(&DESIGN, sampled, 1e-3);
-        let mut walk = Walk::begin(response, 0.05e-3, 100.0);
+        let mut walk = FrequencySweep::begin(response, 0.05e-3, 100.0);
         let end = loop {
             match walk.work() {
-                Progress::Goes => {}
+                Progress::Continues => {}
                 end => break end,
             }
         };
@@ -336,7 +337,7 @@ mod tests {
             (220.0, 0.004, 0.3),
             (610.0, 0.01, 0.5),
         ] {
-            let (Progress::Keeps(margins), largest) = resonant(hertz, damping, ratio) else {
+            let (Progress::Passes(margins), largest) = resonant(hertz, damping, ratio) else {
                 panic!("{hertz} Hz is stable");
             };
             let off = margins.sensitivity / largest - 1.0;
@@ -348,6 +349,6 @@ mod tests {
         }
         // Beyond the delay's phase its peak is above one.
         let (end, _) = resonant(220.0, 0.004, 2.0);
-        assert_eq!(end, Progress::Breaks);
+        assert_eq!(end, Progress::Fails);
     }
 }

@@ -13,15 +13,15 @@
 //! ```
 
 mod closed_loop;
+mod feed_forward_limits;
 mod goal;
-mod lead;
 mod margins;
 mod measured_line;
 mod modal_motion;
 mod placement;
 mod possible_servos;
+mod predicted_response;
 mod prediction;
-mod promise;
 mod resonance;
 mod response_time;
 mod sampled_mode;
@@ -36,7 +36,7 @@ pub use closed_loop::PredictedSample;
 pub use goal::{Cap, Goal};
 pub use measured_line::MeasuredLine;
 pub use possible_servos::PossibleServo;
-pub use promise::{Promise, Tuning};
+pub use predicted_response::{PredictedResponse, Tuning};
 pub use resonance::{Mode, Resonance};
 pub use sampled_response::SampledServo;
 pub use settings::{TuningError, TuningSettings};

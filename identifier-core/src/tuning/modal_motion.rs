@@ -76,8 +76,8 @@ mod tests {
             }
             let time = f64::from(k) * sample;
             let (sine, cosine) = (turning * time).sin_cos();
-            let swing = (-decay * time).exp() * (cosine + decay / turning * sine);
-            let exact = at_rest * (1.0 - swing);
+            let transient = (-decay * time).exp() * (cosine + decay / turning * sine);
+            let exact = at_rest * (1.0 - transient);
             assert!(
                 (twist - exact).abs() < 1e-9 * at_rest,
                 "{k}: {twist} {exact}"

@@ -18,7 +18,7 @@
 //! = 1.5 k_p/k_i, is the second degree of freedom. It removes the zero and half of its speed. So no step of the
 //! identified servo overshoots, whatever a is. Steps of servos with much friction overshoot very little.
 
-use super::lead::Lead;
+use super::feed_forward_limits::FeedForwardLimits;
 use super::possible_servos::PossibleServos;
 use super::{Cap, Tuning, TuningSettings};
 use crate::control::{FeedForwardSettings, Gains};
@@ -56,7 +56,7 @@ impl Design {
             notch: tuning.notch,
             feed_forward: tuning.feed_forward,
             smoothed: false,
-            noise: tuning.promise.noise,
+            noise: tuning.predicted_response.noise,
         }
     }
 
@@ -94,7 +94,7 @@ impl Design {
 pub(super) struct Placement {
     a: f64,
     b: f64,
-    lead: Lead,
+    feed_forward_limits: FeedForwardLimits,
     settings: TuningSettings,
 }
 
@@ -128,7 +128,7 @@ impl Placement {
         Self {
             a: servos.least_friction(),
             b: identified.b,
-            lead: Lead::new(&identified, coulomb, settings),
+            feed_forward_limits: FeedForwardLimits::new(&identified, coulomb, settings),
             settings: *settings,
         }
     }
@@ -163,8 +163,8 @@ impl Placement {
                 }
             }
         }
-        if self.settings.leads() {
-            design.feed_forward = self.lead.along(bandwidth, design.rise());
+        if self.settings.has_reference_model() {
+            design.feed_forward = self.feed_forward_limits.along(bandwidth, design.rise());
         }
         if design.feed_forward.is_some() {
             design.reference_filter = 0.0;

@@ -104,7 +104,7 @@ impl PossibleServo {
 /// it is no covariance.
 fn cholesky(covariance: &[[f64; 5]; 5]) -> Option<[[f64; 3]; 3]> {
     /// Rounding error of a variance that is zero, relative to its sum.
-    const ROUNDING: f64 = 1e-9;
+    const CORNER_TOLERANCE: f64 = 1e-9;
     const A: usize = IdentifiedServo::A;
     const B: usize = IdentifiedServo::B;
     const DELAY: usize = IdentifiedServo::DELAY;
@@ -119,11 +119,11 @@ fn cholesky(covariance: &[[f64; 5]; 5]) -> Option<[[f64; 3]; 3]> {
         };
         let variance = covariance[column][column];
         let left = variance - earlier(&pivots);
-        let is_covariance = variance.is_finite() && left >= -ROUNDING * variance;
+        let is_covariance = variance.is_finite() && left >= -CORNER_TOLERANCE * variance;
         if !is_covariance {
             return None;
         }
-        if left <= ROUNDING * variance {
+        if left <= CORNER_TOLERANCE * variance {
             continue;
         }
         let length = libm::sqrt(left);

@@ -6,11 +6,11 @@ use super::margins::Margins;
 use super::placement::Design;
 use super::possible_servos::PossibleServos;
 use super::resonance::Mode;
-use super::{Promise, StepMeasure, TuningError, TuningSettings};
+use super::{PredictedResponse, StepMeasure, TuningError, TuningSettings};
 
 /// Inputs of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scene {
+pub(super) struct PredictionInputs {
     pub(super) servos: PossibleServos,
     pub(super) coulomb: f64,
     /// The mode of two masses, if a measured response shows them.
@@ -20,7 +20,7 @@ pub(super) struct Scene {
 
 /// A prediction in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PromisePrediction {
+pub(super) struct ResponsePrediction {
     design: Design,
     stage: PredictedQuantity,
     closed_loop: ClosedLoop,
@@ -29,7 +29,7 @@ pub(super) struct PromisePrediction {
     farthest: f64,
     /// True if the predicted quantity has been reached.
     seen: bool,
-    promise: Promise,
+    predicted_response: PredictedResponse,
 }
 
 /// The predicted quantity.
@@ -61,7 +61,7 @@ const LATE_PEAK: f64 = 7.0;
 /// Time within the band after which it has settled, 1/ω.
 const SETTLED: f64 = 6.0;
 
-impl Scene {
+impl PredictionInputs {
     /// The loop of a design that is to make the step with the identified servo.
     pub(super) fn step(&self, design: &Design) -> Result<ClosedLoop, TuningError> {
         self.closed_loop(design, 0, &self.neutral_step())
@@ -143,9 +143,9 @@ pub(super) fn samples(time: f64, design: &Design, closed_loop: &ClosedLoop) -> u
     ((time / (design.bandwidth * closed_loop.sample_time())) as u32).saturating_add(1)
 }
 
-impl PromisePrediction {
+impl ResponsePrediction {
     pub(super) fn begin(
-        scene: &Scene,
+        scene: &PredictionInputs,
         design: &Design,
         margins: &Margins,
     ) -> Result<Self, TuningError> {
@@ -156,7 +156,7 @@ impl PromisePrediction {
             measure: scene.measure(),
             farthest: 0.0,
             seen: false,
-            promise: Promise {
+            predicted_response: PredictedResponse {
                 step: scene.settings.step,
                 rise_time: f64::INFINITY,
                 quickest_rise_time: f64::INFINITY,
@@ -173,12 +173,15 @@ impl PromisePrediction {
     }
 
     /// One sample of one servo, or the transition between two of them.
-    pub(super) fn work(&mut self, scene: &Scene) -> Option<Result<Promise, TuningError>> {
+    pub(super) fn work(
+        &mut self,
+        scene: &PredictionInputs,
+    ) -> Option<Result<PredictedResponse, TuningError>> {
         if self.seen {
             self.seen = false;
             return match self.next(scene) {
                 Ok(true) => None,
-                Ok(false) => Some(Ok(self.promise)),
+                Ok(false) => Some(Ok(self.predicted_response)),
                 Err(error) => Some(Err(error)),
             };
         }
@@ -189,7 +192,8 @@ impl PromisePrediction {
         self.farthest = self.farthest.max(libm::fabs(seen.position));
         if self.stage == PredictedQuantity::Step {
             let share = libm::fabs(seen.command) / scene.settings.command;
-            self.promise.command_share = self.promise.command_share.max(share);
+            self.predicted_response.command_share =
+                self.predicted_response.command_share.max(share);
         }
         self.seen = self.ends(seen.position);
         None
@@ -204,17 +208,17 @@ impl PromisePrediction {
         match self.stage {
             PredictedQuantity::Step => {
                 let settled = self.measure.settled();
-                longer_than(Promise::MAX_TIME)
+                longer_than(PredictedResponse::MAX_TIME)
                     || settled.is_some_and(|since| {
                         taken - since > samples(SETTLED, &self.design, &self.closed_loop)
                     })
             }
             PredictedQuantity::Balanced | PredictedQuantity::Opposed => {
-                longer_than(Promise::MAX_TIME) || self.measure.rise().is_some()
+                longer_than(PredictedResponse::MAX_TIME) || self.measure.rise().is_some()
             }
             PredictedQuantity::Load => longer_than(TURN) || position < (1.0 - BACK) * self.farthest,
             PredictedQuantity::Corner(_) => {
-                let beyond = self.farthest - self.promise.step;
+                let beyond = self.farthest - self.predicted_response.step;
                 let has_turned = beyond > 0.0 && self.farthest - position > BACK * beyond;
                 let [_, arrived] = self.measure.since();
                 let peak = samples(PEAK, &self.design, &self.closed_loop);
@@ -230,27 +234,31 @@ impl PromisePrediction {
     fn take_rise(&mut self) {
         let taken = f64::from(self.measure.samples());
         let rise = self.measure.rise().unwrap_or(taken);
-        self.promise
+        self.predicted_response
             .take_rise(self.closed_loop.sample_time() * rise);
     }
 
     fn take_overshoot(&mut self) {
-        self.promise.overshoot = self.promise.overshoot.max(self.measure.overshoot());
+        self.predicted_response.overshoot = self
+            .predicted_response
+            .overshoot
+            .max(self.measure.overshoot());
     }
 
     /// Evaluates the finished quantity, and begins the next; false if there is none.
-    fn next(&mut self, scene: &Scene) -> Result<bool, TuningError> {
+    fn next(&mut self, scene: &PredictionInputs) -> Result<bool, TuningError> {
         let sample_time = self.closed_loop.sample_time();
         let taken = self.measure.samples();
         let (stage, trial) = match self.stage {
             PredictedQuantity::Step => {
                 let rise = self.measure.rise().ok_or(TuningError::DoesNotArrive)?;
-                self.promise.rise_time = rise * sample_time;
-                self.promise.quickest_rise_time = self.promise.rise_time;
-                self.promise.slowest_rise_time = self.promise.rise_time;
+                self.predicted_response.rise_time = rise * sample_time;
+                self.predicted_response.quickest_rise_time = self.predicted_response.rise_time;
+                self.predicted_response.slowest_rise_time = self.predicted_response.rise_time;
                 self.take_overshoot();
                 let settled = self.measure.settled();
-                self.promise.settling_time = sample_time * f64::from(settled.unwrap_or(taken));
+                self.predicted_response.settling_time =
+                    sample_time * f64::from(settled.unwrap_or(taken));
                 (PredictedQuantity::Balanced, scene.balanced_step(1.0))
             }
             PredictedQuantity::Balanced => {
@@ -262,7 +270,7 @@ impl PromisePrediction {
                 (PredictedQuantity::Load, scene.unit_load())
             }
             PredictedQuantity::Load => {
-                self.promise.compliance = self.farthest;
+                self.predicted_response.compliance = self.farthest;
                 (PredictedQuantity::Corner(0), scene.worst_step(&self.design))
             }
             PredictedQuantity::Corner(place) => {
@@ -276,7 +284,8 @@ impl PromisePrediction {
         let place = match stage {
             PredictedQuantity::Corner(PossibleServos::COUNT) => {
                 // Where within a count the servo stood is not known.
-                self.promise.overshoot += scene.settings.resolution / self.promise.step;
+                self.predicted_response.overshoot +=
+                    scene.settings.resolution / self.predicted_response.step;
                 return Ok(false);
             }
             PredictedQuantity::Corner(place) => place,

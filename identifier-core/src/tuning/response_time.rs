@@ -2,8 +2,8 @@
 
 use super::closed_loop::ClosedLoop;
 use super::placement::Design;
-use super::prediction::{Scene, samples};
-use super::search::Judge;
+use super::prediction::{PredictionInputs, samples};
+use super::search::GainCheck;
 use super::{StepMeasure, TuningError};
 use crate::number::Number;
 
@@ -42,8 +42,8 @@ impl ByTime {
     /// # Errors
     /// There are no such gains.
     pub(super) fn begin(
-        scene: &Scene,
-        judge: &Judge,
+        scene: &PredictionInputs,
+        judge: &GainCheck,
         bandwidth: f64,
         asked: f64,
     ) -> Result<Self, TuningError> {
@@ -57,7 +57,7 @@ impl ByTime {
     }
 
     /// One sample; at the end the bandwidth, rad/s.
-    pub(super) fn work(&mut self, scene: &Scene, judge: &Judge) -> Option<f64> {
+    pub(super) fn work(&mut self, scene: &PredictionInputs, judge: &GainCheck) -> Option<f64> {
         let time = self.rise.work()?;
         let ratio = time.map(|time| time / self.asked);
         let bandwidth = self.rise.bandwidth;
@@ -91,7 +91,7 @@ impl Rise {
     /// Rise times that are asked for after which a rise is too slow to be timed.
     const SLOW: f64 = 2.0;
 
-    fn begin(scene: &Scene, design: &Design, asked: f64) -> Result<Self, TuningError> {
+    fn begin(scene: &PredictionInputs, design: &Design, asked: f64) -> Result<Self, TuningError> {
         let closed_loop = scene.step(design)?;
         let slow = Self::SLOW * asked * design.bandwidth;
         Ok(Self {

@@ -96,8 +96,11 @@ impl SampledServo {
             whole_delay,
             decay: x * held.velocity,
             h1: held.velocity,
-            newer: [newest.way, newest.velocity],
-            older: [held.way - newest.way, held.velocity - newest.velocity],
+            newer: [newest.displacement, newest.velocity],
+            older: [
+                held.displacement - newest.displacement,
+                held.velocity - newest.velocity,
+            ],
             gain: servo.b * sample_time * sample_time,
             mode: mode.map(|mode| SampledMode::new(mode, part, sample_time)),
         }
@@ -106,12 +109,12 @@ impl SampledServo {
     /// The response over b T², times δ (δ + x h₁).
     fn numerator(&self, delta: Complex) -> Complex {
         let z = delta + 1.0;
-        let [newer_way, newer_velocity] = self.newer;
-        let [older_way, older_velocity] = self.older;
+        let [newer_displacement, newer_velocity] = self.newer;
+        let [older_displacement, older_velocity] = self.older;
         let slowing = delta + self.decay;
-        let way = z.scaled(newer_way) + older_way;
+        let displacement = z.scaled(newer_displacement) + older_displacement;
         let velocity = z.scaled(newer_velocity) + older_velocity;
-        let together = slowing * way + velocity.scaled(self.h1);
+        let together = slowing * displacement + velocity.scaled(self.h1);
         let servo = match &self.mode {
             Some(mode) => together + delta * slowing * mode.at(z),
             None => together,

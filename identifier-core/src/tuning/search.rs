@@ -1,6 +1,6 @@
 //! The largest bandwidth that keeps everything.
 
-use super::margins::{Margins, Progress, Walk};
+use super::margins::{FrequencySweep, Margins, Progress};
 use super::measured_line::MeasuredLine;
 use super::placement::{Design, Placement};
 use super::possible_servos::PossibleServos;
@@ -12,7 +12,7 @@ use crate::control::Notch;
 
 /// Criteria of a bandwidth.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Judge {
+pub(super) struct GainCheck {
     placement: Placement,
     servos: PossibleServos,
     /// The resonance of two masses, if a measured response shows them.
@@ -30,7 +30,7 @@ pub(super) struct Case {
     /// The servo whose loop is examined, and the walk if it has begun. Servos of one mass come first, then those of
     /// two.
     place: usize,
-    walk: Option<Walk>,
+    walk: Option<FrequencySweep>,
     margins: Margins,
     /// The measured line that comes next, before all servos.
     line: usize,
@@ -40,9 +40,9 @@ pub(super) struct Case {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Verdict {
     /// These gains keep everything, with these margins at worst.
-    Keeps(Design, Margins),
+    Passes(Design, Margins),
     /// This is broken.
-    Breaks(Cap),
+    Fails(Cap),
 }
 
 /// A search in progress.
@@ -52,7 +52,7 @@ pub(super) struct Search {
     bandwidth: f64,
     notched: bool,
     /// The largest bandwidth without the notch, once that is looked for.
-    without: Option<Largest>,
+    without: Option<LargestBandwidth>,
     /// Its check; none before it begins.
     case: Option<Case>,
     low: Option<(Design, Margins)>,
@@ -62,13 +62,13 @@ pub(super) struct Search {
 
 /// The end of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Largest {
+pub(super) struct LargestBandwidth {
     pub(super) design: Design,
     pub(super) margins: Margins,
     pub(super) cap: Cap,
 }
 
-impl Judge {
+impl GainCheck {
     /// For Coulomb friction and the largest that it may be, rad/s².
     pub(super) fn new(
         servos: &PossibleServos,
@@ -155,7 +155,7 @@ impl Judge {
             && case.walk.is_none()
             && let Some(cap) = self.placement.forbids(&case.design)
         {
-            return Some(Verdict::Breaks(cap));
+            return Some(Verdict::Fails(cap));
         }
         if let Some(measured) = lines.get(case.line) {
             let cap = if !is_explained && !self.keeps(&case.design, measured) {
@@ -165,23 +165,23 @@ impl Judge {
                 (!borne).then_some(Cap::UnseenResonance)
             };
             case.line += 1;
-            return cap.map(Verdict::Breaks);
+            return cap.map(Verdict::Fails);
         }
         let Some(walk) = &mut case.walk else {
             case.walk = self.walk(&case.design, case.place);
-            return (case.walk.is_none()).then_some(Verdict::Keeps(case.design, case.margins));
+            return (case.walk.is_none()).then_some(Verdict::Passes(case.design, case.margins));
         };
         match walk.work() {
-            Progress::Goes => None,
-            Progress::Breaks if case.place >= PossibleServos::COUNT => {
-                Some(Verdict::Breaks(Cap::Resonance))
+            Progress::Continues => None,
+            Progress::Fails if case.place >= PossibleServos::COUNT => {
+                Some(Verdict::Fails(Cap::Resonance))
             }
-            Progress::Breaks => Some(Verdict::Breaks(if case.design.smoothed {
+            Progress::Fails => Some(Verdict::Fails(if case.design.smoothed {
                 Cap::EncoderNoise
             } else {
                 Cap::Delay
             })),
-            Progress::Keeps(margins) => {
+            Progress::Passes(margins) => {
                 // The servos of two masses beyond the measured one have a larger sensitivity, which is not promised.
                 if case.place <= PossibleServos::COUNT {
                     case.margins = case.margins.both(margins);
@@ -193,20 +193,20 @@ impl Judge {
         }
     }
 
-    fn walk(&self, design: &Design, place: usize) -> Option<Walk> {
+    fn walk(&self, design: &Design, place: usize) -> Option<FrequencySweep> {
         /// The start of a walk, as a part of the poles' magnitude.
         const FIRST: f64 = 1.0 / 32.0;
         let first = FIRST * design.bandwidth * self.sample_time;
         if let Some(servo) = self.servos.get(place) {
             let response = SampledResponse::new(design, servo, self.sample_time);
-            return Some(Walk::begin(response, first, self.max_sensitivity));
+            return Some(FrequencySweep::begin(response, first, self.max_sensitivity));
         }
         let place = place - PossibleServos::COUNT;
         let servo = (self.resonance?).servo(&self.servos, place)?;
         let sampled = SampledServo::new(&servo.servo, Some(&servo.mode), self.sample_time);
         let response = SampledResponse::around(design, sampled, self.sample_time);
         let sensitivity = 1.0 + servo.excess * (self.max_sensitivity - 1.0);
-        Some(Walk::begin(response, first, sensitivity))
+        Some(FrequencySweep::begin(response, first, sensitivity))
     }
 
     /// True if a design keeps its distance from −1 near the resonance that the lines show between two of them.
@@ -272,8 +272,12 @@ impl Search {
     }
 
     /// Takes the largest bandwidth without the notch, and begins with it, or ends with the better of both.
-    fn end(&mut self, judge: &Judge, found: Option<Largest>) -> Option<Option<Largest>> {
-        let unseen = |found: Largest| found.cap == Cap::UnseenResonance;
+    fn end(
+        &mut self,
+        judge: &GainCheck,
+        found: Option<LargestBandwidth>,
+    ) -> Option<Option<LargestBandwidth>> {
+        let unseen = |found: LargestBandwidth| found.cap == Cap::UnseenResonance;
         if !self.notched && judge.has_notch() && !found.is_some_and(unseen) {
             *self = Self {
                 notched: true,
@@ -285,8 +289,9 @@ impl Search {
         let Some(without) = self.without else {
             return Some(found);
         };
-        let is_worth =
-            |with: &Largest| with.design.bandwidth > Self::WORTH * without.design.bandwidth;
+        let is_worth = |with: &LargestBandwidth| {
+            with.design.bandwidth > Self::WORTH * without.design.bandwidth
+        };
         Some(Some(found.filter(is_worth).unwrap_or(without)))
     }
 
@@ -294,24 +299,24 @@ impl Search {
     /// or none if there is none.
     pub(super) fn work(
         &mut self,
-        judge: &Judge,
+        judge: &GainCheck,
         lines: &[MeasuredLine],
         is_explained: bool,
-    ) -> Option<Option<Largest>> {
+    ) -> Option<Option<LargestBandwidth>> {
         let bandwidth = self.bandwidth;
         let Some(case) = &mut self.case else {
             self.case = Some(judge.open(bandwidth, self.notched));
             return None;
         };
         match judge.work(case, lines, is_explained)? {
-            Verdict::Keeps(design, margins) => self.low = Some((design, margins)),
-            Verdict::Breaks(cap) => self.high = Some((bandwidth, cap)),
+            Verdict::Passes(design, margins) => self.low = Some((design, margins)),
+            Verdict::Fails(cap) => self.high = Some((bandwidth, cap)),
         }
         self.tried += 1;
         let next = match (self.low, self.high) {
             (Some((design, margins)), Some((high, cap))) => {
                 if high < Self::FINE * design.bandwidth {
-                    let found = Largest {
+                    let found = LargestBandwidth {
                         design,
                         margins,
                         cap,

@@ -106,7 +106,7 @@ impl TuningSettings {
     }
 
     /// True if a servo may be led along a reference model.
-    pub(super) fn leads(&self) -> bool {
+    pub(super) fn has_reference_model(&self) -> bool {
         self.feed_forward && !matches!(self.goal, Goal::ResponseTime(_))
     }
 

@@ -122,9 +122,9 @@ impl<N: Number> StepMeasure<N> {
 impl<N: Number> Passing<N> {
     /// The part of a sample by which a level was passed before the second position.
     fn early(&self, level: N) -> N {
-        let way = self.at - self.before;
-        if way > N::ZERO {
-            (self.at - level) * way.reciprocal()
+        let displacement = self.at - self.before;
+        if displacement > N::ZERO {
+            (self.at - level) * displacement.reciprocal()
         } else {
             N::ZERO
         }

@@ -3,10 +3,10 @@ use super::margins::Margins;
 use super::measured_line::MeasuredLine;
 use super::placement::Design;
 use super::possible_servos::{PossibleServo, PossibleServos};
-use super::prediction::{PromisePrediction, Scene};
+use super::prediction::{PredictionInputs, ResponsePrediction};
 use super::resonance::Resonance;
 use super::response_time::ByTime;
-use super::search::{Case, Judge, Largest, Search, Verdict};
+use super::search::{Case, GainCheck, LargestBandwidth, Search, Verdict};
 use super::{Cap, Goal, Tuning, TuningError, TuningSettings};
 use crate::parameters::IdentifiedServo;
 
@@ -16,8 +16,8 @@ use crate::parameters::IdentifiedServo;
 /// Any goal takes fewer than 20 000 slices, and fewer than 60 000 for a servo of two masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tuner {
-    judge: Judge,
-    scene: Scene,
+    judge: GainCheck,
+    scene: PredictionInputs,
 }
 
 /// A tuning in progress.
@@ -40,7 +40,7 @@ enum Task {
     Search(Search, Option<f64>),
     /// These gains keep everything.
     Found(Found),
-    Predict(Found, PromisePrediction),
+    Predict(Found, ResponsePrediction),
     End(Result<Tuning, TuningError>),
 }
 
@@ -87,8 +87,8 @@ impl Tuner {
         let servos = PossibleServos::new(servo, settings.command_delay, settings.sample_time)?;
         let frictions = [coulomb, servo.most_coulomb()];
         Ok(Self {
-            judge: Judge::new(&servos, frictions, resonance, settings),
-            scene: Scene {
+            judge: GainCheck::new(&servos, frictions, resonance, settings),
+            scene: PredictionInputs {
                 servos,
                 coulomb,
                 mode: resonance.map(|resonance| resonance.mode),
@@ -137,15 +137,15 @@ impl Tuner {
                 Task::Ask(self.judge.open(bandwidth, false))
             }
             Task::Ask(case) => match self.judge.work(case, lines, is_explained)? {
-                Verdict::Keeps(design, margins) => Task::Found(Found {
+                Verdict::Passes(design, margins) => Task::Found(Found {
                     design,
                     margins,
                     cap: None,
                 }),
-                Verdict::Breaks(_) if self.judge.has_notch() && !case.is_notched() => {
+                Verdict::Fails(_) if self.judge.has_notch() && !case.is_notched() => {
                     Task::Ask(self.judge.open(case.bandwidth(), true))
                 }
-                Verdict::Breaks(_) => {
+                Verdict::Fails(_) => {
                     let asked = case.bandwidth();
                     Task::Search(Search::from(0.5 * asked), Some(asked))
                 }
@@ -165,7 +165,7 @@ impl Tuner {
             Task::Predict(found, prediction) => Task::End(
                 prediction
                     .work(&self.scene)?
-                    .map(|promise| found.tuning(promise)),
+                    .map(|predicted_response| found.tuning(predicted_response)),
             ),
             Task::End(result) => return Some(*result),
         };
@@ -209,7 +209,7 @@ impl Tuner {
     }
 
     fn predict(&self, found: Found) -> Task {
-        match PromisePrediction::begin(&self.scene, &found.design, &found.margins) {
+        match ResponsePrediction::begin(&self.scene, &found.design, &found.margins) {
             Ok(prediction) => Task::Predict(found, prediction),
             Err(error) => Task::End(Err(error)),
         }
@@ -232,8 +232,8 @@ impl TuningSettings {
     }
 }
 
-impl From<Largest> for Found {
-    fn from(largest: Largest) -> Self {
+impl From<LargestBandwidth> for Found {
+    fn from(largest: LargestBandwidth) -> Self {
         Self {
             design: largest.design,
             margins: largest.margins,
@@ -243,7 +243,7 @@ impl From<Largest> for Found {
 }
 
 impl Found {
-    fn tuning(&self, promise: super::Promise) -> Tuning {
+    fn tuning(&self, predicted_response: super::PredictedResponse) -> Tuning {
         let Design {
             bandwidth,
             kp,
@@ -265,7 +265,7 @@ impl Found {
             feed_forward,
             bandwidth,
             cap: self.cap,
-            promise,
+            predicted_response,
         }
     }
 }

@@ -10,7 +10,9 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
 use identifier_core::parameters::{AbLoad, IdentifiedServo, Parameter, ServoParameters, Unknowns};
-use identifier_core::settings::{BoxSettings, ControllerSettings, FromSettings, diagonal};
+use identifier_core::settings::{
+    ControllerSettings, FromSettings, ParameterRangeSettings, diagonal,
+};
 use identifier_core::{GradientLoop, Settings};
 use virtual_servo::{Encoder, Plant, ServoParameters as TrueServo};
 
@@ -34,7 +36,7 @@ fn settings(seed: u32) -> Settings {
         )
     };
     let identifier = &mut settings.identifier;
-    identifier.plant_box = Some(BoxSettings {
+    identifier.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });

@@ -7,7 +7,7 @@ use identifier_core::error::StepError;
 use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::Identify;
 use identifier_core::measurement::LowPass;
-use identifier_core::settings::{BoxSettings, ControllerSettings};
+use identifier_core::settings::{ControllerSettings, ParameterRangeSettings};
 use proptest::prelude::*;
 
 fn settings(sample_time: f64) -> Settings {
@@ -17,7 +17,7 @@ fn settings(sample_time: f64) -> Settings {
         ..Settings::new(sample_time, 10_000.0)
     };
     let learning = &mut settings.identifier;
-    learning.plant_box = Some(BoxSettings {
+    learning.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });

@@ -13,7 +13,7 @@ use identifier_core::measurement::{
 };
 use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, ServoParameters, Unknowns};
 use identifier_core::settings::{
-    BoxSettings, ControllerSettings, RangeSettings, Settings, SettingsError, diagonal,
+    ControllerSettings, ParameterRangeSettings, RangeSettings, Settings, SettingsError, diagonal,
 };
 use proptest::prelude::*;
 use virtual_servo::excitation::BandLimitedWhiteNoise;
@@ -48,7 +48,7 @@ fn settings() -> Settings {
         ..Settings::new(1e-3, 10_000.0)
     };
     let identifier = &mut settings.identifier;
-    identifier.plant_box = Some(BoxSettings {
+    identifier.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });
@@ -180,11 +180,11 @@ fn with_friction_fixed_and_floating_point_agree() {
 /// Without a box the guard follows the estimate; under a limit that acts the words of the correction
 /// must not.
 #[test]
-fn without_a_box_and_under_a_limit_fixed_and_floating_point_agree() {
+fn without_a_range_and_under_a_limit_fixed_and_floating_point_agree() {
     let mut settings = settings();
     settings.controller = Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(1.0));
     let identifier = &mut settings.identifier;
-    identifier.plant_box = None;
+    identifier.parameter_range = None;
     identifier.bounds.b = Some([5.0, 1000.0]);
     identifier.mu = Some(10.0);
     let servo = ServoParameters {
@@ -371,7 +371,7 @@ fn settings_out_of_range_are_refused_with_a_value_that_fits() {
             ["bounds.coulomb", "given"],
         ),
         (
-            refusal(|settings| settings.identifier.plant_box = None),
+            refusal(|settings| settings.identifier.parameter_range = None),
             ["bounds.b", "given"],
         ),
         (
@@ -414,10 +414,10 @@ fn the_value_that_a_refusal_names_is_accepted() {
                 "ranges.velocity" => ranges.velocity = named,
                 "ranges.command" => ranges.command = named,
                 "gamma" => {
-                    let struck = gamma
+                    let injected = gamma
                         .iter_mut()
                         .find(|entry| entry.to_bits() == refused.value.to_bits());
-                    *struck.expect("an entry of gamma") = named;
+                    *injected.expect("an entry of gamma") = named;
                 }
                 other => panic!("{other}"),
             }
@@ -542,7 +542,7 @@ proptest! {
         nothing_wraps::<BackwardDifference, AbLoad, 3>(&settings, &samples)?;
         // Steps that are large, and a guard that follows b̂.
         settings.identifier.gamma = Some(diagonal([400.0, 30_000.0, 400.0, 400.0]));
-        settings.identifier.plant_box = None;
+        settings.identifier.parameter_range = None;
         settings.identifier.bounds.b = Some([0.1, 2000.0]);
         settings.identifier.mu = Some(10.0);
         nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples)?;

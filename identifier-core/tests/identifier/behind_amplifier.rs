@@ -7,7 +7,7 @@ use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Term, Terms, Unknown, Unknowns};
-use identifier_core::settings::{BoxSettings, FromSettings, TermSettings, diagonal};
+use identifier_core::settings::{FromSettings, ParameterRangeSettings, TermSettings, diagonal};
 use virtual_servo::{Effects, Encoder, Servo as TrueServo};
 
 use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
@@ -34,7 +34,7 @@ fn effects() -> [(&'static str, Effects, TermSettings); 3] {
 fn settings(declared: &TermSettings) -> Settings {
     let mut settings = Settings::new(1e-3, 10_000.0);
     let given = &mut settings.identifier;
-    given.plant_box = Some(BoxSettings {
+    given.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 5.0],
         b: [150.0, 400.0],
     });
@@ -128,7 +128,7 @@ fn check<I: FromSettings + Identify<f64>>(law: &str, time: f64) {
 }
 
 #[test]
-fn the_gradient_law_finds_the_servo_behind_its_amplifier() {
+fn the_gradient_estimator_finds_the_servo_behind_its_amplifier() {
     check::<Gradient>("gradient", 40.0);
 }
 

@@ -182,7 +182,7 @@ impl<I: Identify<f32> + FromSettings> Run<I> {
             let now = f64::from(self.samples) * self.sample_time;
             match update.expect("ordinary samples").event {
                 Event::FirstFitOverdue => {
-                    let report = (now, self.obstacle());
+                    let report = (now, self.rejection_reason());
                     self.reported = self.reported.or(Some(report));
                 }
                 Event::Started => self.started = self.started.or(Some(now)),
@@ -191,8 +191,8 @@ impl<I: Identify<f32> + FromSettings> Run<I> {
         }
     }
 
-    fn obstacle(&self) -> Option<Reason> {
-        self.identifier.obstacle(&self.state)
+    fn rejection_reason(&self) -> Option<Reason> {
+        self.identifier.rejection_reason(&self.state)
     }
 }
 
@@ -203,7 +203,7 @@ fn each_reason_is_reported<I: Identify<f32> + FromSettings>(law: &str) {
             let mut run = Run::<I>::new(&settings);
             run.run(0.95, &mut sample);
             let name = format!("{law} at {sample_time} s: {reason:?}");
-            assert_eq!(run.obstacle(), None, "{name}");
+            assert_eq!(run.rejection_reason(), None, "{name}");
             run.run(0.85, &mut sample);
             let (time, said) = run.reported.unwrap_or_default();
             assert_eq!(said, Some(reason), "{name}, started {:?}", run.started);
@@ -264,10 +264,10 @@ fn later_motion_identifies<I: Identify<f32> + FromSettings>(sample_time: f64) {
         let (settings, sample) = case(reason, sample_time);
         let mut run = Run::<I>::new(&settings);
         run.run(2.0, sample);
-        assert_eq!(run.obstacle(), Some(reason));
+        assert_eq!(run.rejection_reason(), Some(reason));
         let mut motion = lively(&servo);
         run.run(2.5, || motion.sample());
-        assert_eq!(run.obstacle(), None, "after {reason:?}");
+        assert_eq!(run.rejection_reason(), None, "after {reason:?}");
         assert!(run.started.is_some(), "after {reason:?}");
         let off =
             run.identifier.estimates(&run.state).expect("estimates").b / servo.parameters.b - 1.0;

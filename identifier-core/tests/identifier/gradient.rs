@@ -7,7 +7,7 @@ use identifier_core::Settings;
 use identifier_core::identifier::{Event, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ParameterSet, ServoParameters, Unknowns};
-use identifier_core::settings::{BoxSettings, diagonal};
+use identifier_core::settings::{ParameterRangeSettings, diagonal};
 
 type Listener<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
 
@@ -16,7 +16,7 @@ type Listener<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
 fn settings(servo: &Servo) -> Settings {
     let mut settings = Settings::new(servo.sample_time, servo.counts_per_rev);
     let b = servo.parameters.b;
-    settings.identifier.plant_box = Some(BoxSettings {
+    settings.identifier.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 2.0 * servo.parameters.a.max(1.0)],
         b: [b / 2.0, b * 2.0],
     });

@@ -6,7 +6,7 @@ use identifier_core::GradientLoop;
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::Identify;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{BoxSettings, ControllerSettings, Settings};
+use identifier_core::settings::{ControllerSettings, ParameterRangeSettings, Settings};
 use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
 
@@ -60,16 +60,16 @@ impl Literal {
         let output_error = measured - self.position;
         let y = self.mu * output_error + (measured_velocity - *velocity);
         // (11), with the guard of the sampled law.
-        let b_min = self.settings.identifier.plant_box.expect("a box").b[0];
+        let b_min = self.settings.identifier.parameter_range.expect("a box").b[0];
         let strength = t * (0..2).map(|i| self.gamma[i] * phi[i] * phi[i]).sum::<f64>();
         let slowed = (0.05 * b_min * kd / strength).min(1.0);
         // A servo that has not moved for 0.1 s is at rest, and nothing is learnt from it.
         if (measured - self.moved.1).abs() > 0.5 * self.settings.resolution {
             self.moved = (self.time, measured);
         }
-        let stands = self.time - self.moved.0 > 0.1 + 0.5 * t;
+        let is_still = self.time - self.moved.0 > 0.1 + 0.5 * t;
         self.time += t;
-        for i in (0..2).filter(|_| !stands) {
+        for i in (0..2).filter(|_| !is_still) {
             self.theta[i] -= slowed * t * self.gamma[i] * phi[i] * y;
         }
         self.theta[0] = self.theta[0].max(0.0);
@@ -115,7 +115,7 @@ fn where_no_limit_acts_it_is_the_papers_loop() {
             ..Settings::new(sample_time, counts)
         };
         settings.identifier.initial.b = Some(guess);
-        settings.identifier.plant_box = Some(BoxSettings {
+        settings.identifier.parameter_range = Some(ParameterRangeSettings {
             a: [0.0, 20.0],
             b: [b / 1.5, b * 1.5],
         });

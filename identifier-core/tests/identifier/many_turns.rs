@@ -4,7 +4,7 @@ use identifier_core::excitation::Excitation;
 use identifier_core::identifier::Identify;
 use identifier_core::measurement::Counter;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{BoxSettings, ControllerSettings};
+use identifier_core::settings::{ControllerSettings, ParameterRangeSettings};
 use identifier_core::{GradientLoop, Settings};
 use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
@@ -26,7 +26,7 @@ fn settings(sample_time: f64) -> Settings {
         ..Settings::new(sample_time, COUNTS_PER_REV)
     };
     let learning = &mut settings.identifier;
-    learning.plant_box = Some(BoxSettings {
+    learning.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });
@@ -70,10 +70,10 @@ fn travel(start: i64, speed: i32) -> ServoParameters {
     for k in 0..samples {
         let moved = register.read((start + encoder.read(plant.position)) as u16);
         setpoint = setpoint.wrapping_add(speed);
-        let wiggle: f64 = noise.process(&mut noise_state);
+        let probe: f64 = noise.process(&mut noise_state);
         let count = begin.wrapping_add(moved);
         let step = servo_loop
-            .process(&mut state, setpoint, wiggle as f32, count)
+            .process(&mut state, setpoint, probe as f32, count)
             .expect("within reach");
         plant.advance(f64::from(step.control.command));
         if k >= samples * 3 / 4 {

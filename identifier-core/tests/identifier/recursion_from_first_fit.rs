@@ -80,7 +80,7 @@ impl Drive {
 }
 
 #[test]
-fn the_recursive_law_starts_from_its_first_fit_and_stays_near() {
+fn the_recursive_estimator_starts_from_its_first_fit_and_stays_near() {
     let recursive: GaussNewtonIdentifier<f32, AbLoad, 3> = settings().build().expect("valid");
     for seed in 100..120 {
         let mut drive = Drive::new(seed);

@@ -4,7 +4,9 @@ use identifier_core::error::StepError;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::Unknowns;
-use identifier_core::settings::{BoxSettings, ControllerSettings, SettingsError, diagonal};
+use identifier_core::settings::{
+    ControllerSettings, ParameterRangeSettings, SettingsError, diagonal,
+};
 use identifier_core::{GradientLoop, Settings};
 
 type Listener = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
@@ -14,7 +16,7 @@ fn valid() -> Settings {
         controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
         ..Settings::new(1e-3, 10_000.0)
     };
-    settings.identifier.plant_box = Some(BoxSettings {
+    settings.identifier.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });
@@ -70,13 +72,13 @@ fn every_setting_out_of_range_is_named() {
         }),
         ("controller", |s| s.controller = None),
         ("plant_box.b", |s| {
-            s.identifier.plant_box = Some(BoxSettings {
+            s.identifier.parameter_range = Some(ParameterRangeSettings {
                 a: [0.0, 1.0],
                 b: [9.0, 8.0],
             });
         }),
         ("a_min", |s| {
-            s.identifier.plant_box = Some(BoxSettings {
+            s.identifier.parameter_range = Some(ParameterRangeSettings {
                 a: [-1.0, 1.0],
                 b: [110.0, 200.0],
             });
@@ -106,14 +108,14 @@ fn every_setting_out_of_range_is_named() {
 }
 
 #[test]
-fn a_listener_needs_no_controller_but_a_box_or_gains() {
+fn a_listener_needs_no_controller_but_a_range_or_gains() {
     let mut settings = valid();
     settings.controller = None;
     assert!(settings.build::<Listener>().is_ok());
     settings.identifier.bandwidth = Some(1e6);
     let refused = settings.build::<Listener>().expect_err("too fast");
     assert!(refused.to_string().contains("bandwidth"), "{refused}");
-    settings.identifier.plant_box = None;
+    settings.identifier.parameter_range = None;
     settings.identifier.initial.b = Some(200.0);
     let refused = settings.build::<Listener>().expect_err("no gains");
     assert!(refused.to_string().contains("correction"), "{refused}");
@@ -139,7 +141,7 @@ fn default_bounds_do_not_depend_on_the_guess() {
     use identifier_core::parameters::Parameter;
     let bounds = |guess: f64| {
         let mut settings = valid();
-        settings.identifier.plant_box = None;
+        settings.identifier.parameter_range = None;
         settings.identifier.initial.b = Some(guess);
         let built = settings.build::<Listener>().expect("valid");
         let b = built.bounds(Parameter::B).expect("there");

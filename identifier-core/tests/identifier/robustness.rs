@@ -9,9 +9,9 @@ use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
 use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::settings::{
-    BoxSettings, ControllerSettings, FromSettings, IdentifierSettings, SettingsError,
+    ControllerSettings, FromSettings, IdentifierSettings, ParameterRangeSettings, SettingsError,
 };
-use identifier_core::stability::PlantBox;
+use identifier_core::stability::ParameterRange;
 use identifier_core::units::Units;
 use proptest::prelude::*;
 
@@ -27,7 +27,7 @@ fn settings(limit: Option<f64>) -> Settings {
         ..Settings::new(1e-3, 1.0)
     };
     let learning = &mut settings.identifier;
-    learning.plant_box = Some(BoxSettings {
+    learning.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });
@@ -191,7 +191,7 @@ fn assert_within<N: Number>(
 
 proptest! {
     #[test]
-    fn the_fitting_laws_survive_any_input(
+    fn the_fitting_estimators_survive_any_input(
         inputs in prop::collection::vec((any_number(), any_number()), 1..400),
     ) {
         mislead_fits::<f32>(&inputs)?;
@@ -286,7 +286,7 @@ fn build(n: &[f64; 16], small: &[f64; 4]) -> Result<Identifier<f32>, SettingsErr
         ..Settings::new(1e-3, 1.0)
     };
     let learning = &mut settings.identifier;
-    learning.plant_box = Some(BoxSettings {
+    learning.parameter_range = Some(ParameterRangeSettings {
         a: [n[6], n[7]],
         b: [n[8], n[9]],
     });
@@ -346,11 +346,11 @@ fn every_refusal_names_its_parameter() {
         ),
         (
             "b_min",
-            PlantBox::new(interval(0.0, 1.0), interval(0.0, 1.0)).map(|_| ()),
+            ParameterRange::new(interval(0.0, 1.0), interval(0.0, 1.0)).map(|_| ()),
         ),
         (
             "a_min",
-            PlantBox::new(interval(-1.0, 1.0), interval(1.0, 2.0)).map(|_| ()),
+            ParameterRange::new(interval(-1.0, 1.0), interval(1.0, 2.0)).map(|_| ()),
         ),
     ] {
         let error = result.expect_err(name);
@@ -380,7 +380,7 @@ fn every_refusal_names_its_parameter() {
     assert_eq!(setting(refused(|s| s.identifier.gamma = None)), "gamma");
     let nothing_it_follows_from = refused(|s| {
         s.controller = None;
-        s.identifier.plant_box = None;
+        s.identifier.parameter_range = None;
     });
     assert_eq!(setting(nothing_it_follows_from), "correction");
 }

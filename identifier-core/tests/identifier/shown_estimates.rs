@@ -6,7 +6,7 @@ use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Unknowns};
-use identifier_core::settings::{BoxSettings, FromSettings, diagonal};
+use identifier_core::settings::{FromSettings, ParameterRangeSettings, diagonal};
 
 const SERVO: Servo = Servo {
     parameters: ServoParameters {
@@ -26,7 +26,7 @@ const SERVO: Servo = Servo {
 fn settings() -> Settings {
     let mut settings = Settings::new(SERVO.sample_time, SERVO.counts_per_rev);
     let identifier = &mut settings.identifier;
-    identifier.plant_box = Some(BoxSettings {
+    identifier.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });

@@ -7,7 +7,7 @@ use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Unknowns};
-use identifier_core::settings::{BoxSettings, ControllerSettings, diagonal};
+use identifier_core::settings::{ControllerSettings, ParameterRangeSettings, diagonal};
 use identifier_core::units::Units;
 use virtual_servo::Plant;
 use virtual_servo::excitation::BandLimitedWhiteNoise;
@@ -24,7 +24,7 @@ const CUTOFF: f64 = 500.0;
 const LIMIT: f64 = 10.0;
 const INITIAL_B: f64 = 50.0;
 const BOUNDS: [[f64; 2]; 2] = [[0.0, 100.0], [5.0, 5000.0]];
-const PLANT_BOX: BoxSettings = BoxSettings {
+const PARAMETER_RANGE: ParameterRangeSettings = ParameterRangeSettings {
     a: [0.0, 50.0],
     b: [110.0, 1000.0],
 };
@@ -97,7 +97,7 @@ fn identify(discretisation: Discretisation, load: f64, duration: f64) -> Vec<[f6
         };
         // The guard of the sampled law, with the smallest α of the paper's box.
         let strength = T * (GAMMA[0] * phi[0] * phi[0] + GAMMA[1] * phi[1] * phi[1]);
-        let shortened = (0.05 * PLANT_BOX.b[0] * KD / strength).min(1.0);
+        let shortened = (0.05 * PARAMETER_RANGE.b[0] * KD / strength).min(1.0);
         a = (a - T * shortened * GAMMA[0] * phi[0] * y).clamp(BOUNDS[0][0], BOUNDS[0][1]);
         b = (b - T * shortened * GAMMA[1] * phi[1] * y).clamp(BOUNDS[1][0], BOUNDS[1][1]);
 
@@ -154,7 +154,7 @@ fn identify_by_the_core(load: f64, duration: f64) -> Vec<[f64; 2]> {
         ..Settings::new(T, 1.0)
     };
     let learning = &mut settings.identifier;
-    learning.plant_box = Some(PLANT_BOX);
+    learning.parameter_range = Some(PARAMETER_RANGE);
     learning.initial.b = Some(INITIAL_B);
     learning.bounds.a = Some(BOUNDS[0]);
     learning.bounds.b = Some(BOUNDS[1]);

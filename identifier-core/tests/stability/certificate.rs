@@ -5,8 +5,10 @@ use identifier_core::control::{ControlState, Controller, Gains};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{BoxSettings, ControllerSettings, SettingsError, diagonal};
-use identifier_core::stability::{Certificate, CertificateError, PlantBox, SampledLoop};
+use identifier_core::settings::{
+    ControllerSettings, ParameterRangeSettings, SettingsError, diagonal,
+};
+use identifier_core::stability::{Certificate, CertificateError, ParameterRange, SampledLoop};
 use identifier_core::{GradientLoop, Settings};
 use virtual_servo::Plant;
 use virtual_servo::excitation::NormalSource;
@@ -29,12 +31,12 @@ impl Random {
 }
 
 /// A random box of servos.
-fn random_box(random: &mut Random) -> PlantBox {
+fn random_range(random: &mut Random) -> ParameterRange {
     let a_min = random.uniform(0.0, 10.0);
     let a_max = a_min + random.log_uniform(0.1, 50.0);
     let b_min = random.log_uniform(1.0, 500.0);
     let b_max = b_min * random.log_uniform(1.0, 10.0);
-    PlantBox::new(
+    ParameterRange::new(
         Interval::new("a", a_min, a_max).expect("ordered"),
         Interval::new("b", b_min, b_max).expect("ordered"),
     )
@@ -51,8 +53,8 @@ fn random_gains(random: &mut Random) -> Gains {
 }
 
 /// A random servo of a box.
-fn random_servo(random: &mut Random, plant_box: &PlantBox) -> (f64, f64) {
-    let (a, b) = (plant_box.a(), plant_box.b());
+fn random_servo(random: &mut Random, parameter_range: &ParameterRange) -> (f64, f64) {
+    let (a, b) = (parameter_range.a(), parameter_range.b());
     (
         random.uniform(a.min(), a.max()),
         random.log_uniform(b.min(), b.max()),
@@ -122,14 +124,14 @@ fn no_certified_case_ever_raises_lyapunovs_function() {
     let mut random = Random::new(14);
     let mut certified = 0;
     while certified < 200 {
-        let plant_box = random_box(&mut random);
+        let parameter_range = random_range(&mut random);
         let gains = random_gains(&mut random);
         let mu = random.log_uniform(0.1, 50.0);
-        if Certificate::new(&gains, &plant_box, mu).is_err() {
+        if Certificate::new(&gains, &parameter_range, mu).is_err() {
             continue;
         }
         certified += 1;
-        let (a, b) = random_servo(&mut random, &plant_box);
+        let (a, b) = random_servo(&mut random, &parameter_range);
         let system = Continuous {
             a,
             b,
@@ -167,21 +169,21 @@ fn the_errors_name_values_that_are_accepted() {
     let mut random = Random::new(41);
     let (mut damping, mut proportional) = (0, 0);
     for _ in 0..2000 {
-        let plant_box = random_box(&mut random);
+        let parameter_range = random_range(&mut random);
         let gains = random_gains(&mut random);
         let mu = random.log_uniform(0.1, 50.0);
-        match Certificate::new(&gains, &plant_box, mu) {
+        match Certificate::new(&gains, &parameter_range, mu) {
             Err(CertificateError::DampingTooSmall {
                 mu_below, kd_above, ..
             }) => {
                 damping += 1;
-                let smaller = Certificate::new(&gains, &plant_box, 0.999 * mu_below);
+                let smaller = Certificate::new(&gains, &parameter_range, 0.999 * mu_below);
                 assert!(!matches!(
                     smaller,
                     Err(CertificateError::DampingTooSmall { .. })
                 ));
                 let damped = Gains::new(gains.kp(), 1.001 * kd_above, gains.ki()).expect("valid");
-                let mended = Certificate::new(&damped, &plant_box, mu);
+                let mended = Certificate::new(&damped, &parameter_range, mu);
                 assert!(!matches!(
                     mended,
                     Err(CertificateError::DampingTooSmall { .. })
@@ -190,7 +192,7 @@ fn the_errors_name_values_that_are_accepted() {
             Err(CertificateError::ProportionalGainTooSmall { kp_above, .. }) => {
                 proportional += 1;
                 let stiff = Gains::new(1.001 * kp_above, gains.kd(), gains.ki()).expect("valid");
-                assert!(Certificate::new(&stiff, &plant_box, mu).is_ok());
+                assert!(Certificate::new(&stiff, &parameter_range, mu).is_ok());
             }
             Err(other) => panic!("{other}"),
             Ok(_) => {}
@@ -200,31 +202,31 @@ fn the_errors_name_values_that_are_accepted() {
 }
 
 #[test]
-fn the_automatic_mu_certifies_every_box_that_some_mu_certifies() {
+fn the_automatic_mu_certifies_every_range_that_some_mu_certifies() {
     let mut random = Random::new(7);
     for _ in 0..2000 {
-        let plant_box = random_box(&mut random);
+        let parameter_range = random_range(&mut random);
         let gains = random_gains(&mut random);
         let any = (0..200).any(|k| {
             let mu = 0.01 * 1.06_f64.powi(k);
             // The automatic μ keeps a tenth of distance from the first limit.
-            mu < 0.45 * plant_box.slowest_decay(gains.kd())
-                && Certificate::new(&gains, &plant_box, mu).is_ok()
+            mu < 0.45 * parameter_range.slowest_decay(gains.kd())
+                && Certificate::new(&gains, &parameter_range, mu).is_ok()
         });
-        let automatic = Certificate::with_automatic_mu(&gains, &plant_box).is_ok();
-        assert!(automatic || !any, "{gains:?} {plant_box:?}");
+        let automatic = Certificate::with_automatic_mu(&gains, &parameter_range).is_ok();
+        assert!(automatic || !any, "{gains:?} {parameter_range:?}");
     }
 }
 
 #[test]
-fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified() {
+fn a_loop_that_sampling_makes_unstable_is_refused_although_its_range_is_certified() {
     let mut settings = Settings {
         cutoff: 100.0,
         controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
         ..Settings::new(0.02, 10_000.0)
     };
     let learning = &mut settings.identifier;
-    learning.plant_box = Some(BoxSettings {
+    learning.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });
@@ -233,13 +235,13 @@ fn a_loop_that_sampling_makes_unstable_is_refused_although_its_box_is_certified(
     learning.bounds.b = Some([5.0, 5000.0]);
     learning.gamma = Some(diagonal([0.2, 110.0, 0.0, 0.0]));
     learning.mu = Some(10.0);
-    let plant_box = PlantBox::new(
+    let parameter_range = ParameterRange::new(
         Interval::new("a", 0.0, 50.0).expect("ordered"),
         Interval::new("b", 110.0, 1000.0).expect("ordered"),
     )
     .expect("positive");
     let gains = Gains::new(9.0, 0.19, 4.0).expect("positive");
-    assert!(Certificate::new(&gains, &plant_box, 10.0).is_ok());
+    assert!(Certificate::new(&gains, &parameter_range, 10.0).is_ok());
     let refused = settings
         .build::<GradientLoop<f32, 2>>()
         .expect_err("unstable when sampled");
@@ -283,24 +285,24 @@ fn the_sampled_test_agrees_with_running_the_loop() {
         let mut plant = Plant::at_rest(&servo, units.sample_time());
         let mut control = ControlState::default();
         let mut last = 0.0;
-        let mut swing = [0.0_f64; 2];
+        let mut transient = [0.0_f64; 2];
         for k in 0..200_000 {
             let reference = if k == 0 { 1.0 } else { 0.0 };
             let (error, increment) = (reference - plant.position, plant.position - last);
             last = plant.position;
             let Ok(sample) = controller.process(&mut control, error, increment) else {
-                swing[1] = f64::INFINITY;
+                transient[1] = f64::INFINITY;
                 break;
             };
             plant.advance(sample.command);
             if (100_000..150_000).contains(&k) {
-                swing[0] = swing[0].max(plant.position.abs());
+                transient[0] = transient[0].max(plant.position.abs());
             } else if k >= 150_000 {
-                swing[1] = swing[1].max(plant.position.abs());
+                transient[1] = transient[1].max(plant.position.abs());
             }
         }
-        let decays = swing[1] < swing[0] || swing[1] < 1e-9;
-        if !decays && swing[1] < 1.01 * swing[0] {
+        let decays = transient[1] < transient[0] || transient[1] < 1e-9;
+        if !decays && transient[1] < 1.01 * transient[0] {
             // On the edge: no run of any length decides.
             continue;
         }

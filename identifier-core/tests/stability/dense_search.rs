@@ -4,7 +4,7 @@
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::Transfer;
-use identifier_core::stability::PlantBox;
+use identifier_core::stability::ParameterRange;
 use identifier_core::stability::SampledLoop;
 use identifier_core::units::Units;
 
@@ -23,8 +23,8 @@ pub(crate) struct DenseSearch {
 
 impl DenseSearch {
     /// The first servo (a, b) on the grid over a box that is not stable.
-    pub(crate) fn check(&self, plant_box: &PlantBox) -> Option<(f64, f64)> {
-        let (a, b) = (plant_box.a(), plant_box.b());
+    pub(crate) fn check(&self, parameter_range: &ParameterRange) -> Option<(f64, f64)> {
+        let (a, b) = (parameter_range.a(), parameter_range.b());
         let ratio = (b.max() / b.min()).powf(1.0 / f64::from(GRID - 1));
         let mut gain = b.min();
         for _ in 0..GRID {
@@ -39,11 +39,11 @@ impl DenseSearch {
     }
 
     /// The factor by which b_max may grow.
-    pub(crate) fn gain_margin(&self, plant_box: &PlantBox) -> f64 {
+    pub(crate) fn gain_margin(&self, parameter_range: &ParameterRange) -> f64 {
         let stable = |factor: f64| {
             (0..GRID).all(|i| {
-                let a = on_grid(plant_box.a(), i);
-                self.is_stable(a, factor * plant_box.b().max())
+                let a = on_grid(parameter_range.a(), i);
+                self.is_stable(a, factor * parameter_range.b().max())
             })
         };
         let mut margin = 1.0;

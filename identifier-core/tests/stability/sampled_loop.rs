@@ -9,7 +9,7 @@ use identifier_core::measurement::{
     AveragedDifference, BackwardDifference, LowPass, Transfer, VelocityEstimate,
 };
 use identifier_core::stability::SampledLoop;
-use identifier_core::stability::{Certificate, PlantBox};
+use identifier_core::stability::{Certificate, ParameterRange};
 use identifier_core::units::Units;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
@@ -18,7 +18,7 @@ use proptest::test_runner::{Config, TestRunner};
 #[derive(Debug, Clone, Copy)]
 struct Case {
     search: DenseSearch,
-    plant_box: PlantBox,
+    parameter_range: ParameterRange,
 }
 
 /// Distance from its edge within which a verdict may differ, relative in b.
@@ -95,7 +95,7 @@ fn case() -> impl Strategy<Value = Case> {
             );
             let a = Interval::new("a", a_min / time, (a_min + a_more) / time);
             let b = Interval::new("b", b_min, b_min * wider);
-            let plant_box = PlantBox::new(a.expect("ordered"), b.expect("ordered"));
+            let parameter_range = ParameterRange::new(a.expect("ordered"), b.expect("ordered"));
             Case {
                 search: DenseSearch {
                     units,
@@ -103,7 +103,7 @@ fn case() -> impl Strategy<Value = Case> {
                     velocity: transfer(filter, &units),
                     gain: 1.0,
                 },
-                plant_box: plant_box.expect("positive"),
+                parameter_range: parameter_range.expect("positive"),
             }
         },
     )
@@ -161,15 +161,15 @@ fn is_near(x: f64, y: f64) -> bool {
 }
 
 #[test]
-fn a_box_is_refused_where_the_dense_search_refuses_it_and_names_the_same_servo() {
+fn a_range_is_refused_where_the_dense_search_refuses_it_and_names_the_same_servo() {
     let [refused, inside, certified] = [const { Cell::new(0) }; 3];
     for_all(5000, |case| {
         let (units, gains, velocity) = case.parts();
         let own = SampledLoop::new(units, gains, velocity)
-            .check(&case.plant_box)
+            .check(&case.parameter_range)
             .err();
         let same = case.agrees(
-            |search| search.check(&case.plant_box),
+            |search| search.check(&case.parameter_range),
             |dense| match (own, dense) {
                 (None, None) => true,
                 (Some(own), Some((a, b))) => is_near(own.a, *a) && is_near(own.b, *b),
@@ -179,14 +179,14 @@ fn a_box_is_refused_where_the_dense_search_refuses_it_and_names_the_same_servo()
         prop_assert!(
             same,
             "{own:?}, dense: {:?}",
-            case.search.check(&case.plant_box)
+            case.search.check(&case.parameter_range)
         );
         count(&refused, own.is_some());
         count(
             &inside,
-            own.is_some_and(|own| own.b > case.plant_box.b().min()),
+            own.is_some_and(|own| own.b > case.parameter_range.b().min()),
         );
-        let certificate = Certificate::with_automatic_mu(gains, &case.plant_box);
+        let certificate = Certificate::with_automatic_mu(gains, &case.parameter_range);
         count(&certified, own.is_none() && certificate.is_ok());
         Ok(())
     });
@@ -200,15 +200,15 @@ fn the_gain_margin_is_that_of_the_dense_search() {
     let [some, ample] = [const { Cell::new(0) }; 2];
     for_all(5000, |case| {
         let (units, gains, velocity) = case.parts();
-        let own = SampledLoop::new(units, gains, velocity).gain_margin(&case.plant_box);
+        let own = SampledLoop::new(units, gains, velocity).gain_margin(&case.parameter_range);
         let same = case.agrees(
-            |search| search.gain_margin(&case.plant_box),
+            |search| search.gain_margin(&case.parameter_range),
             |dense| own.to_bits() == dense.to_bits(),
         );
         prop_assert!(
             same,
             "{own}, dense: {}",
-            case.search.gain_margin(&case.plant_box)
+            case.search.gain_margin(&case.parameter_range)
         );
         count(
             &some,
@@ -225,7 +225,7 @@ fn the_largest_estimate_is_that_of_the_dense_search() {
     let [bounded, above] = [const { Cell::new(0) }; 2];
     for_all(5000, |case| {
         let (units, gains, velocity) = case.parts();
-        let nominal = case.plant_box.b().max();
+        let nominal = case.parameter_range.b().max();
         let own = SampledLoop::new(units, gains, velocity).most_gain(nominal);
         let same = case.agrees(
             |search| search.most_gain(nominal),
@@ -271,22 +271,22 @@ fn the_largest_estimate_is_that_of_the_dense_search() {
 
 /// Where nothing is refused, nothing between the points of the grid is unstable either.
 #[test]
-fn a_box_that_is_accepted_is_stable_between_the_points_too() {
+fn a_range_that_is_accepted_is_stable_between_the_points_too() {
     let accepted = Cell::new(0);
     for_all(2500, |case| {
         let (units, gains, velocity) = case.parts();
-        let plant_box = case.plant_box;
+        let parameter_range = case.parameter_range;
         if SampledLoop::new(units, gains, velocity)
-            .check(&plant_box)
+            .check(&parameter_range)
             .is_err()
         {
             return Ok(());
         }
         count(&accepted, true);
         for i in 0..=60 {
-            let a = plant_box.a();
+            let a = parameter_range.a();
             let a = a.min() + (a.max() - a.min()) * f64::from(i % 7) / 6.0;
-            let b = plant_box.b();
+            let b = parameter_range.b();
             let b = b.min() * (b.max() / b.min()).powf(f64::from(i) / 60.0);
             prop_assert!(case.search.is_stable(a, b), "a = {a}, b = {b}");
         }
@@ -316,7 +316,7 @@ fn a_servo_is_unstable_from_the_same_gain_on() {
     let edges = Cell::new(0);
     for_all(1250, |case| {
         let (units, gains, velocity) = case.parts();
-        let (a, b) = (case.plant_box.a(), case.plant_box.b());
+        let (a, b) = (case.parameter_range.a(), case.parameter_range.b());
         for a in [a.min(), a.max()] {
             let own = |b| SampledLoop::new(units, gains, velocity).is_stable(a, b);
             let dense = |b| case.search.is_stable(a, b);

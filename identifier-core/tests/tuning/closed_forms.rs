@@ -3,7 +3,7 @@
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{
-    Cap, Goal, Promise, StepMeasure, Tuner, TuningError, TuningSettings,
+    Cap, Goal, PredictedResponse, StepMeasure, Tuner, TuningError, TuningSettings,
 };
 
 use crate::support::{identified, tuned};
@@ -60,10 +60,10 @@ fn a_servo_that_damps_itself_steps_as_one_of_second_order() {
         cutoff: Some(10_000.0),
         ..settings(Goal::Bandwidth(omega))
     };
-    let promise = settings
+    let predicted_response = settings
         .tune(&identified(servo, 0.0, KNOWN))
         .expect("within reach")
-        .promise;
+        .predicted_response;
     // (1 + s)·2/((1 + 1.5 s)(s² + 2s + 2)): the residues at −1/1.5 and −1 ± j.
     let slow = -1.0_f64 / 1.5;
     let of_slow = 2.0 * (1.0 + slow) / (1.5 * slow * (slow * slow + 2.0 * slow + 2.0));
@@ -80,10 +80,13 @@ fn a_servo_that_damps_itself_steps_as_one_of_second_order() {
     let rise = reaches(0.9) - reaches(0.1);
     assert!((rise - 2.2).abs() < 0.05, "{rise}");
     assert!(
-        (promise.rise_time * omega / rise - 1.0).abs() < 0.02,
-        "{rise} {promise:?}"
+        (predicted_response.rise_time * omega / rise - 1.0).abs() < 0.02,
+        "{rise} {predicted_response:?}"
     );
-    assert!(promise.overshoot < 0.01, "{promise:?}");
+    assert!(
+        predicted_response.overshoot < 0.01,
+        "{predicted_response:?}"
+    );
 }
 
 /// The step of the placement is (1 + 2s)/((1 + 3s)(1 + s)(1 + s + s²)) ÷ s, s over ω, by partial fractions.
@@ -119,19 +122,25 @@ fn a_slow_loop_steps_as_its_placement() {
     let tuning = settings
         .tune(&identified(FREE, 0.0, KNOWN))
         .expect("within reach");
-    let promise = tuning.promise;
+    let predicted_response = tuning.predicted_response;
     assert!(
-        (promise.rise_time * omega / rise - 1.0).abs() < 0.01,
-        "{promise:?}"
+        (predicted_response.rise_time * omega / rise - 1.0).abs() < 0.01,
+        "{predicted_response:?}"
     );
-    assert!((promise.overshoot - overshoot).abs() < 0.005, "{promise:?}");
+    assert!(
+        (predicted_response.overshoot - overshoot).abs() < 0.005,
+        "{predicted_response:?}"
+    );
     let settled = settled.expect("it begins outside");
     assert!(
-        (promise.settling_time * omega / settled - 1.0).abs() < 0.02,
-        "{promise:?}"
+        (predicted_response.settling_time * omega / settled - 1.0).abs() < 0.02,
+        "{predicted_response:?}"
     );
     // s³/((s² + ω s + ω²)(s + ω)) nowhere exceeds one.
-    assert!(promise.sensitivity < 1.03, "{promise:?}");
+    assert!(
+        predicted_response.sensitivity < 1.03,
+        "{predicted_response:?}"
+    );
 }
 
 /// The response to a unit of load is s/((s² + ω s + ω²)(s + ω)) ÷ s: its largest value in closed form.
@@ -154,7 +163,7 @@ fn compliance_is_that_of_the_placement() {
         .fold(0.0, f64::max);
     let expected = largest / (omega * omega);
     assert!(
-        (tuning.promise.compliance / expected - 1.0).abs() < 0.01,
+        (tuning.predicted_response.compliance / expected - 1.0).abs() < 0.01,
         "{tuning:?}"
     );
 }
@@ -171,7 +180,7 @@ fn a_response_time_is_met() {
             let tuning = settings
                 .tune(&identified(servo, 5e-4, KNOWN))
                 .expect("within reach");
-            let off = tuning.promise.rise_time / time - 1.0;
+            let off = tuning.predicted_response.rise_time / time - 1.0;
             assert!(off.abs() < 0.02, "{time} {coulomb}: {tuning:?}");
             assert_eq!(tuning.cap, None);
         }
@@ -180,7 +189,7 @@ fn a_response_time_is_met() {
 
 /// The step that is shown is the one that was measured for the promise.
 #[test]
-fn the_shown_step_is_the_promised_one() {
+fn the_shown_step_is_the_predicted_one() {
     let settings = TuningSettings {
         resolution: 1e-4,
         ..settings(Goal::Bandwidth(40.0))
@@ -203,11 +212,11 @@ fn the_shown_step_is_the_promised_one() {
         .for_each(|sample| measure.take(sample.position));
     let rise = measure.rise().expect("it rises") * settings.sample_time;
     assert!(
-        (rise / tuning.promise.rise_time - 1.0).abs() < 1e-9,
+        (rise / tuning.predicted_response.rise_time - 1.0).abs() < 1e-9,
         "{rise}"
     );
     let settled = f64::from(measure.settled().expect("it settles")) * settings.sample_time;
-    assert!((settled / tuning.promise.settling_time - 1.0).abs() < 1e-9);
+    assert!((settled / tuning.predicted_response.settling_time - 1.0).abs() < 1e-9);
 }
 
 /// With a known to be 3, k_p and k_i count on it; if a may be 0.3 too, on that alone, or that servo would oscillate.
@@ -320,7 +329,7 @@ fn noise_is_that_of_white_rounding_through_the_controller() {
         power += (position + tuning.kd / 1e-3 * velocity).powi(2);
     }
     let expected = 1e-3 / 12.0_f64.sqrt() * power.sqrt();
-    assert!((tuning.promise.noise / expected - 1.0).abs() < 1e-9);
+    assert!((tuning.predicted_response.noise / expected - 1.0).abs() < 1e-9);
 }
 
 #[test]
@@ -390,7 +399,7 @@ fn a_servo_with_large_standard_errors_gets_no_gains() {
 /// The integral of the step grows to the friction's command, k_i · step · (t − T_r) + k_p · step = c/b, within 25/ω where
 /// 24.4 ω² > c/step.
 #[test]
-fn a_step_that_friction_stops_is_not_promised() {
+fn a_step_that_friction_stops_is_not_predicted() {
     let servo = ServoParameters {
         coulomb: 10.0,
         ..SERVO
@@ -402,9 +411,9 @@ fn a_step_that_friction_stops_is_not_promised() {
     assert_eq!(step(1.8), Err(TuningError::DoesNotArrive));
     // After a motion against it, twice the friction's command is to be gathered.
     let slowest = |bandwidth| {
-        let promise = step(bandwidth).expect("it arrives").promise;
-        promise.slowest_rise_time * bandwidth
+        let predicted_response = step(bandwidth).expect("it arrives").predicted_response;
+        predicted_response.slowest_rise_time * bandwidth
     };
-    assert!(slowest(2.5) > 0.99 * Promise::MAX_TIME);
-    assert!(slowest(3.5) < 0.9 * Promise::MAX_TIME);
+    assert!(slowest(2.5) > 0.99 * PredictedResponse::MAX_TIME);
+    assert!(slowest(3.5) < 0.9 * PredictedResponse::MAX_TIME);
 }

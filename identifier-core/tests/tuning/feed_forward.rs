@@ -73,7 +73,7 @@ fn a_step_along_the_model_rises_faster_and_overshoots_as_little() {
             continue;
         };
         drawn += 1;
-        let Some(lead) = led.feed_forward else {
+        let Some(first_moment) = led.feed_forward else {
             continue;
         };
         let filter = TuningSettings {
@@ -83,15 +83,15 @@ fn a_step_along_the_model_rises_faster_and_overshoots_as_little() {
         let filtered = tuned(&filter, &servo).0.expect("the same loop");
         let of_loop = |tuning: &Tuning| {
             let Tuning { kp, kd, ki, .. } = *tuning;
-            [kp, kd, ki, tuning.promise.sensitivity].map(f64::to_bits)
+            [kp, kd, ki, tuning.predicted_response.sensitivity].map(f64::to_bits)
         };
         assert_eq!(of_loop(&led), of_loop(&filtered));
-        assert!(led.promise.command_share <= 1.0);
+        assert!(led.predicted_response.command_share <= 1.0);
         let all = candidates(&servo);
         let rises = [&led, &filtered].map(|tuning| stepped(tuning, &settings, &all[0], 0.0).0);
         let ratio = rises[0] / rises[1];
         ratios.push(ratio);
-        if lead.bandwidth > 2.99 * led.bandwidth {
+        if first_moment.bandwidth > 2.99 * led.bandwidth {
             free.push(ratio);
         }
         let most = |tuning: &Tuning| {
@@ -103,7 +103,7 @@ fn a_step_along_the_model_rises_faster_and_overshoots_as_little() {
         let count = settings.resolution / settings.step;
         let overshoot = most(&led);
         assert!(
-            overshoot < led.promise.overshoot + 0.005,
+            overshoot < led.predicted_response.overshoot + 0.005,
             "{overshoot} {led:?}"
         );
         overshoots.push(overshoot - count);

@@ -5,7 +5,9 @@ use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::stability::SampledLoop;
-use identifier_core::tuning::{Goal, Promise, Tuner, Tuning, TuningError, TuningSettings};
+use identifier_core::tuning::{
+    Goal, PredictedResponse, Tuner, Tuning, TuningError, TuningSettings,
+};
 use identifier_core::units::Units;
 use proptest::prelude::*;
 
@@ -136,15 +138,15 @@ proptest! {
                 worst = worst.max(sensitivity(&tuning, settings.sample_time, &candidate));
             }
             prop_assert!(worst < 1.002 * settings.max_sensitivity, "{worst} {tuning:?}");
-            let promised = tuning.promise.sensitivity;
-            prop_assert!((worst / promised - 1.0).abs() < 0.005, "{worst} {tuning:?}");
+            let predicted = tuning.predicted_response.sensitivity;
+            prop_assert!((worst / predicted - 1.0).abs() < 0.005, "{worst} {tuning:?}");
             let tuner = Tuner::new(&settings, &case.servo).expect("it tuned");
             let omega = 3.0 * tuning.bandwidth;
             let [identified, largest] = tuner.sensitivity(&tuning, omega).expect("below π/T");
             let (re, im) = loop_gain(&tuning, settings.sample_time, &candidates(&case.servo)[0], omega);
             prop_assert!((identified * (1.0 + re).hypot(im) - 1.0).abs() < 1e-5, "{identified}");
-            prop_assert!(identified <= largest && largest < 1.002 * promised, "{largest} {promised}");
-            prop_assert!(tuning.promise.noise <= settings.max_noise * settings.command);
+            prop_assert!(identified <= largest && largest < 1.002 * predicted, "{largest} {predicted}");
+            prop_assert!(tuning.predicted_response.noise <= settings.max_noise * settings.command);
         }
     }
 
@@ -167,7 +169,7 @@ proptest! {
                 }
                 before = Some(here);
             }
-            let [fall, rise] = tuning.promise.gain_margins;
+            let [fall, rise] = tuning.predicted_response.gain_margins;
             prop_assert!((fall - lower).abs() < 0.02 * lower + 1e-9, "{fall} {lower} {tuning:?}");
             prop_assert!((rise - upper).abs() < 0.02 * upper, "{rise} {upper} {tuning:?}");
         }
@@ -184,7 +186,7 @@ proptest! {
             let filter = LowPass::<f64>::new(&units, tuning.cutoff).expect("valid").transfer();
             let ServoParameters { a, b, .. } = known.parameters;
             let stable = |factor: f64| SampledLoop::new(&units, &gains, &filter).is_stable(a, factor * b);
-            let [fall, rise] = tuning.promise.gain_margins;
+            let [fall, rise] = tuning.predicted_response.gain_margins;
             prop_assert!(stable(1.0));
             prop_assert!(stable((1.02 * fall).max(0.01)) && stable(0.98 * rise), "{tuning:?}");
             if fall > 0.0 {
@@ -198,9 +200,9 @@ proptest! {
 
     /// The tolerances of the trial on the axis: rise time within 15 %, overshoot within 3 points.
     #[test]
-    fn the_promise_is_kept(case in case(), corner in 0_usize..7, friction in -1.0..1.0) {
+    fn the_prediction_is_kept(case in case(), corner in 0_usize..7, friction in -1.0..1.0) {
         if let Some((settings, tuning)) = within_reach(&case) {
-            let promise = tuning.promise;
+            let predicted_response = tuning.predicted_response;
             let candidates = candidates(&case.servo);
             let duration = 30.0 / tuning.bandwidth;
             let steps = |candidate: &Candidate, held: f64| {
@@ -209,18 +211,18 @@ proptest! {
             };
             let nominal = steps(&candidates[0], 0.0);
             let rise = nominal.rise().expect("it rises") * settings.sample_time;
-            prop_assert!((rise / promise.rise_time - 1.0).abs() < 0.15, "{rise} {promise:?}");
+            prop_assert!((rise / predicted_response.rise_time - 1.0).abs() < 0.15, "{rise} {predicted_response:?}");
             let ServoParameters { b, coulomb, .. } = case.servo.parameters;
             let held = steps(&candidates[0], friction * coulomb / b);
             let between = held.rise().map_or(f64::INFINITY, |rise| rise * settings.sample_time);
-            let least = 0.85 * promise.quickest_rise_time.min(promise.rise_time);
-            let most = 1.15 * promise.slowest_rise_time;
-            let is_told = most > Promise::MAX_TIME / tuning.bandwidth || between < most;
-            prop_assert!(between > least && is_told, "{between} {promise:?}");
+            let least = 0.85 * predicted_response.quickest_rise_time.min(predicted_response.rise_time);
+            let most = 1.15 * predicted_response.slowest_rise_time;
+            let is_told = most > PredictedResponse::MAX_TIME / tuning.bandwidth || between < most;
+            prop_assert!(between > least && is_told, "{between} {predicted_response:?}");
             // Friction holds the servo at any earlier value of the integral.
             let ServoParameters { b, coulomb, .. } = candidates[corner].0;
             let other = steps(&candidates[corner], friction * coulomb / b);
-            prop_assert!(other.overshoot() < promise.overshoot + 0.03, "{} {promise:?}", other.overshoot());
+            prop_assert!(other.overshoot() < predicted_response.overshoot + 0.03, "{} {predicted_response:?}", other.overshoot());
         }
     }
 }

@@ -122,12 +122,12 @@ fn the_predicted_step_is_that_of_two_masses() {
 
 /// Friction that acts on the motor alone.
 #[test]
-fn the_promise_of_two_masses_with_friction_is_kept() {
+fn the_prediction_of_two_masses_with_friction_is_kept() {
     let settings = settings();
     for mode in modes() {
         for coulomb in [5.0, 20.0, 50.0] {
             let (_, tuning, _) = tuned(mode, coulomb, &settings);
-            let promise = &tuning.promise;
+            let predicted_response = &tuning.predicted_response;
             let mut bench = bench(mode, coulomb, &settings, &tuning);
             let measure: StepMeasure<f64> = step(&mut bench, &settings, 25.0 / tuning.bandwidth);
             let rise = measure.rise().map(|rise| rise * settings.sample_time);
@@ -135,12 +135,15 @@ fn the_promise_of_two_masses_with_friction_is_kept() {
                 "{:.0} Hz ratio {} c {coulomb}: rise {rise:?} of {:.4}, overshoot {:.3} of {:.3}",
                 mode.frequency / TAU,
                 mode.ratio,
-                promise.rise_time,
+                predicted_response.rise_time,
                 measure.overshoot(),
-                promise.overshoot
+                predicted_response.overshoot
             );
-            assert!(measure.overshoot() < promise.overshoot + 0.03, "{mode:?}");
-            let rise = rise.expect("it rises") / promise.rise_time;
+            assert!(
+                measure.overshoot() < predicted_response.overshoot + 0.03,
+                "{mode:?}"
+            );
+            let rise = rise.expect("it rises") / predicted_response.rise_time;
             assert!((rise - 1.0).abs() < 0.15, "{mode:?} {coulomb}: {rise}");
         }
     }

@@ -1,7 +1,7 @@
 //! Settings that targets begin with.
 
 use identifier_core::Settings;
-use identifier_core::settings::{BoxSettings, ControllerSettings, diagonal};
+use identifier_core::settings::{ControllerSettings, ParameterRangeSettings, diagonal};
 
 /// A loop that is certified.
 #[must_use]
@@ -13,7 +13,7 @@ pub fn certified() -> Settings {
         ..Settings::new(1e-3, 1.0)
     };
     let identifier = &mut settings.identifier;
-    identifier.plant_box = Some(BoxSettings {
+    identifier.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });

@@ -24,7 +24,7 @@ type GaussNewton = GaussNewtonIdentifier<f32, Unknowns<4>, 4, 32>;
 type Fixed = GradientIdentifier<Word, LowPass<Word>, Unknowns<4>, 4>;
 
 #[derive(Debug, Arbitrary)]
-enum Law {
+enum Estimator {
     Gradient,
     GaussNewton,
     Fixed,
@@ -32,7 +32,7 @@ enum Law {
 
 #[derive(Debug, Arbitrary)]
 struct Samples {
-    law: Law,
+    law: Estimator,
     /// Increment, position units, and command.
     samples: Vec<[f32; 2]>,
 }
@@ -84,9 +84,9 @@ static FIXED: LazyLock<Fixed> = LazyLock::new(built);
 fuzz_target!(|input: Samples| {
     let samples = &input.samples[..input.samples.len().min(MAX_SAMPLES)];
     match input.law {
-        Law::Gradient => run(&*GRADIENT, samples, |number| number),
-        Law::GaussNewton => run(&*GAUSS_NEWTON, samples, |number| number),
-        Law::Fixed => run(&*FIXED, samples, |number| {
+        Estimator::Gradient => run(&*GRADIENT, samples, |number| number),
+        Estimator::GaussNewton => run(&*GAUSS_NEWTON, samples, |number| number),
+        Estimator::Fixed => run(&*FIXED, samples, |number| {
             Word::from_bits(number.to_bits().cast_signed())
         }),
     }

@@ -6,7 +6,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use host_sim::log::{Log, Table};
-use host_sim::recognise::{Stated, recognise};
+use host_sim::recognise::{LogOptions, recognise};
 use host_sim::scenario::{Column, LogSettings};
 use libfuzzer_sys::fuzz_target;
 
@@ -31,5 +31,5 @@ fuzz_target!(|bytes: &[u8]| {
         }
         Err(error) => assert!(error.to_string().contains(NAME), "{error}"),
     }
-    let _ = recognise(&table, &Stated::default());
+    let _ = recognise(&table, &LogOptions::default());
 });

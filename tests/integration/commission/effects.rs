@@ -155,7 +155,7 @@ impl Row {
 }
 
 #[test]
-fn a_servo_that_is_not_the_model_is_applied_only_where_the_promise_is_kept() {
+fn a_servo_that_is_not_the_model_is_applied_only_where_the_prediction_is_kept() {
     let mut table = format!(
         "{:<8}{:<21}{:<20}{:>8}{:>8}{:>8}  other reasons\n",
         "servo", "effect", "size", "kept", "broken", "named"

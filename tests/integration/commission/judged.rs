@@ -120,15 +120,18 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
 
 /// The applied gains on the true servo, by its exact position.
 fn kept(scenario: &Scenario, outcome: &Outcome) -> Option<Kept> {
-    let promise = outcome.tuning?.promise;
+    let predicted_response = outcome.tuning?.predicted_response;
     let response = StepResponse::in_truth(scenario, outcome)?;
     // A servo with friction is predicted a range of rise times.
-    let [quickest, slowest] = [promise.quickest_rise_time, promise.rise_time];
+    let [quickest, slowest] = [
+        predicted_response.quickest_rise_time,
+        predicted_response.rise_time,
+    ];
     let off = |rise: f64| (rise / slowest - 1.0).max(0.0) + (rise / quickest - 1.0).min(0.0);
     Some(Kept {
         rise: response.rise_time().map_or(f64::INFINITY, off),
         whole_overshoot: response.overshoot(),
-        overshoot: response.overshoot() - promise.overshoot,
+        overshoot: response.overshoot() - predicted_response.overshoot,
         left_over: response.left_over(),
     })
 }

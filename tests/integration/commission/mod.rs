@@ -2,9 +2,9 @@
 
 mod campaign;
 mod effects;
+mod fault_injection;
 mod judged;
 mod reasons;
 mod scenarios;
 mod servos;
-mod struck;
 mod tally;

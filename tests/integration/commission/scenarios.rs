@@ -50,7 +50,7 @@ fn the_papers_servo_and_a_coarse_encoder_are_commissioned() {
 }
 
 #[test]
-fn much_play_is_refused_and_nothing_kept() {
+fn much_backlash_is_refused_and_nothing_kept() {
     let text = include_str!("../../../host-sim/scenarios/commission_play.toml");
     let judged = commissioned("play", text);
     let end = judged.outcome.end.expect("it ended");

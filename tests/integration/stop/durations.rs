@@ -11,7 +11,7 @@ const BUDGET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware-stm32/bud
 const CLOCK: f64 = 168.0;
 const TICKS: f64 = 2.2;
 
-const LAWS: [&str; 3] = ["gauss-newton", "gradient", "gradient-friction"];
+const ESTIMATORS: [&str; 3] = ["gauss-newton", "gradient", "gradient-friction"];
 
 /// Durations of the sample interrupt.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,8 +30,8 @@ impl Durations {
     pub(super) fn at(rate: u32) -> Self {
         let budget = std::fs::read_to_string(BUDGET).expect("the budget is committed");
         let time = |name: &str| time(&budget, name);
-        let of_laws = |which: &str| {
-            let times = LAWS.map(|law| time(&format!("interrupt-{law}-{which}")));
+        let of_estimators = |which: &str| {
+            let times = ESTIMATORS.map(|law| time(&format!("interrupt-{law}-{which}")));
             times.into_iter().max().unwrap_or(0)
         };
         let counted = match rate {
@@ -43,7 +43,7 @@ impl Durations {
             |which: &str| time(&format!("interrupt-commission-{counted}-khz-{which}"));
         Self {
             at_rest: vec![(100, time("interrupt-at-rest-worst"))],
-            run: vec![(90, of_laws("shown")), (100, of_laws("worst"))],
+            run: vec![(90, of_estimators("shown")), (100, of_estimators("worst"))],
             commissioning: vec![
                 (50, commissioning("typical")),
                 (90, commissioning("ninetieth")),

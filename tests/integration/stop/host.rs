@@ -250,7 +250,7 @@ impl Host {
     pub(super) fn come_to_rest(&mut self) {
         for _ in 0..1000 {
             self.machine.set_mode(Mode::Run);
-            if self.supervisor.state() == State::Released && !self.machine.servo.is_driven() {
+            if self.supervisor.state() == State::Disabled && !self.machine.servo.is_driven() {
                 let idle = self.machine.leave_idle(2_000_000);
                 return self.run_to(idle);
             }

@@ -4,7 +4,9 @@ use std::cell::{Cell, RefCell};
 use std::f64::consts::TAU;
 
 use commissioning::{CommissionSettings, Limits};
-use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
+use drive_link::{
+    Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+};
 use drive_logic::{Chip, Lines, OutputStage};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
@@ -37,7 +39,7 @@ pub(super) fn settings(rate: u32) -> Settings {
     Settings {
         closed_loop: LoopSettings {
             core,
-            law: Law::GaussNewton,
+            law: Estimator::GaussNewton,
         },
         dither: Dither {
             amplitude: 0.05,

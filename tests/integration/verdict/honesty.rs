@@ -9,7 +9,7 @@ use integration_tests::{Random, in_parallel, run};
 use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
 
 /// The estimators under test; the gradient has a parameter range about the servo.
-const LAWS: [&str; 3] = [
+const ESTIMATORS: [&str; 3] = [
     ALL_FOUR,
     "law = \"gauss-newton\"\nparameters = [\"a\", \"b\"]",
     "law = \"gradient\"\nparameters = [\"a\", \"b\", \"coulomb\"]",
@@ -83,10 +83,10 @@ fn amiss(random: &mut Random) -> (Kind, Scenario) {
         ];
         format!(
             "{}\nplant_box = {{ a = [0.0, 10.0], b = [{low:?}, {high:?}] }}",
-            LAWS[2]
+            ESTIMATORS[2]
         )
     } else {
-        LAWS[place].to_owned()
+        ESTIMATORS[place].to_owned()
     };
     let scenario = kind.run(random.seed(), &plant, &encoder, &law);
     (kind, scenario)

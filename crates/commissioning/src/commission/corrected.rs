@@ -20,7 +20,7 @@ pub(super) fn scale(servo: &mut IdentifiedServo, factor: f64) {
 }
 
 /// An unknown of a servo is known by itself, with this standard error.
-pub(super) fn know_alone(servo: &mut IdentifiedServo, place: usize, error: f64) {
+pub(super) fn set_one_known(servo: &mut IdentifiedServo, place: usize, error: f64) {
     for (i, row) in servo.covariance.iter_mut().enumerate() {
         for (j, entry) in row.iter_mut().enumerate() {
             if i == place || j == place {

@@ -79,9 +79,9 @@ impl<N: Number> Holding<N> {
 
     /// Goes on with a part of the loop's bandwidth. The integral's command is kept as far as it balances the load. The
     /// damping of the reference's motion is not, because only that part of it remains.
-    pub(super) fn give_way(&mut self, part: N) {
+    pub(super) fn reduce_bandwidth(&mut self, part: N) {
         let damping = self.controller.linear(N::ZERO, self.velocity());
-        self.relieve((part - N::ONE) * damping);
+        self.subtract_from_integral((part - N::ONE) * damping);
         self.controller = ConservativePid::slower(&self.controller, part);
         self.state = self.state.with_integral_for(part * part * part);
         self.rest.begin();
@@ -113,7 +113,7 @@ impl<N: Number> Holding<N> {
     }
 
     /// Takes a command from the integral that is added to the loop's from now on.
-    pub(super) fn relieve(&mut self, command: N) {
+    pub(super) fn subtract_from_integral(&mut self, command: N) {
         let integral = self.controller.integral_for(command, N::ZERO, N::ZERO);
         self.state = self.state.with_integral_less(integral);
     }
@@ -240,7 +240,7 @@ mod tests {
                 holding.send(1e3 * velocity);
                 for sample in 1..20 {
                     if sample == 10 {
-                        holding.give_way(0.4);
+                        holding.reduce_bandwidth(0.4);
                     }
                     let position = velocity * f64::from(sample);
                     let command = holding.process(position, velocity).expect("within");

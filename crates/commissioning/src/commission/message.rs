@@ -1,5 +1,5 @@
+use super::frequency_response::{FrictionBalance, LineSums, ResponsePlan};
 use super::gains::{HoldingGains, Loop};
-use super::sliding::{LineSums, SlideBalance, SlidePlan};
 use super::trial::Trial;
 use super::{CommissionSettings, Phase, RoughModel};
 use crate::watch::KnownServo;
@@ -39,7 +39,7 @@ pub(super) enum EventKind<N> {
     /// A piece of its record.
     Block(NumberedBlock<N>),
     /// The motion beneath the lines of a slide that is over, after the sums of its lines.
-    Balance(SlideBalance<N>),
+    Balance(FrictionBalance<N>),
     /// The sums of a line over a slide that is over, line after line and slide after slide.
     Line(LineSums<N>),
     /// It has ended and was recorded, the motion or all slides: study it. The servo as it moved by then.
@@ -64,7 +64,7 @@ pub(super) enum DecisionKind<N: Number> {
     /// The response is to be measured as planned. [`Verified`] follows, or another plan.
     ///
     /// [`Verified`]: Self::Verified
-    Slide(SlidePlan<N>),
+    ResponseMotion(ResponsePlan<N>),
     /// The servo as the motions and its response show it; gains are looked for next.
     Verified(Identified<N>),
     /// Gains and their predicted performance.
@@ -126,14 +126,14 @@ impl<N: Number> Identified<N> {
 
     /// Takes in the command at which the servo is at rest. If friction does not explain its distance from the command
     /// that balances the load, the load has changed.
-    pub(super) fn rest_under(&mut self, command: N, spare: N) {
+    pub(super) fn set_load_from_standstill(&mut self, command: N, spare: N) {
         let friction = N::from_f64(Trial::<N>::LOW_SPEED);
         let reach = friction * self.rough.coulomb() * self.rough.per_gain + spare;
         let holding = self.rough.holding();
         let met = holding.limited(command - reach, command + reach);
         if met != holding {
-            self.rough.bear(met);
-            self.known = self.known.map(|known| known.holding_by(met));
+            self.rough.set_holding_command(met);
+            self.known = self.known.map(|known| known.with_holding_of(met));
         }
     }
 }
@@ -165,12 +165,12 @@ impl<N: Number> Candidate<N> {
     ) -> Result<Self, OutOfRange> {
         let units = Units::new(settings.sample_time, settings.resolution)?;
         let limits = &settings.limits;
-        let promise = &tuning.promise;
+        let predicted_response = &tuning.predicted_response;
         let [low, high] = limits.travel;
         let direction = if high < -low { -1.0 } else { 1.0 };
-        let step = direction * promise.step;
+        let step = direction * predicted_response.step;
         let farthest = high.max(-low);
-        let end = promise.step.min(Self::MAX_END * farthest);
+        let end = predicted_response.step.min(Self::MAX_END * farthest);
         // Under noise a servo rests too rarely to be waited for once more.
         let returns = settings.noise == 0.0;
         // A servo that hunts about its friction is still for a while too.
@@ -178,7 +178,7 @@ impl<N: Number> Candidate<N> {
         Ok(Self {
             tuning: *tuning,
             controller: HoldingGains::tuned(tuning, limits).build(&units)?,
-            start: N::from_f64(direction * (end - promise.step) * units.position()),
+            start: N::from_f64(direction * (end - predicted_response.step) * units.position()),
             trial: Trial::new(tuning, &units, step, servo, returns),
             rest: (0.5 * settling / settings.sample_time) as u32,
         })
@@ -190,7 +190,7 @@ mod tests {
     use super::*;
     use crate::commission::Limits;
     use identifier_core::parameters::ServoParameters;
-    use identifier_core::tuning::Promise;
+    use identifier_core::tuning::PredictedResponse;
 
     const RESOLUTION: f64 = 1e-4;
 
@@ -206,7 +206,7 @@ mod tests {
             feed_forward: None,
             bandwidth: 50.0,
             cap: None,
-            promise: Promise {
+            predicted_response: PredictedResponse {
                 step,
                 rise_time: 0.04,
                 quickest_rise_time: 0.04,

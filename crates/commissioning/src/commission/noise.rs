@@ -153,7 +153,7 @@ impl<N: Number> RestNoise<N> {
     /// Samples after which the deviation is known to a fifth.
     const KNOWN: u32 = 48;
     /// Samples of noise among which a monotonic run is improbable, 2/7!. The samples of a fall are monotonic.
-    const TOLD_FROM_FALL: u32 = 8;
+    const ABOVE_FREE_MOTION: u32 = 8;
 
     pub(super) const NONE: Self = Self {
         last: None,
@@ -187,7 +187,7 @@ impl<N: Number> RestNoise<N> {
             Rest::Quiet
         };
         let falls = position.magnitude() > N::from_f64(APPARENT)
-            || self.samples >= Self::TOLD_FROM_FALL && !self.takes_back;
+            || self.samples >= Self::ABOVE_FREE_MOTION && !self.takes_back;
         let is_clear = self.samples >= Self::KNOWN
             || rest == Rest::Quiet && (falls || is_declared)
             || rest == Rest::Noisy && falls;

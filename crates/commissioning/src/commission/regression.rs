@@ -138,8 +138,8 @@ impl<N: Number> Regression<N> {
         let (follow, pull) = (follow * time, pull * time);
         let drive = pull * gathered.error;
         let before = gathered.error_velocity;
-        let way = (before + half * drive) * time;
-        gathered.error += increment - follow * gathered.error - way;
+        let motion_direction = (before + half * drive) * time;
+        gathered.error += increment - follow * gathered.error - motion_direction;
         gathered.error_velocity = before + drive;
         let mut own = [N::ZERO; ROW];
         if direction != N::ZERO {
@@ -159,8 +159,8 @@ impl<N: Number> Regression<N> {
             let position = gathered.position[i];
             let velocity = gathered.velocity[i];
             let change = own[i] - pull * position;
-            let way = (velocity + half * change) * time;
-            gathered.position[i] = position - follow * position + way;
+            let motion_direction = (velocity + half * change) * time;
+            gathered.position[i] = position - follow * position + motion_direction;
             gathered.velocity[i] = velocity + change;
         }
         gathered.due += 1;

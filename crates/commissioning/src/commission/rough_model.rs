@@ -1,4 +1,4 @@
-use super::sliding::SlideBalance;
+use super::frequency_response::FrictionBalance;
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 
@@ -135,7 +135,7 @@ impl<N: Number> RoughModel<N> {
     }
 
     /// Bears a load that this command balances.
-    pub(crate) fn bear(&mut self, holding: N) {
+    pub(crate) fn set_holding_command(&mut self, holding: N) {
         let change = self.gain * (self.holding() - holding);
         self.forward += change;
         self.backward += change;
@@ -156,12 +156,12 @@ impl<N: Number> RoughModel<N> {
     }
 
     /// Takes over the friction and load that balance a slide. The result is the change of the command for it.
-    pub(crate) fn learn(&mut self, slide: &SlideBalance<N>) -> N {
-        let SlideBalance {
+    pub(crate) fn learn(&mut self, response_motion: &FrictionBalance<N>) -> N {
+        let FrictionBalance {
             velocity,
             acceleration,
             command,
-        } = *slide;
+        } = *response_motion;
         let without = if velocity > N::ZERO {
             &mut self.forward
         } else {
@@ -193,14 +193,14 @@ mod tests {
             backward,
             viscous: 0.0,
         };
-        for (way, found, confined) in [
+        for (motion_direction, found, confined) in [
             (1.0, [-24.0, 36.0], [-9.0, 30.0]),
             (-1.0, [-36.0, 24.0], [-30.0, 9.0]),
             (1.0, [-6.0, 6.0], [-6.0, 6.0]),
         ] {
             let seen = Breakaway {
-                command: 2.0 * way,
-                is_forward: way > 0.0,
+                command: 2.0 * motion_direction,
+                is_forward: motion_direction > 0.0,
                 other: None,
             };
             let [forward, backward] = found;
@@ -215,16 +215,16 @@ mod tests {
     /// 3.
     #[test]
     fn friction_both_ways_is_that_of_both_breakaways() {
-        for way in [1.0, -1.0] {
+        for motion_direction in [1.0, -1.0] {
             let mut seen = Breakaway {
-                command: 2.0 * way,
-                is_forward: way > 0.0,
+                command: 2.0 * motion_direction,
+                is_forward: motion_direction > 0.0,
                 other: None,
             };
             for command in [-1.0, -3.0, -2.0] {
-                seen.stand(command * way, -way);
+                seen.stand(command * motion_direction, -motion_direction);
             }
-            seen.stand(5.0 * way, way);
+            seen.stand(5.0 * motion_direction, motion_direction);
             // Commands that the motion seems to need that way and the other, and those that are adopted.
             for (found, confined) in [
                 // Hardly more than at the break-away.
@@ -233,7 +233,7 @@ mod tests {
                 ([0.5, -0.5], [0.5, -0.5]),
             ] {
                 let needing = |[own, other]: [f64; 2]| {
-                    let [forward, backward] = if way > 0.0 {
+                    let [forward, backward] = if motion_direction > 0.0 {
                         [own, other]
                     } else {
                         [-other, -own]
@@ -248,7 +248,7 @@ mod tests {
                 };
                 let mut servo = needing(found);
                 servo.confine(&seen, 10.0);
-                assert_eq!(servo, needing(confined), "{way} {found:?}");
+                assert_eq!(servo, needing(confined), "{motion_direction} {found:?}");
             }
         }
     }

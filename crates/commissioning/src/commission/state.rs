@@ -1,10 +1,10 @@
+use super::frequency_response::ResponseMotion;
 use super::gains::Velocity;
+use super::half_cycles::HalfCycles;
 use super::holding::Holding;
 use super::message::{Candidate, EventKind, Identified};
 use super::noise::{Held, Hysteresis, RestNoise};
-use super::sliding::Slide;
 use super::standing::Standing;
-use super::swings::Swings;
 use super::trial::{Trial, TrialResult};
 use super::{Phase, ProbingState, RecordEvent, RoughModel};
 use crate::watch::{Observation, ServoWatchState};
@@ -34,7 +34,7 @@ pub struct CommissionState<N: Number> {
     /// The largest ω T of the loops that hold the servo while it is studied.
     pub(super) bandwidth: N,
     /// The swings under the loop that acts, and how many of them it drove.
-    pub(super) swings: Swings<N>,
+    pub(super) half_cycles: HalfCycles<N>,
     pub(super) driven: u32,
     /// The same as the caller gets it: none where the stage is disabled.
     pub(super) acting: Option<N>,
@@ -46,9 +46,9 @@ pub struct CommissionState<N: Number> {
     recorder: Recorder<N>,
     recording: Recording<N>,
     /// The event of a slide, for the solver.
-    pub(super) slid: Option<EventKind<N>>,
+    pub(super) response_event: Option<EventKind<N>>,
     /// In place, as it is too large to be moved in a sample.
-    pub(super) slide: Slide<N>,
+    pub(super) response_motion: ResponseMotion<N>,
     /// The servo as the loop knows it that holds it, and whether it stands where it must move.
     pub(super) rough: RoughModel<N>,
     pub(super) standing: Standing<N>,
@@ -68,8 +68,8 @@ pub(super) enum Activity<N: Number> {
     Free,
     Probing(ProbingState<N>),
     Holding(Holding<N>),
-    /// By the plan in [`CommissionState::slide`].
-    Sliding(Holding<N>),
+    /// By the plan in [`CommissionState::response_motion`].
+    ResponseWindows(Holding<N>),
     OnTrial(Holding<N>, Trial<N>),
 }
 
@@ -78,7 +78,7 @@ impl<N: Number> Activity<N> {
     pub(super) fn setpoint(&self) -> Option<N> {
         match self {
             Self::Free | Self::Probing(_) => None,
-            Self::Holding(holding) | Self::Sliding(holding) | Self::OnTrial(holding, _) => {
+            Self::Holding(holding) | Self::ResponseWindows(holding) | Self::OnTrial(holding, _) => {
                 Some(holding.reference())
             }
         }
@@ -88,7 +88,7 @@ impl<N: Number> Activity<N> {
 impl<N: Number> Activity<N> {
     /// True if the command that acts must move the servo.
     pub(super) fn must_move(&self) -> bool {
-        matches!(self, Self::Probing(probing) if probing.is_swinging())
+        matches!(self, Self::Probing(probing) if probing.is_oscillating())
     }
 }
 
@@ -104,9 +104,9 @@ pub(super) enum Next<N> {
     /// The next motion once it is at rest where it came to rest, under the command that balances the load.
     Stay,
     /// The next motion after this many samples of its record.
-    Lead(u32),
+    PreRoll(u32),
     /// The slides once it is at rest.
-    Slide,
+    ResponseMotion,
     /// Gains are looked for.
     Tune,
     /// The trial once it is at rest.
@@ -158,7 +158,7 @@ impl<N: Number> CommissionState<N> {
             command,
             held: command,
             bandwidth,
-            swings: Swings::from(N::ZERO),
+            half_cycles: HalfCycles::from(N::ZERO),
             driven: 0,
             acting: None,
             observation: Observation {
@@ -178,8 +178,8 @@ impl<N: Number> CommissionState<N> {
                 Activity::Free => Recording::Begins,
                 _ => Recording::None,
             },
-            slid: None,
-            slide: Slide::NONE,
+            response_event: None,
+            response_motion: ResponseMotion::NONE,
             rough: RoughModel::UNKNOWN,
             standing: Standing::at(N::ZERO),
             next: Next::Decision,
@@ -283,12 +283,12 @@ impl<N: Number> CommissionState<N> {
     pub(super) fn begin(&mut self, activity: Activity<N>) {
         self.activity = activity;
         self.passed = 0;
-        (self.swings, self.driven) = (Swings::from(self.position), 0);
+        (self.half_cycles, self.driven) = (HalfCycles::from(self.position), 0);
         self.standing = Standing::at(self.position);
     }
 
     /// The fault that is suspected, while the gains before show whether it is one.
-    pub(super) fn suspected(&self) -> Option<Reason> {
+    pub(super) fn suspected_fault(&self) -> Option<Reason> {
         match self.next {
             Next::Prove { fault, .. } if !self.phase.is_end() => Some(fault),
             _ => None,
@@ -338,7 +338,7 @@ impl<N: Number> CommissionState<N> {
                 EventKind::Begins(self.phase)
             }
             Recording::Going => EventKind::Block(self.recorder.take()?),
-            Recording::Lines => self.slid.take()?,
+            Recording::Lines => self.response_event.take()?,
             Recording::Ends(event) => {
                 self.recording = Recording::None;
                 event

@@ -18,7 +18,7 @@ pub(super) struct Trial<N> {
     /// friction at rest, may hold the servo.
     balance: N,
     friction: [N; 2],
-    promised: Promised<N>,
+    predicted: Predicted<N>,
     stage: TrialStage,
     /// Samples since the stage began, and those that were left for all stages then.
     passed: u32,
@@ -39,7 +39,7 @@ struct TriedStep<N> {
 
 /// The predicted response, in samples and counts, tolerances included.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Promised<N> {
+struct Predicted<N> {
     rise: [N; 2],
     /// The farthest from where the step began, counts.
     highest: N,
@@ -110,17 +110,17 @@ impl<N: Number> Trial<N> {
         let coulomb = servo.most_coulomb();
         let servo = &servo.parameters;
         let b = servo.b;
-        let promise = &tuning.promise;
+        let predicted_response = &tuning.predicted_response;
         let counts = step * units.position();
         let samples = |time: f64| time / units.sample_time();
-        let rise = samples(promise.rise_time);
-        let quickest = samples(promise.quickest_rise_time);
+        let rise = samples(predicted_response.rise_time);
+        let quickest = samples(predicted_response.quickest_rise_time);
         // Each of the two crossings is uncertain by a count at the speed of the rise, and by a sample's
         // part.
         let per_count = 2.0 * rise / (0.8 * libm::fabs(counts)) + 1.0;
         // A floor is half a count low on the average, at both ends.
         let rounding = 0.5 / libm::fabs(counts).max(1.0);
-        let highest = 1.0 + promise.overshoot + Self::OVERSHOOT + rounding;
+        let highest = 1.0 + predicted_response.overshoot + Self::OVERSHOOT + rounding;
         let rough = RoughModel::from_si(servo, units.sample_time(), units.position_unit());
         let settling = samples(Self::settling(tuning));
         let most = Self::MAX_SETTLING_TIMES * settling + samples(Self::BESIDES);
@@ -129,7 +129,7 @@ impl<N: Number> Trial<N> {
             returns,
             balance: N::from_f64(-servo.load / b),
             friction: [Self::LOW_SPEED, Self::STICTION].map(|of| N::from_f64(of * coulomb / b)),
-            promised: Promised {
+            predicted: Predicted {
                 rise: [
                     (1.0 - Self::RISE) * quickest - per_count,
                     (1.0 + Self::RISE) * rise + per_count,
@@ -138,7 +138,8 @@ impl<N: Number> Trial<N> {
                 highest: N::from_f64(highest * libm::fabs(counts)),
                 // Casts saturate.
                 over: (Self::TRANSIENT_SETTLING_TIMES * settling) as u32,
-                departed: (Self::TRANSIENT_SETTLING_TIMES * samples(promise.settling_time)) as u32,
+                departed: (Self::TRANSIENT_SETTLING_TIMES
+                    * samples(predicted_response.settling_time)) as u32,
                 most: most as u32,
             },
             stage: TrialStage::Settling,
@@ -158,7 +159,7 @@ impl<N: Number> Trial<N> {
     pub(super) fn settling(tuning: &Tuning) -> f64 {
         // Friction may hold a servo outside of the band for long.
         let dies_down = Self::DIES_DOWN / tuning.bandwidth;
-        tuning.promise.settling_time.min(dies_down)
+        tuning.predicted_response.settling_time.min(dies_down)
     }
 
     /// Takes in the position of a sample (counts) and the command that acts from then on. It starts the next part when
@@ -192,8 +193,8 @@ impl<N: Number> Trial<N> {
         command: N,
     ) -> Result<bool, Reason> {
         self.passed = self.passed.saturating_add(1);
-        let settled = self.passed >= self.promised.over && holding.is_at_rest();
-        if !settled && self.passed > self.promised.most.min(self.left) {
+        let settled = self.passed >= self.predicted.over && holding.is_at_rest();
+        if !settled && self.passed > self.predicted.most.min(self.left) {
             return Err(Reason::NeverAtRest);
         }
         match self.stage {
@@ -204,9 +205,9 @@ impl<N: Number> Trial<N> {
                 }
             }
             TrialStage::Stepping | TrialStage::Returning => {
-                let (way, highest) = (self.way(), self.promised.highest);
-                let gone = way * (position - self.from);
-                let beyond_load = way * (command - self.balance);
+                let (motion_direction, highest) = (self.motion_direction(), self.predicted.highest);
+                let gone = motion_direction * (position - self.from);
+                let beyond_load = motion_direction * (command - self.balance);
                 let step = self.step_under_way();
                 step.measure.take(gone);
                 step.share.take(gone, beyond_load);
@@ -215,7 +216,7 @@ impl<N: Number> Trial<N> {
                 }
                 // Its integral finds the command at which one that stands breaks away.
                 let [departed, _] = step.measure.since();
-                let waits = departed.is_none() && self.passed < self.promised.departed;
+                let waits = departed.is_none() && self.passed < self.predicted.departed;
                 if settled && !waits {
                     self.judge_rise(holding.resting().command)?;
                     if self.returns && self.stage == TrialStage::Stepping {
@@ -245,7 +246,7 @@ impl<N: Number> Trial<N> {
         let ([friction, _], resting) = (self.friction, holding.resting().command);
         self.balance = (self.balance).limited(resting - friction, resting + friction);
         holding.stay(position, self.balance);
-        holding.step_to(position + self.way() * self.step.magnitude());
+        holding.step_to(position + self.motion_direction() * self.step.magnitude());
     }
 
     fn step_under_way(&mut self) -> &mut TriedStep<N> {
@@ -257,7 +258,7 @@ impl<N: Number> Trial<N> {
     }
 
     /// The direction of the step under way.
-    fn way(&self) -> N {
+    fn motion_direction(&self) -> N {
         if self.stage == TrialStage::Returning {
             -self.direction
         } else {
@@ -266,14 +267,14 @@ impl<N: Number> Trial<N> {
     }
 
     /// True if friction that is higher at rest may hold the servo under this command.
-    pub(super) fn may_rest_under(&self, command: N) -> bool {
+    pub(super) fn may_hold_still_under(&self, command: N) -> bool {
         let [_, friction] = self.friction;
         (command - self.balance).magnitude() <= friction
     }
 
     /// Judges the rise of a servo that is at rest under this command, on the average.
     fn judge_rise(&mut self, command: N) -> Result<(), Reason> {
-        let [least, most] = self.promised.rise;
+        let [least, most] = self.predicted.rise;
         let measure = self.step_under_way().measure;
         let [departed, _] = measure.since();
         match measure.rise() {
@@ -284,7 +285,9 @@ impl<N: Number> Trial<N> {
             {
                 Ok(())
             }
-            None if departed.is_none() && self.may_rest_under(command) => Err(Reason::DoesNotMove),
+            None if departed.is_none() && self.may_hold_still_under(command) => {
+                Err(Reason::DoesNotMove)
+            }
             None if departed.is_none() => Err(Reason::ActuatorDead),
             _ => Err(Reason::PredictionMissed),
         }
@@ -308,7 +311,7 @@ mod tests {
     use identifier_core::control::ControlSample;
     use identifier_core::parameters::ServoParameters;
     use identifier_core::settings::ControllerSettings;
-    use identifier_core::tuning::Promise;
+    use identifier_core::tuning::PredictedResponse;
 
     const STEP: f64 = 0.05;
     const TIME_CONSTANT: f64 = 0.02;
@@ -317,7 +320,7 @@ mod tests {
     const COMPLIANCE: f64 = 1e-4;
 
     /// The predicted response of a first-order system: a rise of τ ln 9, no overshoot.
-    fn promised() -> Tuning {
+    fn predicted() -> Tuning {
         Tuning {
             kp: 1.0,
             kd: 0.01,
@@ -328,7 +331,7 @@ mod tests {
             feed_forward: None,
             bandwidth: 1.0 / TIME_CONSTANT,
             cap: None,
-            promise: Promise {
+            predicted_response: PredictedResponse {
                 step: STEP,
                 rise_time: TIME_CONSTANT * libm::log(9.0),
                 quickest_rise_time: TIME_CONSTANT * libm::log(9.0),
@@ -378,7 +381,7 @@ mod tests {
         coulomb: [f64; 2],
         position: impl Fn(Moment) -> f64,
     ) -> (Result<bool, Reason>, TrialResult) {
-        tried_by(&promised(), step, coulomb, position)
+        tried_by(&predicted(), step, coulomb, position)
     }
 
     /// The same by another prediction.
@@ -413,7 +416,7 @@ mod tests {
             covariance: [[0.0; 5]; 5],
             unexplained: 0.0,
         };
-        super::super::corrected::know_alone(&mut servo, IdentifiedServo::COULOMB, error);
+        super::super::corrected::set_one_known(&mut servo, IdentifiedServo::COULOMB, error);
         let mut trial = Trial::<f64>::new(tuning, &units, step, &servo, true);
         let [mut from, mut to] = [0.0; 2];
         for _ in 0..100_000 {
@@ -486,9 +489,9 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_friction_holds_for_as_long_as_promised_is_waited_for() {
-        let mut tuning = promised();
-        tuning.promise.settling_time = 0.5;
+    fn a_step_that_friction_holds_for_as_long_as_predicted_is_waited_for() {
+        let mut tuning = predicted();
+        tuning.predicted_response.settling_time = 0.5;
         for (departs, expected) in [(0.7, Ok(true)), (1.0, Err(Reason::DoesNotMove))] {
             let (done, _) = tried_by(&tuning, STEP, [90.0, 0.0], |at| match at.stage {
                 TrialStage::Stepping | TrialStage::Returning => {

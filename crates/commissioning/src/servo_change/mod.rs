@@ -17,13 +17,13 @@ use identifier_core::tuning::Tuning;
 ///
 /// A servo counts as another if one of the four differs so far from the predicted one
 ///
-/// - in standard errors of both together ([`PromisedServo::CERTAIN`]) that noise does not explain it, and
-/// - in size that the prediction no longer holds. The limit of inertia is [`PromisedServo::MAX_INERTIA_RATIO`]. That of
+/// - in standard errors of both together ([`CommissionedServo::CERTAIN`]) that noise does not explain it, and
+/// - in size that the prediction no longer holds. The limit of inertia is [`CommissionedServo::MAX_INERTIA_RATIO`]. That of
 ///   viscous friction is a quarter of the loop's damping k_d + a/b. That of Coulomb friction is half of it, and a
 ///   twenty-fifth of the predicted step's largest command. The load must then change by less than half of that. That of
 ///   the load is a tenth of the largest command. The load must also leave less of it than the predicted step takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PromisedServo {
+pub struct CommissionedServo {
     servo: [Known; 4],
     /// The least change of each that counts.
     least: [f64; 4],
@@ -37,7 +37,8 @@ pub struct ServoChange {
     pub reason: Reason,
     /// The predicted value of 1/b, a/b, c/b or d/b, in command units per rad/s², command units per rad/s, command
     /// units.
-    pub promised: f64,
+    #[cfg_attr(feature = "serde", serde(rename = "promised"))]
+    pub predicted: f64,
     /// The value that was found.
     pub found: f64,
     /// Their distance, standard errors of both together.
@@ -48,7 +49,7 @@ impl fmt::Display for ServoChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             reason,
-            promised,
+            predicted,
             found,
             standard_errors,
         } = self;
@@ -59,7 +60,7 @@ impl fmt::Display for ServoChange {
         };
         write!(
             f,
-            "{reason} ({found:.3e} {unit}, commissioned with {promised:.3e}, {standard_errors:.0} standard errors \
+            "{reason} ({found:.3e} {unit}, commissioned with {predicted:.3e}, {standard_errors:.0} standard errors \
              apart)"
         )
     }
@@ -84,7 +85,7 @@ const REASONS: [Reason; 4] = [
     Reason::LoadChanged,
 ];
 
-impl PromisedServo {
+impl CommissionedServo {
     /// The standard errors, of the predicted and the found value together, from which a change is certain.
     pub const CERTAIN: f64 = 6.0;
 
@@ -110,8 +111,8 @@ impl PromisedServo {
         };
         let servo = per_gain(&servo.parameters, &errors)?;
         let [inertia, viscous, coulomb, load] = servo.map(|known| known.value);
-        let largest_command = tuning.command_of_step() * tuning.promise.step;
-        let step = tuning.promise.command_share * (limit - load.abs());
+        let largest_command = tuning.command_of_step() * tuning.predicted_response.step;
+        let step = tuning.predicted_response.command_share * (limit - load.abs());
         Some(Self {
             servo,
             least: [
@@ -137,28 +138,28 @@ impl PromisedServo {
         let compared = self.servo.iter().zip(&found).zip(&self.least).zip(REASONS);
         compared
             .filter(|(_, reason)| *reason != Reason::CoulombFrictionChanged || !is_ambiguous)
-            .filter_map(|(((promised, found), &least), reason)| {
-                change(promised, found, least, reason)
+            .filter_map(|(((predicted, found), &least), reason)| {
+                change(predicted, found, least, reason)
             })
             .next()
     }
 }
 
-fn change(promised: &Known, found: &Known, least: f64, reason: Reason) -> Option<ServoChange> {
+fn change(predicted: &Known, found: &Known, least: f64, reason: Reason) -> Option<ServoChange> {
     let size = match reason {
-        Reason::LoadChanged => found.value.abs() - promised.value.abs(),
+        Reason::LoadChanged => found.value.abs() - predicted.value.abs(),
         // The other way it is larger by the same ratio.
-        Reason::InertiaChanged if found.value > promised.value => {
-            (found.value - promised.value) * promised.value / found.value
+        Reason::InertiaChanged if found.value > predicted.value => {
+            (found.value - predicted.value) * predicted.value / found.value
         }
-        _ => (found.value - promised.value).abs(),
+        _ => (found.value - predicted.value).abs(),
     };
-    let error = libm::hypot(promised.error, found.error);
-    let distance = (found.value - promised.value).abs() / error;
+    let error = libm::hypot(predicted.error, found.error);
+    let distance = (found.value - predicted.value).abs() / error;
     // NaN fails both.
-    (size > least && distance > PromisedServo::CERTAIN).then_some(ServoChange {
+    (size > least && distance > CommissionedServo::CERTAIN).then_some(ServoChange {
         reason,
-        promised: promised.value,
+        predicted: predicted.value,
         found: found.value,
         standard_errors: distance.min(f64::MAX),
     })
@@ -206,7 +207,7 @@ mod tests {
 
     const LIMIT: f64 = 10.0;
 
-    fn promised() -> PromisedServo {
+    fn predicted() -> CommissionedServo {
         let mut covariance = [[0.0; 5]; 5];
         for (i, error) in [ERRORS.a, ERRORS.b, ERRORS.coulomb, 0.0, ERRORS.load]
             .into_iter()
@@ -223,7 +224,7 @@ mod tests {
         let mut settings = TuningSettings::new(1e-3, 1e-4, LIMIT, 0.1);
         settings.goal = Goal::Bandwidth(40.0);
         let tuning = settings.tune(&servo).expect("gains");
-        PromisedServo::new(&servo, &tuning, LIMIT).expect("known")
+        CommissionedServo::new(&servo, &tuning, LIMIT).expect("known")
     }
 
     /// A change of the servo whose standard errors are those of the predicted one times a factor.
@@ -234,7 +235,7 @@ mod tests {
             coulomb: errors * ERRORS.coulomb,
             load: errors * ERRORS.load,
         };
-        promised()
+        predicted()
             .change(&servo, &errors)
             .map(|change| change.reason)
     }
@@ -297,7 +298,7 @@ mod tests {
             };
             assert_eq!(change_to(loaded, 1.0), Some(Reason::LoadChanged));
         }
-        let relieved = ServoParameters { load: 0.0, ..SERVO };
-        assert_eq!(change_to(relieved, 1.0), None);
+        let subtracted = ServoParameters { load: 0.0, ..SERVO };
+        assert_eq!(change_to(subtracted, 1.0), None);
     }
 }

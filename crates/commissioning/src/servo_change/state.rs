@@ -36,7 +36,7 @@ impl ServoChangeState {
             (Some(last), Some(now)) if last == now => return,
             (Some(last), Some(now)) => {
                 let moved = (now.found - last.found).abs();
-                last.reason == now.reason && moved <= MAX_MOVE * (now.found - now.promised).abs()
+                last.reason == now.reason && moved <= MAX_MOVE * (now.found - now.predicted).abs()
             }
             _ => false,
         };
@@ -73,7 +73,7 @@ mod tests {
         let change = |found: f64| {
             Some(ServoChange {
                 reason: Reason::InertiaChanged,
-                promised: 1.0,
+                predicted: 1.0,
                 found,
                 standard_errors: 10.0,
             })

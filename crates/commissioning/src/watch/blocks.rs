@@ -127,7 +127,7 @@ pub(super) struct BlocksState<N> {
     longest: i32,
     /// Blocks so far, and those running in which it moved one way, as long as they are few.
     blocks: i32,
-    one_way: i32,
+    one_direction: i32,
 }
 
 /// Figures of a block that has ended.
@@ -148,7 +148,7 @@ pub(super) struct WatchBlock<N> {
     /// The largest command of the last two blocks, to either side.
     pub(super) largest: N,
     /// True if the servo has moved one way in all three, without a stop.
-    pub(super) one_way: bool,
+    pub(super) one_direction: bool,
     /// M/2 and M².
     pub(super) half: N,
     pub(super) area: N,
@@ -190,7 +190,7 @@ impl<N: Number> Blocks<N> {
             turned: false,
             longest: 0,
             blocks: 0,
-            one_way: 0,
+            one_direction: 0,
         }
     }
 
@@ -223,10 +223,10 @@ impl<N: Number> Blocks<N> {
         let counts = state.counts;
         let weighed = state.carried + state.double_sum;
         let moved = counts - before;
-        state.one_way = if self.stops(state) {
+        state.one_direction = if self.stops(state) {
             0
         } else if counts * before > N::ZERO {
-            (state.one_way + 1).min(Self::BLOCKS)
+            (state.one_direction + 1).min(Self::BLOCKS)
         } else {
             1
         };
@@ -238,7 +238,7 @@ impl<N: Number> Blocks<N> {
             weighed,
             cause: weighed - state.weighed,
             largest: largest.larger(largest_before),
-            one_way: state.one_way == Self::BLOCKS,
+            one_direction: state.one_direction == Self::BLOCKS,
             half: N::from_f64(0.5) * self.scale,
             area: self.area,
         };
@@ -249,7 +249,7 @@ impl<N: Number> Blocks<N> {
             acceleration: moved,
             weighed,
             blocks: state.blocks,
-            one_way: state.one_way,
+            one_direction: state.one_direction,
             ..Self::start()
         };
         block

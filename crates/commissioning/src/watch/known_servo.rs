@@ -4,7 +4,7 @@ use super::WatchSettings;
 use super::model::Model;
 use super::readings::Readings;
 use super::response::Known;
-use super::standstill::{Able, StandstillWatch};
+use super::standstill::{AccelerationLimits, StandstillWatch};
 use identifier_core::number::Number;
 use identifier_core::parameters::IdentifiedServo;
 
@@ -14,7 +14,7 @@ use identifier_core::parameters::IdentifiedServo;
 pub struct KnownServo<N> {
     /// By how many counts an increment may differ from the one before.
     pub(super) change: N,
-    pub(super) able: Able<N>,
+    pub(super) able: AccelerationLimits<N>,
     pub(super) response: Known<N>,
     /// Whole samples from a command until it acts, and the part of a sample beyond them.
     pub(super) delay: usize,
@@ -34,7 +34,8 @@ impl<N: Number> KnownServo<N> {
         let lightest = model.with_gain(range);
         Some(Self {
             change: Readings::change_of(&lightest),
-            able: StandstillWatch::able(&model, settings, units.sample_time()).braked_by(&lightest),
+            able: StandstillWatch::able(&model, settings, units.sample_time())
+                .with_braking_of(&lightest),
             response: Known::new(&model.with_gain(1.0 / range)),
             delay: model.delay,
             part: N::from_f64(model.part),
@@ -42,10 +43,10 @@ impl<N: Number> KnownServo<N> {
     }
 
     /// The same with a load that this command balances.
-    pub(crate) fn holding_by(self, command: N) -> Self {
+    pub(crate) fn with_holding_of(self, command: N) -> Self {
         Self {
-            able: self.able.holding_by(command),
-            response: self.response.holding_by(command),
+            able: self.able.with_holding_of(command),
+            response: self.response.with_holding_of(command),
             ..self
         }
     }

@@ -35,23 +35,23 @@ pub(super) struct OscillationState<N> {
     command: [N; 2],
     /// Where the setpoint was when the swings began.
     setpoint: N,
-    swings: u32,
+    half_cycles: u32,
 }
 
 impl<N: Number> OscillationState<N> {
     /// Swings running that have not decayed.
-    pub(super) fn swings(&self) -> u32 {
-        self.swings
+    pub(super) fn half_cycles(&self) -> u32 {
+        self.half_cycles
     }
 
     pub(super) fn forget(&mut self) {
-        self.swings = 0;
+        self.half_cycles = 0;
     }
 }
 
 impl<N: Number> Oscillation<N> {
     /// Swings running that are an oscillation.
-    pub(super) const SWINGS: u32 = 6;
+    pub(super) const HALF_CYCLES: u32 = 6;
     /// The smallest, counts.
     pub(super) const MIN_PEAK: i32 = 8;
     /// Half of it: the error must pass this on the other side to begin a new swing.
@@ -63,10 +63,11 @@ impl<N: Number> Oscillation<N> {
     /// The share of the command's limit that it moves through at least.
     const MIN_COMMAND_SHARE: f64 = 0.2;
     /// The longest, s.
-    const MAX_SWING_TIME: f64 = 0.5;
+    const MAX_HALF_CYCLE_TIME: f64 = 0.5;
 
     pub(super) fn new(settings: &WatchSettings, units: &Units) -> Self {
-        let longest = (Self::MAX_SWING_TIME / units.sample_time()).max(f64::from(Self::MIN_PEAK));
+        let longest =
+            (Self::MAX_HALF_CYCLE_TIME / units.sample_time()).max(f64::from(Self::MIN_PEAK));
         Self {
             command: N::from_f64(Self::MIN_COMMAND_SHARE * settings.limit()),
             longest: longest as i32,
@@ -85,7 +86,7 @@ impl<N: Number> Oscillation<N> {
             before: N::ZERO,
             command: [N::ZERO; 2],
             setpoint: N::ZERO,
-            swings: 0,
+            half_cycles: 0,
         }
     }
 
@@ -98,7 +99,7 @@ impl<N: Number> Oscillation<N> {
         command: N,
     ) -> Result<(), Reason> {
         let Some(setpoint) = setpoint else {
-            state.swings = 0;
+            state.half_cycles = 0;
             state.age = 0;
             return Ok(());
         };
@@ -108,14 +109,14 @@ impl<N: Number> Oscillation<N> {
         let moved = (setpoint - state.setpoint).magnitude();
         if moved > N::from_count(Self::MIN_PEAK) && moved + moved > state.peak {
             state.setpoint = setpoint;
-            state.swings = 0;
+            state.half_cycles = 0;
         }
         if state.age <= self.longest {
             state.age += 1;
         }
         if positive != state.positive && size >= N::from_count(Self::TURN_COUNTS) {
-            state.swings = if self.is_oscillation(state) {
-                state.swings + 1
+            state.half_cycles = if self.is_oscillation(state) {
+                state.half_cycles + 1
             } else {
                 0
             };
@@ -124,7 +125,7 @@ impl<N: Number> Oscillation<N> {
             state.age = 0;
             state.peak = size;
             state.command = [command; 2];
-            if state.swings >= Self::SWINGS {
+            if state.half_cycles >= Self::HALF_CYCLES {
                 return Err(Reason::Oscillating);
             }
             return Ok(());

@@ -23,7 +23,7 @@ pub(super) struct ReadingsState<N> {
     /// By how many counts an increment may differ from the one before.
     change: N,
     /// By how many counts it last did: the most, halved with every reading since.
-    swing: N,
+    half_cycle: N,
 }
 
 impl<N: Number> Readings<N> {
@@ -40,10 +40,11 @@ impl<N: Number> Readings<N> {
     /// The factor by which a command changes an increment more than just before: a jump comes out of nothing.
     const GROWTH: f64 = 4.0;
     /// Counts that rounding and noise may add.
-    const ROUNDING: f64 = 4.0;
+    const QUANTISATION_COUNTS: f64 = 4.0;
 
     pub(super) fn new(settings: &WatchSettings, units: &Units) -> Self {
-        let farthest = Self::SPEED_MARGIN * settings.speed * units.velocity() + Self::ROUNDING;
+        let farthest =
+            Self::SPEED_MARGIN * settings.speed * units.velocity() + Self::QUANTISATION_COUNTS;
         let samples = libm::round(Self::MAX_GAP / units.sample_time());
         Self {
             farthest: N::from_f64(farthest.min(N::REACH.to_f64())),
@@ -56,7 +57,7 @@ impl<N: Number> Readings<N> {
             last: None,
             missing: 0,
             change: N::REACH,
-            swing: N::ZERO,
+            half_cycle: N::ZERO,
         }
     }
 
@@ -65,7 +66,7 @@ impl<N: Number> Readings<N> {
         /// Standard deviations that noise stays within.
         const DEVIATIONS: f64 = 8.0;
         let change = Self::SPEED_MARGIN * model.most_acceleration
-            + Self::ROUNDING
+            + Self::QUANTISATION_COUNTS
             + DEVIATIONS * model.unexplained;
         N::from_f64(change)
     }
@@ -112,10 +113,11 @@ impl<N: Number> Readings<N> {
         let is_fast = speed.magnitude() > N::from_f64(Self::FAST) * self.farthest
             && change <= N::from_f64(Self::SUDDEN) * increment.magnitude();
         // A motor that swings on its spring is that fast to and fro.
-        let swings = command != N::ZERO && change <= N::from_f64(Self::GROWTH) * state.swing;
-        let is_motion = near(last) && (is_fast || swings);
-        let less = N::from_f64(0.5) * state.swing;
-        state.swing = if change > less { change } else { less };
+        let half_cycles =
+            command != N::ZERO && change <= N::from_f64(Self::GROWTH) * state.half_cycle;
+        let is_motion = near(last) && (is_fast || half_cycles);
+        let less = N::from_f64(0.5) * state.half_cycle;
+        state.half_cycle = if change > less { change } else { less };
         // A counter that stands is no jump: whether the servo can have stopped is another question.
         if possible && (near(last) || increment == N::ZERO) {
             Ok(())

@@ -46,7 +46,7 @@ pub(super) struct ResponseCheckState<N> {
     idle: i32,
     /// The level: running blocks against the command, and what the last of all speaks for.
     level: i32,
-    suspicion: Option<Reason>,
+    detected_fault: Option<Reason>,
 }
 
 /// The known response of the servo, in the number format of the loop.
@@ -62,7 +62,7 @@ pub(super) struct Known<N> {
 
 impl<N: Number> Known<N> {
     /// The same with a load that this command balances.
-    pub(super) fn holding_by(self, command: N) -> Self {
+    pub(super) fn with_holding_of(self, command: N) -> Self {
         Self {
             load: -(self.gain * command),
             ..self
@@ -139,7 +139,7 @@ impl<N: Number> ResponseCheck<N> {
             square: N::ZERO,
             idle: 0,
             level: 0,
-            suspicion: None,
+            detected_fault: None,
         }
     }
 
@@ -178,8 +178,8 @@ impl<N: Number> ResponseCheck<N> {
         let contradiction = contradiction(acts, force, favour);
         let faint = N::from_count(Self::MIN_EFFECT);
         let by_level = contradiction.filter(|_| force.magnitude() >= faint);
-        state.suspicion = by_level.or(self.gains_against(block, self.strong));
-        if !block.one_way {
+        state.detected_fault = by_level.or(self.gains_against(block, self.strong));
+        if !block.one_direction {
             return Ok(());
         }
         let enough = if relay {
@@ -192,7 +192,7 @@ impl<N: Number> ResponseCheck<N> {
         let reversed = N::from_f64(Self::MAX_REVERSED_SHARE) * cause.magnitude();
         let is_against = change * sign_of(cause) < reversed;
         if is_against && cause.magnitude() >= faint.larger(least) {
-            state.suspicion = Some(Reason::Reversed);
+            state.detected_fault = Some(Reason::Reversed);
         }
         state.compare(change, cause, least, enough)?;
         let telling = N::from_count(Self::CERTAIN_EFFECT);
@@ -213,13 +213,13 @@ impl<N: Number> ResponseCheck<N> {
         state: &mut ResponseCheckState<N>,
         block: &WatchBlock<N>,
     ) -> Result<(), Reason> {
-        state.suspicion = self.gains_against(block, self.held);
-        if !block.one_way {
+        state.detected_fault = self.gains_against(block, self.held);
+        if !block.one_direction {
             return Ok(());
         }
         state.compare_signs(block.change, block.cause, self.least)?;
         if state.against > 0 {
-            state.suspicion = Some(Reason::Reversed);
+            state.detected_fault = Some(Reason::Reversed);
         }
         state.count_level(self.gains_against(block, self.strong))
     }
@@ -232,7 +232,7 @@ impl<N: Number> ResponseCheckState<N> {
         if size < N::from_count(ResponseCheck::<N>::MIN_EFFECT) || size < least {
             self.idle += 1;
             if self.idle >= ResponseCheck::<N>::MAX_IDLE_BLOCKS {
-                self.acquit();
+                self.reset_evidence();
             }
             return Ok(());
         }
@@ -244,7 +244,7 @@ impl<N: Number> ResponseCheckState<N> {
         if product >= N::from_f64(ResponseCheck::<N>::MIN_SHARE) * square {
             let most = 4 * self.against >= 3 * self.evidence;
             if size >= N::from_count(ResponseCheck::<N>::CERTAIN_EFFECT) || !most {
-                self.acquit();
+                self.reset_evidence();
             }
             return Ok(());
         }
@@ -278,7 +278,7 @@ impl<N: Number> ResponseCheckState<N> {
             return Ok(());
         }
         if change * cause > N::ZERO {
-            self.acquit();
+            self.reset_evidence();
             return Ok(());
         }
         self.against += 1;
@@ -302,11 +302,11 @@ impl<N: Number> ResponseCheckState<N> {
     }
 
     /// The uncertain indication of the last block.
-    pub(super) fn suspicion(&self) -> Option<Reason> {
-        self.suspicion
+    pub(super) fn detected_fault(&self) -> Option<Reason> {
+        self.detected_fault
     }
 
-    fn acquit(&mut self) {
+    fn reset_evidence(&mut self) {
         self.evidence = 0;
         self.against = 0;
         self.idle = 0;

@@ -140,7 +140,7 @@ impl<N: Number> ServoWatch<N> {
     pub(crate) fn forget(&self, state: &mut ServoWatchState<N>, command: N) {
         state.known = None;
         state.restart_comparison();
-        state.forget_swings();
+        state.forget_half_cycles();
         (state.gains_against, state.contradicted) = (0, 0);
         state.motion = self.motion.start();
         StandstillWatch::begin(&mut state.motion, command);
@@ -171,7 +171,7 @@ impl<N: Number> ServoWatch<N> {
         state.follow_speed(increment, command, self.beyond_load);
         self.bounds
             .motion(&mut state.bounds, increment, seen.position)
-            .map_err(|limit| state.suspicion().unwrap_or(limit))?;
+            .map_err(|limit| state.detected_fault().unwrap_or(limit))?;
         let under = match seen.setpoint {
             _ if seen.must_move => Under::Push,
             Some(setpoint) => Under::Control {
@@ -256,20 +256,20 @@ impl<N: Number> ServoWatch<N> {
             speed: libm::ceil(self.bounds.samples_until_too_fast()) as u32,
             standing: state.motion.patience() as u32,
             response: (ResponseCheck::<N>::BLOCKS * self.longer) as u32 + state.delay as u32,
-            swings: Oscillation::<N>::SWINGS,
-            longest_swing: self.oscillation.longest as u32,
+            half_cycles: Oscillation::<N>::HALF_CYCLES,
+            longest_half_cycle: self.oscillation.longest as u32,
         }
     }
 }
 
 impl<N: Number> ServoWatchState<N> {
     /// Swings about the setpoint running that have not decayed.
-    pub(crate) fn swings(&self) -> u32 {
-        self.oscillation.swings()
+    pub(crate) fn half_cycles(&self) -> u32 {
+        self.oscillation.half_cycles()
     }
 
     /// Begins to count them anew: the loop is another one.
-    pub(crate) fn forget_swings(&mut self) {
+    pub(crate) fn forget_half_cycles(&mut self) {
         self.oscillation.forget();
     }
 
@@ -293,11 +293,14 @@ impl<N: Number> ServoWatchState<N> {
     }
 
     /// Why a limit may have been left: a loop that pushes the wrong way, before one that does not push.
-    fn suspicion(&self) -> Option<Reason> {
+    fn detected_fault(&self) -> Option<Reason> {
         /// Samples: a command that is two of them late has acted by then.
         const MIN_SAMPLES: u32 = 4;
         let against = (self.gains_against >= MIN_SAMPLES).then_some(Reason::Reversed);
-        let [shorter, longer] = self.response.each_ref().map(ResponseCheckState::suspicion);
+        let [shorter, longer] = self
+            .response
+            .each_ref()
+            .map(ResponseCheckState::detected_fault);
         let compared = match (shorter, longer) {
             (reversed @ Some(Reason::Reversed), _) | (_, reversed @ Some(Reason::Reversed)) => {
                 reversed

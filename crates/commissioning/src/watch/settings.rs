@@ -110,9 +110,9 @@ pub(crate) struct DetectionTimes {
     /// Samples of motion in which the command changes enough.
     pub response: u32,
     /// Swings of an oscillation,
-    pub swings: u32,
+    pub half_cycles: u32,
     /// none longer than this many samples.
-    pub longest_swing: u32,
+    pub longest_half_cycle: u32,
 }
 
 #[cfg(test)]
@@ -128,7 +128,7 @@ impl DetectionTimes {
             // A servo whose actuator dies comes to rest first.
             Reason::EncoderStuck | Reason::ActuatorDead => self.standing + self.response,
             Reason::ActuatorWeak | Reason::Reversed => self.response,
-            Reason::Oscillating => self.swings * self.longest_swing,
+            Reason::Oscillating => self.half_cycles * self.longest_half_cycle,
             _ => return None,
         })
     }

@@ -47,12 +47,12 @@ pub(super) struct StandstillWatchState<N> {
     still: i32,
     /// and of those, running, in which it had to move and did not, below zero where the relay pushes down.
     pushed: i32,
-    able: Able<N>,
+    able: AccelerationLimits<N>,
 }
 
 /// Capabilities of a servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Able<N> {
+pub(super) struct AccelerationLimits<N> {
     /// Largest deceleration, counts per sample squared: by friction and load,
     braking: N,
     /// and for a unit of command; zero while it is not known.
@@ -68,9 +68,9 @@ pub(super) struct Able<N> {
     patience: i32,
 }
 
-impl<N: Number> Able<N> {
+impl<N: Number> AccelerationLimits<N> {
     /// The same with a load that this command balances.
-    pub(super) fn holding_by(self, command: N) -> Self {
+    pub(super) fn with_holding_of(self, command: N) -> Self {
         Self {
             holding: command,
             ..self
@@ -78,7 +78,7 @@ impl<N: Number> Able<N> {
     }
 
     /// The same, and braked as this servo may be.
-    pub(super) fn braked_by(self, model: &Model) -> Self {
+    pub(super) fn with_braking_of(self, model: &Model) -> Self {
         Self {
             braking: N::from_f64(MODEL_ERROR * model.braking),
             gain: N::from_f64(MODEL_ERROR * model.gain),
@@ -151,7 +151,7 @@ impl<N: Number> StandstillWatch<N> {
             asked: false,
             still: 0,
             pushed: 0,
-            able: Able {
+            able: AccelerationLimits {
                 braking: N::REACH,
                 gain: N::ZERO,
                 stands: self.ranges,
@@ -170,7 +170,11 @@ impl<N: Number> StandstillWatch<N> {
     }
 
     /// Capabilities of a known servo.
-    pub(super) fn able(model: &Model, settings: &WatchSettings, sample_time: f64) -> Able<N> {
+    pub(super) fn able(
+        model: &Model,
+        settings: &WatchSettings,
+        sample_time: f64,
+    ) -> AccelerationLimits<N> {
         // The share of the command's limit beyond breakaway that a command which must move the servo has: in operation
         // a load may change a little in any moment.
         // It may also swing from a step to one side to a step to the other.
@@ -194,7 +198,7 @@ impl<N: Number> StandstillWatch<N> {
             // A fine encoder shows sooner that it stands.
             Use::Operation => (1.5 * shows).max(patience / 2.0).min(patience),
         };
-        Able {
+        AccelerationLimits {
             braking: N::from_f64(MODEL_ERROR * model.braking),
             gain: N::from_f64(MODEL_ERROR * model.gain),
             stands: [friction + load_steps * load_step, friction].map(N::from_f64),
@@ -205,7 +209,7 @@ impl<N: Number> StandstillWatch<N> {
         }
     }
 
-    pub(super) fn know(state: &mut StandstillWatchState<N>, able: &Able<N>) {
+    pub(super) fn know(state: &mut StandstillWatchState<N>, able: &AccelerationLimits<N>) {
         state.able = *able;
         state.settled = able.holding;
     }
@@ -438,7 +442,7 @@ mod tests {
         let units = Units::new(settings.sample_time, settings.resolution).expect("valid");
         let watch = StandstillWatch::<f64>::new(&settings, &units);
         let mut state = watch.start();
-        state.able = state.able.holding_by(balance);
+        state.able = state.able.with_holding_of(balance);
         StandstillWatch::begin(&mut state, balance);
         let patience = state.patience();
         let found = (1..20 * patience).find(|&sample| {
@@ -459,8 +463,8 @@ mod tests {
         for (rate, balance) in RATES.iter().flat_map(|&rate| BALANCES.map(|by| (rate, by))) {
             // Three edges to and fro, which are within the counts of a servo at standstill.
             let position = |sample: i32| {
-                let swings = f64::from(sample) / (0.04 * rate);
-                (1.8 * libm::sin(core::f64::consts::PI * swings)).floor()
+                let half_cycles = f64::from(sample) / (0.04 * rate);
+                (1.8 * libm::sin(core::f64::consts::PI * half_cycles)).floor()
             };
             let turning = found(rate, balance, position, |sample, _| position(sample) >= 0.0);
             assert_eq!(turning.0, None, "{rate} {balance}");

@@ -43,7 +43,7 @@ fn after_the_trial_has_begun_the_estimates_are_those_of_the_fit_and_follow_the_s
                 found,
                 &ExpectedMotion {
                     bandwidth: tuning.bandwidth,
-                    command: tuning.kp * tuning.promise.step,
+                    command: tuning.kp * tuning.predicted_response.step,
                 },
             );
             begun = Some((*found, recursion.estimates_in(&recursion.snapshot(&state))));

@@ -7,7 +7,7 @@ use identifier_core::reason::Reason;
 use virtual_servo::faults::FaultKind;
 
 use crate::machine::before;
-use crate::rig::{Bench, Course, Strike, ordinary};
+use crate::rig::{Bench, Course, FaultInjection, ordinary};
 
 /// A servo as the paper's, a stiff one at 10 kHz with a fine encoder and delay, and a slow one with much
 /// friction and load, held by gains.
@@ -114,7 +114,7 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
         for (kind, size) in FAULTS {
             let mut row = format!("{name:>9} {kind:<17?}");
             for phase in PHASES {
-                let (course, struck) = bench.commission_with(&Strike {
+                let (course, injected) = bench.commission_with(&FaultInjection {
                     kind,
                     size,
                     phase,
@@ -123,7 +123,7 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
                 let sample_time = bench.settings.sample_time;
                 let taken = course
                     .ended()
-                    .map(|ended| ((ended - struck) / sample_time).round() as u64);
+                    .map(|ended| ((ended - injected) / sample_time).round() as u64);
                 let reported = reported(&course, taken);
                 row += &format!(" {reported:>16}");
                 let Some(reason) = course.state.reason() else {
@@ -175,7 +175,7 @@ fn a_load_that_steps_by_half_of_the_command_is_no_fault() {
         };
         for &phase in phases {
             for (after, part) in [(12, 0.5), (12, -0.5), (400, 0.5), (400, -0.5)] {
-                let (course, _) = bench.commission_with(&Strike {
+                let (course, _) = bench.commission_with(&FaultInjection {
                     kind: FaultKind::LoadStep,
                     size: part * command * bench.servo.b,
                     phase,

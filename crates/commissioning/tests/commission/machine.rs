@@ -24,7 +24,7 @@ fn beside_a_controller() -> Bench {
 }
 
 #[test]
-fn an_ordinary_servo_ends_with_new_gains_that_keep_their_promise() {
+fn an_ordinary_servo_ends_with_new_gains_that_keep_their_prediction() {
     for bench in [ordinary(), beside_a_controller()] {
         let course = bench.commission(&mut |_| None);
         println!("{:?}", course.phases);

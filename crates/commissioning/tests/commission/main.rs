@@ -7,6 +7,6 @@ mod moving_axis;
 mod noise;
 mod rig;
 mod servo_changes;
-mod suspected;
+mod suspected_fault;
 mod two_mass_loop;
 mod two_masses;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use commissioning::servo_change::{PromisedServo, ServoChange, ServoChangeState};
+use commissioning::servo_change::{CommissionedServo, ServoChange, ServoChangeState};
 use identifier_core::identifier::{
     Event, ExpectedMotion, GaussNewtonIdentifier, Identify, ServoLoop, ServoLoopState,
 };
@@ -30,7 +30,7 @@ pub(crate) struct Axis {
     /// Standard deviation of the encoder's noise, rad.
     noise: f64,
     tuning: Tuning,
-    promised: PromisedServo,
+    predicted: CommissionedServo,
     servo_loop: Loop,
     state: State,
     plant: Plant,
@@ -100,7 +100,7 @@ impl Axis {
             &servo,
             &ExpectedMotion {
                 bandwidth: tuning.bandwidth,
-                command: tuning.kp * tuning.promise.step,
+                command: tuning.kp * tuning.predicted_response.step,
             },
         ));
         Some(Self {
@@ -108,7 +108,7 @@ impl Axis {
             sample_time,
             resolution,
             noise,
-            promised: PromisedServo::new(&servo, &tuning, LIMIT)?,
+            predicted: CommissionedServo::new(&servo, &tuning, LIMIT)?,
             range: (300.0 * resolution).max(authority / tuning.bandwidth.powi(2)),
             tuning,
             servo_loop,
@@ -184,7 +184,7 @@ impl Axis {
         match identifier.settled(self.state.identification()) {
             Some(settled) => {
                 let [found, errors] = identifier.recorder().settled_in(&settled);
-                self.changes.take(self.promised.change(&found, &errors));
+                self.changes.take(self.predicted.change(&found, &errors));
             }
             None => self.changes.interrupt(),
         }

@@ -46,7 +46,7 @@ impl Background {
 
 /// A permanent fault in a phase, some samples after the phase began.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Strike {
+pub(crate) struct FaultInjection {
     pub(crate) kind: FaultKind,
     pub(crate) size: f64,
     pub(crate) phase: Phase,
@@ -125,11 +125,11 @@ impl Bench {
     }
 
     /// Commissions it with a fault; the course and the time of the fault, s.
-    pub(crate) fn commission_with(&self, strike: &Strike) -> (Course, f64) {
+    pub(crate) fn commission_with(&self, injection: &FaultInjection) -> (Course, f64) {
         let sound = self.run(&[], &mut |_| None);
-        let began = sound.began(strike.phase).expect("it came so far");
-        let time = began + f64::from(strike.after) * self.settings.sample_time;
-        let fault = InjectedFault::lasting(strike.kind, time, strike.size);
+        let began = sound.began(injection.phase).expect("it came so far");
+        let time = began + f64::from(injection.after) * self.settings.sample_time;
+        let fault = InjectedFault::lasting(injection.kind, time, injection.size);
         (self.run(&[fault], &mut |_| None), time)
     }
 
@@ -206,7 +206,7 @@ impl Bench {
             if done.phase == Phase::ProbeAgain {
                 let &(_, began) = phases.last().expect("it began");
                 let recorded = (k as f64 * sample_time - began) / sample_time;
-                if recorded < CommissionIsr::<f32>::LEAD.1 {
+                if recorded < CommissionIsr::<f32>::PRE_ROLL.1 {
                     speed_at_rest = speed_at_rest.max(servo.velocity().abs());
                 }
             }

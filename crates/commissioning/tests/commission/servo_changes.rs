@@ -32,7 +32,7 @@ fn another_inertia_and_another_friction_are_reported_within_seconds_of_motion() 
                 .runs(15.0)
                 .unwrap_or_else(|| panic!("{sample_time} {inertia} {friction}"));
             assert_eq!(change.reason, reason);
-            let ratio = change.found / change.promised;
+            let ratio = change.found / change.predicted;
             assert!(
                 (ratio / (inertia * friction) - 1.0).abs() < 0.1,
                 "{change:?}"

@@ -158,7 +158,7 @@ impl TwoMassLoop {
 /// Gains that were applied to an axis on which friction hides a resonance of 224 Hz from a motor that stands drive its
 /// command from limit to limit. Those of a fifth of the bandwidth do not.
 #[test]
-fn gains_that_swing_the_second_mass_are_unstable_and_slower_ones_are_not() {
+fn gains_that_half_cycle_the_second_mass_are_unstable_and_slower_ones_are_not() {
     let bench = hidden();
     let rigid = TuningSettings::new(1e-3, 0.0, 48.0, 0.1);
     let known = IdentifiedServo {

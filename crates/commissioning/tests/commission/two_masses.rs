@@ -345,7 +345,7 @@ fn a_loop_that_drives_a_resonance_gives_way_while_its_reference_moves() {
 /// The loop that holds an axis whose command is late by ten samples, which nothing declares, swings at first, as one of a
 /// second mass does that nothing has shown yet.
 #[test]
-fn a_servo_that_swings_while_it_is_studied_is_held_more_slowly() {
+fn a_servo_that_oscillates_while_it_is_studied_is_held_more_slowly() {
     let mut bench = ordinary();
     bench.settings.sample_time = 5e-4;
     bench.settings.limits.travel = [-0.5, 0.5];

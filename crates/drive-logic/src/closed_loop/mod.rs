@@ -3,7 +3,7 @@
 mod single;
 mod unknowns;
 
-use drive_link::{Law, LoopSettings, NotAllowed, Why};
+use drive_link::{Estimator, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
@@ -57,7 +57,7 @@ pub(crate) struct Handover {
 /// The settings ask for terms of an estimator that has none.
 pub(crate) fn check(settings: &LoopSettings) -> Result<(), NotAllowed> {
     let terms = &settings.core.identifier.terms;
-    if !terms.demanded.is_empty() && settings.law != Law::GaussNewton {
+    if !terms.demanded.is_empty() && settings.law != Estimator::GaussNewton {
         return Err(refusal("required_terms", Why::NotHere));
     }
     Ok(())

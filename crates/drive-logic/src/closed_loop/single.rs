@@ -1,7 +1,7 @@
 //! The loop in single precision, with one of several estimators. The choice is made once, when the loop is built, and
 //! costs a branch or two per sample.
 
-use drive_link::{Estimates, Law, LoopSettings, NotAllowed};
+use drive_link::{Estimates, Estimator, LoopSettings, NotAllowed};
 use identifier_core::control::{ControlSample, Setpoint};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
@@ -27,14 +27,14 @@ type Termed = GaussNewtonRecursion<f32, WithTerms, UNKNOWNS, BLOCKS>;
 
 /// Controller and identifier of a servo, with their states.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ClosedLoop(Laws);
+pub(crate) struct ClosedLoop(Estimators);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
     reason = "one is kept, in a static place, and any law may be ordered next"
 )]
-enum Laws {
+enum Estimators {
     Gradient(With<Gradient>),
     GradientWithFriction(With<GradientWithFriction>),
     GaussNewton(With<Recursion>),
@@ -72,7 +72,7 @@ impl<I: Identify<f32> + FromSettings> With<I> {
     #[inline(never)]
     fn build(
         settings: &Settings,
-        law: impl FnOnce(Self) -> Laws,
+        law: impl FnOnce(Self) -> Estimators,
     ) -> Result<ClosedLoop, NotAllowed> {
         let (amplifier, behind) = settings.amplifier().map_err(conversion::not_allowed)?;
         let servo_loop: ServoLoop<f32, Velocity, I> =
@@ -149,13 +149,13 @@ where
 }
 
 /// The same for the loop of each estimator.
-macro_rules! for_each_law {
+macro_rules! for_each_estimator {
     ($laws:expr, $own:pat => $done:expr) => {
         match $laws {
-            Laws::Gradient($own) => $done,
-            Laws::GradientWithFriction($own) => $done,
-            Laws::GaussNewton($own) => $done,
-            Laws::WithTerms($own) => $done,
+            Estimators::Gradient($own) => $done,
+            Estimators::GradientWithFriction($own) => $done,
+            Estimators::GaussNewton($own) => $done,
+            Estimators::WithTerms($own) => $done,
         }
     };
 }
@@ -170,18 +170,20 @@ impl ClosedLoop {
         check(settings)?;
         let core = &settings.core;
         match settings.law {
-            Law::Gradient { friction: false } => With::build(core, Laws::Gradient),
-            Law::Gradient { friction: true } => With::build(core, Laws::GradientWithFriction),
-            Law::GaussNewton if core.identifier.terms.demanded.is_empty() => {
-                With::build(core, Laws::GaussNewton)
+            Estimator::Gradient { friction: false } => With::build(core, Estimators::Gradient),
+            Estimator::Gradient { friction: true } => {
+                With::build(core, Estimators::GradientWithFriction)
             }
-            Law::GaussNewton => With::build(core, Laws::WithTerms),
+            Estimator::GaussNewton if core.identifier.terms.demanded.is_empty() => {
+                With::build(core, Estimators::GaussNewton)
+            }
+            Estimator::GaussNewton => With::build(core, Estimators::WithTerms),
         }
     }
 
     /// Puts a loop that has done no sample yet at another count.
     pub(crate) fn start(&mut self, count: i32) {
-        for_each_law!(&mut self.0, own => {
+        for_each_estimator!(&mut self.0, own => {
             own.state.begin_at(count);
             own.place(count);
         });
@@ -189,7 +191,7 @@ impl ClosedLoop {
 
     /// The same, holding a servo that another controller has held until then.
     pub(crate) fn take_over(&mut self, Handover { last, count, .. }: &Handover) {
-        for_each_law!(&mut self.0, own => {
+        for_each_estimator!(&mut self.0, own => {
             own.servo_loop.take_over(&mut own.state, *count, last);
             own.place(*count);
         });
@@ -208,7 +210,7 @@ impl ClosedLoop {
         actuator: &mut A,
         monitor: M,
     ) -> Result<(ControlSample<f32>, Update<f32>), M::End> {
-        for_each_law!(&mut self.0, own => {
+        for_each_estimator!(&mut self.0, own => {
             let step = own.servo_loop.control_step(&mut own.state, setpoint, sensor, actuator);
             let sample = monitor.check::<S, A>(step.map(|sample| (sample, own.state.count())))?;
             let (amplifier, state) = &mut own.amplifier;
@@ -222,10 +224,10 @@ impl ClosedLoop {
     #[inline]
     pub(crate) fn learnt(&self) -> Learnt {
         match &self.0 {
-            Laws::Gradient(own) => Learnt::Gradient(own.learnt()),
-            Laws::GradientWithFriction(own) => Learnt::GradientWithFriction(own.learnt()),
-            Laws::GaussNewton(own) => Learnt::GaussNewton(own.learnt()),
-            Laws::WithTerms(own) => Learnt::WithTerms(own.learnt()),
+            Estimators::Gradient(own) => Learnt::Gradient(own.learnt()),
+            Estimators::GradientWithFriction(own) => Learnt::GradientWithFriction(own.learnt()),
+            Estimators::GaussNewton(own) => Learnt::GaussNewton(own.learnt()),
+            Estimators::WithTerms(own) => Learnt::WithTerms(own.learnt()),
         }
     }
 
@@ -233,8 +235,8 @@ impl ClosedLoop {
     pub(crate) fn all_estimates(&self) -> Option<Estimates> {
         let found = self.estimates(&self.learnt())?;
         Some(match &self.0 {
-            Laws::GaussNewton(own) => own.with_errors(found),
-            Laws::WithTerms(own) => own.with_errors(found),
+            Estimators::GaussNewton(own) => own.with_errors(found),
+            Estimators::WithTerms(own) => own.with_errors(found),
             _ => found,
         })
     }
@@ -242,14 +244,14 @@ impl ClosedLoop {
     /// Estimates, SI; none before the first fit, and of a loop of another estimator.
     pub(crate) fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
         match (&self.0, learnt) {
-            (Laws::Gradient(own), Learnt::Gradient(found)) => Some(own.estimates(found)),
-            (Laws::GradientWithFriction(own), Learnt::GradientWithFriction(found)) => {
+            (Estimators::Gradient(own), Learnt::Gradient(found)) => Some(own.estimates(found)),
+            (Estimators::GradientWithFriction(own), Learnt::GradientWithFriction(found)) => {
                 Some(own.estimates(found))
             }
-            (Laws::GaussNewton(own), Learnt::GaussNewton(found)) => {
+            (Estimators::GaussNewton(own), Learnt::GaussNewton(found)) => {
                 Some(own.estimates(found)).filter(|found| found.servo.b > 0.0)
             }
-            (Laws::WithTerms(own), Learnt::WithTerms(found)) => {
+            (Estimators::WithTerms(own), Learnt::WithTerms(found)) => {
                 Some(own.estimates(found)).filter(|found| found.servo.b > 0.0)
             }
             _ => None,
@@ -259,8 +261,8 @@ impl ClosedLoop {
     /// Starts Gauss–Newton from an identified servo and skips its first fit. Another estimator starts as always.
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         match &mut self.0 {
-            Laws::GaussNewton(own) => own.know(servo, motion),
-            Laws::WithTerms(own) => own.know(servo, motion),
+            Estimators::GaussNewton(own) => own.know(servo, motion),
+            Estimators::WithTerms(own) => own.know(servo, motion),
             _ => {}
         }
     }
@@ -269,7 +271,7 @@ impl ClosedLoop {
     #[cold]
     #[inline(never)]
     pub(crate) fn examine(&mut self) -> Option<Settled> {
-        let Laws::GaussNewton(own) = &mut self.0 else {
+        let Estimators::GaussNewton(own) = &mut self.0 else {
             return None;
         };
         let (identifier, state) = (own.servo_loop.identifier(), own.state.identification_mut());
@@ -281,7 +283,7 @@ impl ClosedLoop {
     /// Settled estimates and their standard errors, SI; none of a loop of another estimator.
     pub(crate) fn settled_in(&self, settled: &Settled) -> Option<[ServoParameters; 2]> {
         match &self.0 {
-            Laws::GaussNewton(own) => Some(own.servo_loop.identifier().settled_in(settled)),
+            Estimators::GaussNewton(own) => Some(own.servo_loop.identifier().settled_in(settled)),
             _ => None,
         }
     }
@@ -294,8 +296,8 @@ impl ClosedLoop {
         hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
     ) -> bool {
         match &mut self.0 {
-            Laws::GaussNewton(own) => own.exchange(hand_on),
-            Laws::WithTerms(own) => own.exchange(hand_on),
+            Estimators::GaussNewton(own) => own.exchange(hand_on),
+            Estimators::WithTerms(own) => own.exchange(hand_on),
             _ => false,
         }
     }

@@ -1,6 +1,6 @@
 //! Changes of a commissioned servo in a run.
 
-use commissioning::servo_change::{PromisedServo, ServoChange};
+use commissioning::servo_change::{CommissionedServo, ServoChange};
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::reason::Reason;
 
@@ -19,10 +19,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let closed_loop = self.closed_loop.as_ref();
         let settled = examination.settled.as_ref();
         let found = settled.and_then(|settled| closed_loop?.settled_in(settled));
-        match (found, self.promised()) {
-            (Some(found), Some(promised)) => {
+        match (found, self.predicted()) {
+            (Some(found), Some(predicted)) => {
                 let [servo, errors] = &found;
-                self.changes.take(promised.change(servo, errors));
+                self.changes.take(predicted.change(servo, errors));
             }
             _ => self.changes.interrupt(),
         }
@@ -38,10 +38,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 
     /// The servo for which the prediction of the gains in force holds.
-    fn promised(&self) -> Option<PromisedServo> {
+    fn predicted(&self) -> Option<CommissionedServo> {
         let limit = self.command_limit()?;
         let found = self.commissioned?;
-        PromisedServo::new(&found.servo(), &found.tuning, limit)
+        CommissionedServo::new(&found.servo(), &found.tuning, limit)
     }
 
     /// The largest command either way, command units.

@@ -4,7 +4,7 @@
 
 use commissioning::{CommissionSettings, HoldingGains, Phase};
 use drive_link::{
-    Commissioned, Commissioning as LastCommissioning, Gains, Kept, Law, NotAllowed, Origin,
+    Commissioned, Commissioning as LastCommissioning, Estimator, Gains, Kept, NotAllowed, Origin,
     Outcome, Protection, Record, Refusal, Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
@@ -100,7 +100,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     pub(super) fn conclude(&mut self, over: &'static mut Commissioning) {
         self.solver.end_commissioning();
         let mut outcome = over.outcome();
-        self.doubt_position_after(outcome.commissioning.reason);
+        self.invalidate_position_after(outcome.commissioning.reason);
         self.free(Mode::Commissioning(over));
         let is_applied = outcome.commissioning.phase == Phase::Applied;
         if is_applied && self.apply(&outcome).is_err() {
@@ -316,7 +316,7 @@ fn settings_with(
     if Run::check(&settings, stage).is_err() {
         let closed_loop = &mut settings.closed_loop;
         closed_loop.core.identifier = IdentifierSettings::UNSTATED;
-        closed_loop.law = Law::GaussNewton;
+        closed_loop.law = Estimator::GaussNewton;
         Run::check(&settings, stage)?;
     }
     Ok(settings)

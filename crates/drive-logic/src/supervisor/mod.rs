@@ -53,7 +53,7 @@ pub struct Supervisor<'a, F> {
     commissioning_slot: Option<Slot<Commissioning>>,
     solver: Solver,
     /// The last reported reason why there is no first fit.
-    obstacle: Option<Reason>,
+    rejection_reason: Option<Reason>,
     /// Changes of the servo in the last run.
     changes: ServoChangeState,
     /// Events of the identifier at the last examination.
@@ -143,7 +143,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             estimates: record.and_then(|record| record.estimates),
             commissioning_slot: Some(Slot::Blank(&mut memory.commissioning)),
             solver: Solver::in_memory(&mut memory.solver),
-            obstacle: None,
+            rejection_reason: None,
             changes: ServoChangeState::START,
             examined_at: Noticed::default(),
             requested: None,
@@ -193,7 +193,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             Some(fault) => State::Faulted(fault),
             None if self.is_commissioning() => State::Commissioning,
             None if self.run_slot.is_none() => State::Running,
-            None => State::Released,
+            None => State::Disabled,
         }
     }
 
@@ -350,7 +350,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     fn must_be_last(&self) -> Result<(), Refusal> {
         if self.channel.is_overtaken() {
             Err(Refusal::Overtaken)
-        } else if self.channel.is_in_doubt() {
+        } else if self.channel.is_uncertain() {
             Err(Refusal::LineDisturbed)
         } else {
             Ok(())

@@ -27,9 +27,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
     pub fn next_report(&mut self) -> Option<Report> {
         loop {
             let Some(event) = self.channel.event() else {
-                let obstacle = self.solver.obstacle();
-                let before = core::mem::replace(&mut self.obstacle, obstacle);
-                return (obstacle != before).then(|| self.status(None));
+                let rejection_reason = self.solver.rejection_reason();
+                let before = core::mem::replace(&mut self.rejection_reason, rejection_reason);
+                return (rejection_reason != before).then(|| self.status(None));
             };
             return Some(match event {
                 Event::Run(sample) => Report::Snapshot(self.snapshot(&sample)),
@@ -70,13 +70,13 @@ impl<F: NorFlash> Supervisor<'_, F> {
             Some(Mode::Commissioning(over)) => self.conclude(over),
             None => {}
         }
-        self.doubt_position_after(state.fault);
+        self.invalidate_position_after(state.fault);
         self.save_pending |= has_returned && self.has_unsaved_gains();
         self.save_if_pending();
     }
 
     /// The home position is unknown after a reason that loses the position.
-    pub(super) fn doubt_position_after(&mut self, reason: Option<Reason>) {
+    pub(super) fn invalidate_position_after(&mut self, reason: Option<Reason>) {
         if reason.is_some_and(Reason::loses_position) {
             self.origin = Origin::Start;
         }
@@ -93,7 +93,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             command_delay: self.stage.command_delay as f32,
             home: self.origin.home(),
             estimates: self.estimates,
-            obstacle: self.solver.obstacle(),
+            rejection_reason: self.solver.rejection_reason(),
             noise: self.solver.noise().map(|counts| counts as f32),
             servo_change: self.changes.reported().copied(),
             noticed: self.counts.noticed,

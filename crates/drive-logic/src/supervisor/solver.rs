@@ -2,7 +2,7 @@
 //! recording, or the solver of a commissioning.
 
 use commissioning::{CommissionSettings, CommissionSolver};
-use drive_link::{Law, LoopSettings, NotAllowed};
+use drive_link::{Estimator, LoopSettings, NotAllowed};
 use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
 use identifier_core::parameters::{IdentifiedServo, Unknowns};
 use identifier_core::reason::Reason;
@@ -55,7 +55,7 @@ impl Solver {
     /// Begins a run with these settings.
     #[inline(never)]
     pub(super) fn begin_run(&mut self, settings: &LoopSettings) {
-        let needs_fit = settings.law == Law::GaussNewton;
+        let needs_fit = settings.law == Estimator::GaussNewton;
         let fitter: Option<Fitter> = settings.core.build().ok().filter(|_| needs_fit);
         self.first_fit = fitter.map(|fitter| (fitter, fitter.start()));
         self.pending = None;
@@ -88,9 +88,9 @@ impl Solver {
     }
 
     /// Why a run's estimator has no first fit after a second of motion.
-    pub(super) fn obstacle(&self) -> Option<Reason> {
+    pub(super) fn rejection_reason(&self) -> Option<Reason> {
         let (fitter, state) = self.first_fit.as_ref()?;
-        fitter.obstacle(state)
+        fitter.rejection_reason(state)
     }
 
     /// Standard deviation of the encoder's noise by a run's first fit, counts.

@@ -10,14 +10,16 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
+use drive_link::{
+    Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+};
 use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{BoxSettings, ControllerSettings};
+use identifier_core::settings::{ControllerSettings, ParameterRangeSettings};
 use virtual_servo::{Encoder, Plant};
 
 pub(crate) const SAMPLE_TIME: f64 = 1e-3;
@@ -30,7 +32,7 @@ pub(crate) fn settings() -> Settings {
         ..identifier_core::Settings::new(SAMPLE_TIME, COUNTS)
     };
     let identifier = &mut core.identifier;
-    identifier.plant_box = Some(BoxSettings {
+    identifier.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });
@@ -41,7 +43,7 @@ pub(crate) fn settings() -> Settings {
     Settings {
         closed_loop: LoopSettings {
             core,
-            law: Law::Gradient { friction: false },
+            law: Estimator::Gradient { friction: false },
         },
         dither: Dither {
             amplitude: 0.3,

@@ -16,7 +16,7 @@ use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{
     IdentifiedServo, Parameter, PerParameter, ServoParameters, Unknowns,
 };
-use identifier_core::settings::{BoxSettings, ControllerSettings, FromSettings};
+use identifier_core::settings::{ControllerSettings, FromSettings, ParameterRangeSettings};
 use identifier_core::tuning::Goal;
 
 const SAMPLES: i32 = 12_000;
@@ -131,7 +131,7 @@ fn settings(coulomb: bool) -> Settings {
         controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
         ..Settings::new(TIME, 10_000.0)
     };
-    given.identifier.plant_box = Some(BoxSettings {
+    given.identifier.parameter_range = Some(ParameterRangeSettings {
         a: [0.0, 50.0],
         b: [110.0, 1000.0],
     });

@@ -29,7 +29,7 @@ pub(super) struct Acting<'a> {
     /// Relative friction at this time.
     pub(super) drift: f64,
     /// Reciprocal of the relative inertia.
-    pub(super) ease: f64,
+    pub(super) motor_inertia_inverse: f64,
     /// The part of that reciprocal that depends on the angle, and the reciprocal of the motor's share of the inertia.
     pub(super) per_inertia: f64,
     pub(super) per_motor: f64,
@@ -49,7 +49,7 @@ pub(super) struct Shape {
     pub(super) direction: f64,
     /// Viscous friction over inertia.
     pub(super) viscous: f64,
-    pub(super) bell: f64,
+    pub(super) stribeck_factor: f64,
     pub(super) low_speed: f64,
     pub(super) middle: f64,
     pub(super) fading: f64,
@@ -113,28 +113,32 @@ impl Acting<'_> {
                 }
                 Effect::B => driven / self.values.get(Effect::B),
                 Effect::Coulomb => -shape.direction * self.friction,
-                Effect::Load => self.ease,
+                Effect::Load => self.motor_inertia_inverse,
                 Effect::Delay => -kept * self.gain * self.part.slope,
                 Effect::CurrentLoop => kept * self.gain * self.part.per_lag,
                 Effect::LowSpeed => {
-                    let bell = if column.setting > 0.0 {
+                    let stribeck_factor = if column.setting > 0.0 {
                         let ratio = shape.middle / column.setting;
                         libm::exp(-ratio * ratio)
                     } else {
-                        shape.bell
+                        shape.stribeck_factor
                     };
-                    -shape.direction * bell * self.friction
+                    -shape.direction * stribeck_factor * self.friction
                 }
                 Effect::LowSpeedVelocity => {
                     let ratio = shape.middle / shape.fading.max(f64::MIN_POSITIVE);
-                    -shape.low_speed * shape.bell * 2.0 * ratio * ratio
+                    -shape.low_speed * shape.stribeck_factor * 2.0 * ratio * ratio
                         / shape.fading.max(f64::MIN_POSITIVE)
                         * shape.direction
                 }
-                Effect::GravitySine => wave_of(column, 1.0)[0] * self.ease,
-                Effect::GravityCosine => wave_of(column, 1.0)[1] * self.ease,
-                Effect::RippleSine => wave_of(column, self.values.order)[0] * self.ease,
-                Effect::RippleCosine => wave_of(column, self.values.order)[1] * self.ease,
+                Effect::GravitySine => wave_of(column, 1.0)[0] * self.motor_inertia_inverse,
+                Effect::GravityCosine => wave_of(column, 1.0)[1] * self.motor_inertia_inverse,
+                Effect::RippleSine => {
+                    wave_of(column, self.values.order)[0] * self.motor_inertia_inverse
+                }
+                Effect::RippleCosine => {
+                    wave_of(column, self.values.order)[1] * self.motor_inertia_inverse
+                }
                 Effect::DeadBand
                 | Effect::GainAsymmetry
                 | Effect::LimitSlope
@@ -146,7 +150,7 @@ impl Acting<'_> {
                 }
                 Effect::FrictionDrift => {
                     *per_rate = shape.viscous * self.passed / self.drift.max(MIN_DRIFT);
-                    let friction = self.coulomb + shape.low_speed * shape.bell;
+                    let friction = self.coulomb + shape.low_speed * shape.stribeck_factor;
                     -shape.direction * friction * self.passed / self.drift.max(MIN_DRIFT)
                 }
                 Effect::TorqueRippleSine => {
@@ -170,7 +174,7 @@ impl Acting<'_> {
                 Effect::Compliance
                 | Effect::ResonanceFrequency
                 | Effect::ResonanceDamping
-                | Effect::Play
+                | Effect::Backlash
                 | Effect::EccentricitySine
                 | Effect::EccentricityCosine => 0.0,
                 Effect::LoadShare => {

@@ -32,7 +32,7 @@ impl Coupling {
     }
 
     /// Reciprocal of the motor's inertia.
-    pub(super) fn ease(&self) -> f64 {
+    pub(super) fn motor_inertia_inverse(&self) -> f64 {
         1.0 / (1.0 - self.share)
     }
 
@@ -80,12 +80,13 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         }
         for _ in 0..pieces {
             let before = coupling.map(|coupling| {
-                acting.push = push - acting.ease * self.twist(coupling, acting.length);
+                acting.push =
+                    push - acting.motor_inertia_inverse * self.twist(coupling, acting.length);
                 (self.velocity, self.tangents.velocity)
             });
             self.advance_motor(acting, &shaped);
             if let Some((velocity, derivatives)) = &before {
-                self.untwist(acting.length, *velocity, derivatives);
+                self.unload_spring(acting.length, *velocity, derivatives);
             }
         }
     }
@@ -119,7 +120,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
     }
 
     /// The piece has ended; the motor had this velocity and these derivatives of it before.
-    fn untwist(&mut self, length: f64, before: f64, derivatives: &[f64; C]) {
+    fn unload_spring(&mut self, length: f64, before: f64, derivatives: &[f64; C]) {
         self.twisting.end(length, self.velocity - before);
         let velocities = self.tangents.velocity.iter().zip(derivatives);
         for (own, (after, before)) in self.tangents.twisting.iter_mut().zip(velocities) {

@@ -69,7 +69,7 @@ pub enum Effect {
     /// ρ, the load's share of the inertia behind that spring, 1; zero without one.
     LoadShare,
     /// Play between motor and encoder, counts.
-    Play,
+    Backlash,
     /// e_s, error of an eccentric encoder with sin q, counts.
     EccentricitySine,
     /// e_c, error of an eccentric encoder with cos q, counts.
@@ -111,7 +111,7 @@ impl Effect {
         Self::ResonanceFrequency,
         Self::ResonanceDamping,
         Self::LoadShare,
-        Self::Play,
+        Self::Backlash,
         Self::EccentricitySine,
         Self::EccentricityCosine,
     ];
@@ -136,7 +136,7 @@ impl Effect {
             Self::Quadratic => [-1, 0],
             Self::LowSpeedVelocity => [1, -1],
             Self::Compliance => [0, 2],
-            Self::Play | Self::EccentricitySine | Self::EccentricityCosine => [1, 0],
+            Self::Backlash | Self::EccentricitySine | Self::EccentricityCosine => [1, 0],
             _ => [0, 0],
         }
     }

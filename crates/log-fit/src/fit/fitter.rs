@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::gain::Diffuse;
-use super::{Effect, Horizon, ModelPass, Record, Survey, Values};
+use super::{Effect, Horizon, ModelPass, Record, RecordStatistics, Values};
 
 /// Whether to continue: asked before every step of a search, from any thread. Once it is false it stays so.
 pub type GoesOn<'a> = &'a (dyn Fn() -> bool + Sync);
@@ -14,7 +14,7 @@ pub struct Fitter<'a> {
     /// The record.
     pub record: &'a Record<'a>,
     /// Its figures.
-    pub survey: Survey,
+    pub statistics: RecordStatistics,
     /// The earliest that the command acts, samples: negative where it was recorded late.
     pub earliest: f64,
     /// A search that may not go on ends where it is.
@@ -24,7 +24,7 @@ pub struct Fitter<'a> {
 impl fmt::Debug for Fitter<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Fitter")
-            .field("survey", &self.survey)
+            .field("survey", &self.statistics)
             .field("earliest", &self.earliest)
             .finish_non_exhaustive()
     }
@@ -47,7 +47,7 @@ impl<'a> Fitter<'a> {
     pub fn new(record: &'a Record<'a>) -> Option<Self> {
         Some(Self {
             record,
-            survey: Survey::new(record)?,
+            statistics: RecordStatistics::new(record)?,
             earliest: Self::EARLIEST,
             goes_on: &|| true,
         })
@@ -56,9 +56,9 @@ impl<'a> Fitter<'a> {
     /// The model at a horizon.
     #[must_use]
     pub fn pass(&self, values: &Values, horizon: Horizon) -> ModelPass<'a> {
-        let velocity = self.survey.velocity;
-        let usual = values.get(Effect::B).abs() * self.survey.command;
-        let noise = super::ROUNDING_DEVIATION;
+        let velocity = self.statistics.velocity;
+        let usual = values.get(Effect::B).abs() * self.statistics.command;
+        let noise = super::QUANTISATION_SIGMA;
         let [velocity_variance, load] = [velocity / noise, 0.3 * usual / noise].map(|x| x * x);
         ModelPass {
             record: self.record,
@@ -73,14 +73,14 @@ impl<'a> Fitter<'a> {
 
     pub(super) fn longest_delay(&self) -> f64 {
         let [samples, angle] = Self::MAX_DELAY;
-        samples.max(angle / self.survey.bandwidth)
+        samples.max(angle / self.statistics.bandwidth)
     }
 
     /// The least and the largest value of an effect.
     #[must_use]
     pub fn bounds(&self, values: &Values, effect: Effect) -> [f64; 2] {
         let ends = f64::INFINITY;
-        let limit = self.survey.command;
+        let limit = self.statistics.command;
         match effect {
             Effect::A => [-2.0 / self.record.len() as f64, Self::MAX_RATE],
             Effect::B => [1e-9, ends],
@@ -88,7 +88,7 @@ impl<'a> Fitter<'a> {
             Effect::Delay => [self.earliest, self.earliest.max(0.0) + self.longest_delay()],
             Effect::CurrentLoop => [0.0, 50.0],
             Effect::LowSpeed => [-values.get(Effect::Coulomb), ends],
-            Effect::LowSpeedVelocity => [1e-9, 2.0 * self.survey.velocity],
+            Effect::LowSpeedVelocity => [1e-9, 2.0 * self.statistics.velocity],
             Effect::LoadFriction => [0.0, 0.6],
             Effect::HiddenLimit => [0.0, 1.3 * limit],
             Effect::GainAsymmetry
@@ -97,7 +97,7 @@ impl<'a> Fitter<'a> {
             | Effect::InertiaSine
             | Effect::InertiaCosine => [-0.9, 0.9],
             Effect::GainDrift | Effect::FrictionDrift => [-1.9, 1.9],
-            Effect::Compliance | Effect::Play => [0.0, ends],
+            Effect::Compliance | Effect::Backlash => [0.0, ends],
             Effect::ResonanceFrequency => Self::RESONANCES,
             Effect::ResonanceDamping => [1e-3, 0.9],
             Effect::LoadShare => [0.0, 0.95],
@@ -115,9 +115,9 @@ impl<'a> Fitter<'a> {
     #[must_use]
     pub fn usual_size(&self, values: &Values, effect: Effect) -> f64 {
         let gain = values.get(Effect::B).abs();
-        let acceleration = gain * self.survey.command;
+        let acceleration = gain * self.statistics.command;
         match effect {
-            Effect::A => acceleration / self.survey.velocity,
+            Effect::A => acceleration / self.statistics.velocity,
             Effect::B => gain,
             Effect::Coulomb | Effect::Load => acceleration,
             _ => 0.0,

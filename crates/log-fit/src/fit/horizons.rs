@@ -59,7 +59,7 @@ impl Fitter<'_> {
     pub fn load(&self, fitted: &Fitted, free: &[Effect]) -> (f64, f64) {
         const SEGMENTS: usize = 16;
         /// Neighbours of a load that walks agree more than strangers.
-        const COLOUR: f64 = 1.5;
+        const AUTOCORRELATION: f64 = 1.5;
         let load = fitted.values.get(Effect::Load);
         if fitted.horizon.walk.is_none() {
             let place = free.iter().position(|&effect| effect == Effect::Load);
@@ -81,7 +81,7 @@ impl Fitter<'_> {
             .iter()
             .map(|one| (one - mean) * (one - mean))
             .sum::<f64>();
-        let error = COLOUR * libm::sqrt(scatter / (count - 1.0) / count);
+        let error = AUTOCORRELATION * libm::sqrt(scatter / (count - 1.0) / count);
         (load + mean, error)
     }
 
@@ -125,7 +125,7 @@ impl Fitter<'_> {
         const RATIO: f64 = 2.2;
         let samples = self.record.len();
         let rows = samples as f64;
-        let shortest = self.survey.shortest_horizon(samples);
+        let shortest = self.statistics.shortest_horizon(samples);
         let longest = rows / 6.0;
         let series = move |first: f64, last: f64| {
             core::iter::successors(Some(first), move |last| Some(last * RATIO))
@@ -142,7 +142,7 @@ impl Fitter<'_> {
     /// Horizons about one.
     pub fn horizons_about(&self, horizon: Horizon) -> impl Iterator<Item = Horizon> {
         let samples = self.record.len();
-        let shortest = self.survey.shortest_horizon(samples);
+        let shortest = self.statistics.shortest_horizon(samples);
         let longest = samples as f64 / 6.0;
         // At either end several are one.
         let mut last = None;

@@ -22,8 +22,8 @@ mod search;
 mod spectrum;
 mod start;
 mod state;
+mod statistics;
 mod sums;
-mod survey;
 mod twisting;
 mod waves;
 mod weak_form;
@@ -36,11 +36,11 @@ pub use record::Record;
 pub use search::{Fitted, Search};
 pub use spectrum::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
 pub use start::{Beginning, Lateness, likeliest};
+pub use statistics::RecordStatistics;
 pub use sums::{Covariances, Sums, segments};
-pub use survey::Survey;
 
 /// Standard deviation of a count's rounding, counts.
-pub const ROUNDING_DEVIATION: f64 = 0.288_675;
+pub const QUANTISATION_SIGMA: f64 = 0.288_675;
 
 #[cfg(test)]
 mod tests;

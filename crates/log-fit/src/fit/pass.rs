@@ -78,8 +78,10 @@ impl ModelPass<'_> {
         }
         let front_end = FrontEnd::new(values, columns);
         let mut waves = Waves::new(columns);
-        let plays = values.get(Effect::Play) != 0.0
-            || columns.iter().any(|column| column.effect == Effect::Play);
+        let has_backlash = values.get(Effect::Backlash) != 0.0
+            || columns
+                .iter()
+                .any(|column| column.effect == Effect::Backlash);
         let mut regressor = [0.0; C];
         let mut ordered = [0.0; C];
         let mut responses = [Response::default(); 2];
@@ -90,8 +92,8 @@ impl ModelPass<'_> {
                 load: 0.0,
                 acceleration: 0.0,
                 twisting: Twisting::NONE,
-                play: 0.0,
-                plays,
+                backlash: 0.0,
+                has_backlash,
                 columns,
                 delay: place_of(Effect::Delay),
                 tangents: Tangents::NONE,
@@ -164,8 +166,8 @@ impl ModelPass<'_> {
         state: &mut State<'_, C, PLAIN>,
     ) {
         use Effect::{
-            B, Coulomb, FrictionDrift, GainDrift, GravityCosine, GravitySine, InertiaCosine,
-            InertiaSine, LoadFriction, Play, RippleCosine, RippleSine, TorqueRippleCosine,
+            B, Backlash, Coulomb, FrictionDrift, GainDrift, GravityCosine, GravitySine,
+            InertiaCosine, InertiaSine, LoadFriction, RippleCosine, RippleSine, TorqueRippleCosine,
             TorqueRippleSine,
         };
         let record = self.record;
@@ -202,8 +204,8 @@ impl ModelPass<'_> {
             inertia_change = values.get(InertiaSine) * sine + values.get(InertiaCosine) * cosine;
         }
         let coupling = if PLAIN { None } else { Coupling::of(values) };
-        let per_motor = coupling.map_or(1.0, |coupling| coupling.ease());
-        let ease = per_inertia * per_motor;
+        let per_motor = coupling.map_or(1.0, |coupling| coupling.motor_inertia_inverse());
+        let motor_inertia_inverse = per_inertia * per_motor;
         let drift = f64::max(drifted(FrictionDrift), 0.0);
         let before = state.velocity;
         // With a stiff shaft the derivatives of the accelerations are not visible.
@@ -212,16 +214,16 @@ impl ModelPass<'_> {
             state.tangents.acceleration = state.tangents.velocity;
         }
         let error = state.error;
-        let errors = if state.plays() {
+        let errors = if state.has_backlash() {
             state.tangents.error
         } else {
             [0.0; C]
         };
         let mut last = None;
         for (i, part) in parts.iter().enumerate() {
-            let drive = gain * part.command * ease;
-            let effort = (gain * ease).abs() * part.size;
-            let mut coulomb = values.get(Coulomb) * ease * drift;
+            let drive = gain * part.command * motor_inertia_inverse;
+            let effort = (gain * motor_inertia_inverse).abs() * part.size;
+            let mut coulomb = values.get(Coulomb) * motor_inertia_inverse * drift;
             if !PLAIN {
                 coulomb += values.get(LoadFriction) * effort * drift;
             }
@@ -234,16 +236,16 @@ impl ModelPass<'_> {
                 record,
                 waves,
                 length: front_end.lengths[i],
-                gain: gain * ease,
+                gain: gain * motor_inertia_inverse,
                 drive,
                 effort,
-                push: drive + load * ease,
+                push: drive + load * motor_inertia_inverse,
                 coulomb,
                 drift,
-                ease,
+                motor_inertia_inverse,
                 per_inertia,
                 per_motor,
-                friction: drift * ease,
+                friction: drift * motor_inertia_inverse,
                 inertia_change,
                 per_ripple,
                 passed,
@@ -253,7 +255,7 @@ impl ModelPass<'_> {
                 && (PLAIN || !front_end.has_lag())
             {
                 let held = coupling.map_or(0.0, |coupling| coupling.holds(&state.twisting));
-                state.pass_step(&acting, earlier, ease * held, place);
+                state.pass_step(&acting, earlier, motor_inertia_inverse * held, place);
             }
             last = Some(acting.push);
             if acting.length > 0.0 {
@@ -267,8 +269,8 @@ impl ModelPass<'_> {
                 tangents.acceleration[i] = tangents.velocity[i] - tangents.acceleration[i];
             }
         }
-        if state.plays() {
-            state.take_up_play(extra(Play), error - state.error, &errors);
+        if state.has_backlash() {
+            state.take_up_backlash(extra(Backlash), error - state.error, &errors);
         }
     }
 }

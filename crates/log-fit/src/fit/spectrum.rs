@@ -21,7 +21,7 @@ pub struct Spectrum {
 
 impl Spectrum {
     /// Eigenvalues below this part of the largest are rounding.
-    const ROUNDING: f64 = 1e-13;
+    const EIGENVALUE_TOLERANCE: f64 = 1e-13;
 
     /// The spectrum of the first rows of a matrix, by Jacobi's rotations (Golub and Van Loan, Matrix Computations, 4th
     /// edition 2013, section 8.5).
@@ -87,7 +87,7 @@ impl Spectrum {
     /// produce. A pseudo-inverse would call a direction certain that the data do not determine.
     #[must_use]
     pub fn solve(&self, right: &Vector, damping: f64) -> Vector {
-        let least = Self::ROUNDING * self.largest();
+        let least = Self::EIGENVALUE_TOLERANCE * self.largest();
         let mut solution = [0.0; MAX_UNKNOWNS];
         for k in 0..self.rows {
             let along: f64 = (0..self.rows)

@@ -23,7 +23,7 @@ impl Fitter<'_> {
         const SAME: f64 = 1.22;
         /// Horizons of the search, widths of the start's weights, and the least of each, samples.
         const HORIZONS: [[f64; 2]; 2] = [[2.0, 6.0], [8.0, 25.0]];
-        let found = starts(self.record, &self.survey, has_gravity);
+        let found = starts(self.record, &self.statistics, has_gravity);
         let mut tried: [Option<Start>; TRIED] = [None; TRIED];
         for place in 0..TRIED {
             let others = found.iter().flatten().filter(|start| {
@@ -88,7 +88,7 @@ impl Fitter<'_> {
     #[must_use]
     pub fn lateness(&self, values: &Values) -> Option<Lateness> {
         let rows = self.record.len() as f64;
-        let white = (8.0 / self.survey.bandwidth).clamp(30.0, (rows / 10.0).max(30.0));
+        let white = (8.0 / self.statistics.bandwidth).clamp(30.0, (rows / 10.0).max(30.0));
         let search = Search {
             steps: 10,
             tolerance: 1e-7,

@@ -18,9 +18,9 @@ pub(super) struct State<'c, const C: usize, const PLAIN: bool> {
     /// The twist of the spring between motor and load.
     pub(super) twisting: Twisting,
     /// The encoder's position within the backlash, from its middle.
-    pub(super) play: f64,
+    pub(super) backlash: f64,
     /// True if there is backlash, or a column of it.
-    pub(super) plays: bool,
+    pub(super) has_backlash: bool,
     pub(super) columns: &'c [Column],
     /// The column of the delay.
     pub(super) delay: Option<usize>,
@@ -47,7 +47,7 @@ pub(super) struct Tangents<const C: usize> {
     /// Derivative of the force with which the spring brakes the motor.
     pub(super) held: [f64; C],
     /// Derivative of the position within the backlash. For a column with a backlash of its own it is that position.
-    play: [f64; C],
+    backlash: [f64; C],
 }
 
 impl<const C: usize> Tangents<C> {
@@ -60,7 +60,7 @@ impl<const C: usize> Tangents<C> {
         twisted: [[0.0; 2]; C],
         twisting: [Twisting::NONE; C],
         held: [0.0; C],
-        play: [0.0; C],
+        backlash: [0.0; C],
     };
 }
 
@@ -151,10 +151,10 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
             regressor[i] += match column.effect {
                 Effect::Compliance if column.setting > 0.0 => tangents.twisted[i][0],
                 Effect::Compliance => self.acceleration,
-                effect => tangents.play[i] + eccentric_per(effect, wave),
+                effect => tangents.backlash[i] + eccentric_per(effect, wave),
             };
         }
-        self.error - twist * self.acceleration - self.play - eccentric(values, wave)
+        self.error - twist * self.acceleration - self.backlash - eccentric(values, wave)
     }
 
     /// Updates the twist of columns that have a resonance of their own, with the acceleration over the last sample. It
@@ -172,19 +172,19 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
 
     /// Moves the motor by a displacement, counts, from earlier derivatives of the error. The motor stays within the
     /// backlash or takes the encoder along.
-    pub(super) fn take_up_play(&mut self, play: f64, way: f64, earlier: &[f64; C]) {
-        let wanted = self.play - way;
-        let half = 0.5 * play;
-        self.play = wanted.max(-half).min(half);
+    pub(super) fn take_up_backlash(&mut self, backlash: f64, travel: f64, earlier: &[f64; C]) {
+        let wanted = self.backlash - travel;
+        let half = 0.5 * backlash;
+        self.backlash = wanted.max(-half).min(half);
         let tangents = &mut self.tangents;
         for (i, column) in self.columns.iter().enumerate() {
-            let place = &mut tangents.play[i];
+            let place = &mut tangents.backlash[i];
             *place = match column.effect {
-                Effect::Play if column.setting > 0.0 => {
-                    (*place - way / column.setting).clamp(-0.5, 0.5)
+                Effect::Backlash if column.setting > 0.0 => {
+                    (*place - travel / column.setting).clamp(-0.5, 0.5)
                 }
                 _ if wanted.abs() < half => *place - (earlier[i] - tangents.error[i]),
-                Effect::Play => 0.5 * wanted.signum(),
+                Effect::Backlash => 0.5 * wanted.signum(),
                 _ => 0.0,
             };
         }
@@ -216,8 +216,8 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
 
     /// True if there is backlash, or a column of it.
     #[inline]
-    pub(super) fn plays(&self) -> bool {
-        !PLAIN && self.plays
+    pub(super) fn has_backlash(&self) -> bool {
+        !PLAIN && self.has_backlash
     }
 
     /// The value of an effect that a plain servo does not have.
@@ -281,7 +281,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
         let asymmetry = friction_by(Effect::Asymmetry);
         let quadratic = friction_by(Effect::Quadratic);
         // Half of the inertia's change takes momentum as friction does: ½ i′(q) q̇².
-        let swing = 0.5 * acting.inertia_change * acting.per_inertia;
+        let inertia_rate = 0.5 * acting.inertia_change * acting.per_inertia;
         let mut left = acting.length;
         let mut turned = false;
         // The derivative of the length that is left, for each column.
@@ -300,7 +300,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
                 }
                 acting.push.signum()
             };
-            let mut rate = viscous + swing;
+            let mut rate = viscous + inertia_rate;
             let mut coupling = 0.0;
             if asymmetry != 0.0 || quadratic != 0.0 {
                 rate += asymmetry * direction + quadratic * velocity.abs();
@@ -308,11 +308,11 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
                 coupling = -quadratic * velocity.abs();
             }
             let mut response = self.responses[acting.part.last].over(rate, left);
-            let mut bell = 0.0;
+            let mut stribeck_factor = 0.0;
             let mut friction = acting.coulomb;
             if low_speed != 0.0 {
-                bell = libm::exp(-velocity * velocity * per_square);
-                friction += low_speed * bell;
+                stribeck_factor = libm::exp(-velocity * velocity * per_square);
+                friction += low_speed * stribeck_factor;
             }
             let mut pushed = acting.push - friction * direction;
             let mut after = response.after(velocity, pushed);
@@ -320,11 +320,12 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
             if low_speed != 0.0 {
                 if after * direction > 0.0 {
                     middle = 0.5 * (velocity + after);
-                    bell = libm::exp(-middle * middle * per_square);
-                    pushed = acting.push - (acting.coulomb + low_speed * bell) * direction;
+                    stribeck_factor = libm::exp(-middle * middle * per_square);
+                    pushed =
+                        acting.push - (acting.coulomb + low_speed * stribeck_factor) * direction;
                     after = response.after(velocity, pushed);
                 }
-                coupling += 2.0 * middle.abs() * per_square * low_speed * bell;
+                coupling += 2.0 * middle.abs() * per_square * low_speed * stribeck_factor;
             }
             let acceleration = pushed - rate * velocity;
             let crosses = velocity != 0.0 && after * direction < 0.0;
@@ -342,8 +343,8 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
             let shape = Shape {
                 velocity,
                 direction,
-                viscous: rate - swing,
-                bell,
+                viscous: rate - inertia_rate,
+                stribeck_factor,
                 low_speed,
                 middle,
                 fading,
@@ -373,7 +374,7 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
                 } else {
                     tangents.load[i] - tangents.held[i]
                 };
-                let forcing = forcing[i] + acting.ease * load;
+                let forcing = forcing[i] + acting.motor_inertia_inverse * load;
                 tangents.velocity[i] = kept * before + forcing * response.velocity;
                 tangents.error[i] -= before * response.velocity + forcing * response.position;
             }

@@ -126,7 +126,7 @@ fn every_tangent_is_the_derivative() {
             (Effect::LoadShare, share),
             (Effect::ResonanceFrequency, 0.7),
             (Effect::ResonanceDamping, 0.2),
-            (Effect::Play, 3.0),
+            (Effect::Backlash, 3.0),
             (Effect::EccentricitySine, 2.0),
         ] {
             values.set(effect, value);
@@ -235,8 +235,8 @@ fn a_fit_needs_no_guess_whatever_the_noise() {
         assert!((of(Effect::Coulomb) / c - 1.0).abs() < 0.01, "{noise}");
         assert!((of(Effect::A) / a - 1.0).abs() < 0.02, "{noise}");
         // Rounding is noise too.
-        let truth = noise.hypot(ROUNDING_DEVIATION);
-        let found = Survey::new(&record).expect("a motion").noise;
+        let truth = noise.hypot(QUANTISATION_SIGMA);
+        let found = RecordStatistics::new(&record).expect("a motion").noise;
         // The noise of the dice is of this deviation to a hundredth.
         assert!((found / truth - 1.0).abs() < 0.05, "{noise}: {found}");
     }

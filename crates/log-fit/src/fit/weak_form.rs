@@ -1,8 +1,8 @@
 //! First estimates that need none: the equation of motion in its weak form.
 
 use super::spectrum::{MAX_UNKNOWNS, Spectrum};
-use super::survey::windows;
-use super::{Effect, Record, Survey, Values};
+use super::statistics::windows;
+use super::{Effect, Record, RecordStatistics, Values};
 
 /// An estimate from windows of one width.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +26,7 @@ pub(super) const MAX_STARTS: usize = 14;
 /// application of the modulating function method", Computers & Chemical Engineering 17(1), 1993.
 pub(super) fn starts(
     record: &Record<'_>,
-    survey: &Survey,
+    statistics: &RecordStatistics,
     has_gravity: bool,
 ) -> [Option<Start>; MAX_STARTS] {
     let mut starts = [None; MAX_STARTS];
@@ -35,7 +35,7 @@ pub(super) fn starts(
         if half_width >= (record.len() / 12).max(8) {
             break;
         }
-        *start = one(record, survey, half_width, has_gravity);
+        *start = one(record, statistics, half_width, has_gravity);
         half_width = half_width * 8 / 5 + 1;
     }
     starts
@@ -43,7 +43,7 @@ pub(super) fn starts(
 
 fn one(
     record: &Record<'_>,
-    survey: &Survey,
+    statistics: &RecordStatistics,
     half_width: usize,
     has_gravity: bool,
 ) -> Option<Start> {
@@ -57,7 +57,7 @@ fn one(
     let mut hessian = [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS];
     let mut gradient = [0.0; MAX_UNKNOWNS];
     let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
-    windows(record, half_width, survey.noise, &mut |window| {
+    windows(record, half_width, statistics.noise, &mut |window| {
         if window.moving < MIN_MOVING {
             return;
         }

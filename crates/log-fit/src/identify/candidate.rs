@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::fit::{Column, Effect, Fitter, Survey, Values};
+use crate::fit::{Column, Effect, Fitter, RecordStatistics, Values};
 
 use super::recording::Recording;
 use crate::cause::Cause;
@@ -24,7 +24,7 @@ const INERTIA_ORDERS: [f64; 2] = [1.0, 2.0];
 const FADING: [f64; 3] = [0.03, 0.1, 0.3];
 
 /// Plays between motor and encoder that are looked for, counts.
-const PLAYS: [f64; 3] = [3.0, 12.0, 48.0];
+const BACKLASHES: [f64; 3] = [3.0, 12.0, 48.0];
 
 /// Ratio of the resonances that are looked for.
 const RESONANCES_APART: f64 = 1.5;
@@ -62,17 +62,17 @@ pub(super) struct Range {
 
 impl Range {
     /// The candidates for a record with these figures.
-    pub(super) fn new(recording: &Recording<'_>, survey: &Survey) -> Self {
+    pub(super) fn new(recording: &Recording<'_>, statistics: &RecordStatistics) -> Self {
         let [small, half, most, nearly, all, peak] =
             recording.levels([0.1, 0.5, 0.75, 0.9, 0.97, 0.99]);
         // A command of few sizes has none in between, but a share of the largest is; of one size there is none.
         let levels = [(half, 0.6), (most, 0.75), (nearly, 0.85), (all, 0.95)]
             .map(|(level, share)| level.min(share * peak));
         let [slowest, fastest] = Fitter::RESONANCES;
-        let first = (2.0 * survey.bandwidth).max(slowest);
+        let first = (2.0 * statistics.bandwidth).max(slowest);
         let resonances = std::iter::successors(Some(first), |last| Some(RESONANCES_APART * last));
         Self {
-            velocity: survey.velocity,
+            velocity: statistics.velocity,
             angle: recording.span(),
             mean_wave: recording.mean_wave(1.0),
             peak,
@@ -92,7 +92,7 @@ impl Range {
 
 /// Sizes of a motion, by which effects are small or large.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Usual {
+pub(super) struct TypicalMagnitudes {
     /// The largest command.
     command: f64,
     /// The acceleration by it, counts/sample².
@@ -105,15 +105,15 @@ pub(super) struct Usual {
     radian: f64,
 }
 
-impl Usual {
+impl TypicalMagnitudes {
     /// The usual sizes for a record with some values.
     pub(super) fn new(fitter: &Fitter<'_>, values: &Values) -> Self {
-        let survey = &fitter.survey;
+        let statistics = &fitter.statistics;
         Self {
-            command: survey.command,
+            command: statistics.command,
             acceleration: fitter.usual_size(values, Effect::Load),
-            velocity: survey.velocity,
-            time: 1.0 / survey.bandwidth,
+            velocity: statistics.velocity,
+            time: 1.0 / statistics.bandwidth,
             radian: fitter.record.radian,
         }
     }
@@ -158,8 +158,8 @@ impl Candidate {
         for &resonance in &range.resonances {
             all.push(Self::at(Cause::Resonance, &[E::Compliance], resonance));
         }
-        for play in PLAYS {
-            all.push(Self::at(Cause::Backlash, &[E::Play], play));
+        for backlash in BACKLASHES {
+            all.push(Self::at(Cause::Backlash, &[E::Backlash], backlash));
         }
         for share in FADING {
             let fading = share * range.velocity;
@@ -216,7 +216,7 @@ impl Candidate {
     }
 
     /// Its usual size.
-    pub(super) fn usual_size(&self, usual: &Usual) -> f64 {
+    pub(super) fn usual_size(&self, usual: &TypicalMagnitudes) -> f64 {
         match self.cause {
             Cause::Delay | Cause::CurrentLoop => 0.1 * usual.time,
             Cause::Asymmetry => 0.05 * usual.acceleration / usual.velocity,
@@ -254,7 +254,7 @@ impl Candidate {
     }
 
     /// True if an effect of this size matters. No servo matches its model to better than a fiftieth of usual sizes.
-    pub(super) fn matters(&self, values: &Values, usual: &Usual) -> bool {
+    pub(super) fn matters(&self, values: &Values, usual: &TypicalMagnitudes) -> bool {
         const MIN_SHARE: f64 = 0.02;
         let size = |column: &Column| match column.effect {
             Effect::Compliance => values.twist(),
@@ -370,7 +370,7 @@ pub fn effects(cause: Cause) -> &'static [Effect] {
             E::ResonanceFrequency,
             E::ResonanceDamping,
         ],
-        Cause::Backlash => &[E::Play],
+        Cause::Backlash => &[E::Backlash],
         Cause::HiddenLimit => &[E::HiddenLimit],
         Cause::LowSpeedFriction => &[E::LowSpeed, E::LowSpeedVelocity],
         Cause::Gravity => &[E::GravitySine, E::GravityCosine],
@@ -421,13 +421,13 @@ mod tests {
                 begins: k == 0,
             };
             let samples: Vec<Logged> = (0..1000).map(sample).collect();
-            let survey = Survey {
+            let statistics = RecordStatistics {
                 noise: 1.0,
                 velocity: 1.0,
                 command: large,
                 bandwidth: 0.1,
             };
-            Range::new(&Recording::new(&samples, 100.0, TAU), &survey)
+            Range::new(&Recording::new(&samples, 100.0, TAU), &statistics)
         };
         let levels = range(2.0, 5.0).levels;
         let between = levels.iter().filter(|level| (2.0..5.0).contains(*level));

@@ -34,7 +34,7 @@ impl Identified {
         let whole = recording.record();
         let fitter = Fitter {
             record: &whole,
-            survey: self.survey,
+            statistics: self.statistics,
             earliest: 0.0,
             goes_on: &|| true,
         };
@@ -48,7 +48,7 @@ impl Identified {
             last = row.innovation;
             rows += 1.0;
         });
-        let shortest = fitter.survey.shortest_horizon(record.len());
+        let shortest = fitter.statistics.shortest_horizon(record.len());
         let window = (HORIZONS * shortest) as usize;
         let begins: Vec<usize> = (record.motions())
             .flat_map(|(first, end)| {

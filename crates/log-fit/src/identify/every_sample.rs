@@ -1,7 +1,7 @@
 //! The last fit of a long log, to every sample. Its blocks have shown which effects exist, but leave out the motion
 //! within them.
 
-use crate::fit::{Effect, Fitter, Horizon, Record, Search, Survey, Values};
+use crate::fit::{Effect, Fitter, Horizon, Record, RecordStatistics, Search, Values};
 
 use super::model::Model;
 use super::recording::Recording;
@@ -51,14 +51,14 @@ pub(super) fn of_samples<'a>(
     record: &'a Record<'a>,
     block: f64,
 ) -> (Fitter<'a>, Values, Horizon) {
-    let survey = Survey {
-        velocity: fitter.survey.velocity / block,
-        bandwidth: fitter.survey.bandwidth / block,
-        ..fitter.survey
+    let statistics = RecordStatistics {
+        velocity: fitter.statistics.velocity / block,
+        bandwidth: fitter.statistics.bandwidth / block,
+        ..fitter.statistics
     };
     let fitter = Fitter {
         record,
-        survey,
+        statistics,
         earliest: fitter.earliest * block,
         goes_on: fitter.goes_on,
     };

@@ -1,13 +1,13 @@
 //! Tests an estimator's estimates against a record. The result is the estimates that fit the record, their uncertainty,
 //! and the effect that the estimator's model lacks.
 
-use crate::fit::{Effect, Fitter, Horizon, Search, Survey, Values};
+use crate::fit::{Effect, Fitter, Horizon, RecordStatistics, Search, Values};
 
 use super::candidate::Range;
+use super::effect_selection::EffectSelection;
 use super::model::{Entered, Model};
 use super::recording::Recording;
-use super::tournament::Tournament;
-use super::uncertainty::{self, Beyond, Profile};
+use super::uncertainty::{self, ErrorBudget, Profile};
 
 /// Estimates and their model, counts and samples of a recording.
 #[derive(Debug, Clone)]
@@ -28,7 +28,7 @@ pub struct Examined {
     /// The effects that are estimated in it, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
     /// The estimates that a command of other sizes would determine better.
-    pub needs_sizes: Vec<Effect>,
+    pub needs_more_amplitudes: Vec<Effect>,
     /// Deviation of a measurement from the estimator's refitted model, counts.
     pub noise: f64,
     /// Correlation of its innovations from sample to sample.
@@ -38,7 +38,7 @@ pub struct Examined {
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 times itself. None if it was not requested or b is not estimated.
     pub profile: Option<[f64; 2]>,
     /// Figures of the record.
-    pub survey: Survey,
+    pub statistics: RecordStatistics,
 }
 
 /// An effect that an estimator's model lacks.
@@ -79,32 +79,32 @@ pub fn examine(
     let mut answers = Vec::new();
     let mut lacking = None;
     if !is_explained(noise, correlation) {
-        let range = Range::new(recording, &fitter.survey);
-        let tournament = Tournament {
+        let range = Range::new(recording, &fitter.statistics);
+        let effect_selection = EffectSelection {
             fitter,
             range: &range,
         };
-        answers = tournament.answers(&model);
-        if tournament.enter(&mut model, &answers) {
+        answers = effect_selection.answers(&model);
+        if effect_selection.enter(&mut model, &answers) {
             // Without the effect it may have stood far off.
-            tournament.settle(&mut model);
-            tournament.mark_short_waves(&mut model);
+            effect_selection.settle(&mut model);
+            effect_selection.mark_short_waves(&mut model);
             let left = model.fitted.sums.noise() / (noise * noise);
             lacking = model.entered.last().cloned().map(|entered| Lacking {
                 entered,
                 share: 1.0 - left,
             });
-            answers = tournament.answers(&model);
+            answers = effect_selection.answers(&model);
         }
     }
     let load = fitter.load(&model.fitted, &model.free);
     // No estimator's own model shows how well the model describes the servo.
-    let beyond = Beyond {
+    let beyond = ErrorBudget {
         accuracy: 0.0,
         has_spread: law.is_thorough,
-        none_is_known: true,
+        bounds_at_zero_are_exact: true,
     };
-    let (mut std_errors, needs_sizes) =
+    let (mut std_errors, needs_more_amplitudes) =
         uncertainty::std_errors(fitter, &model, load.1, &answers, beyond);
     let has_profile = law.is_thorough && model.free.contains(&Effect::B);
     let profile = has_profile.then(|| Profile::new(fitter, &model));
@@ -116,12 +116,12 @@ pub fn examine(
     Some(Examined {
         values,
         estimated,
-        needs_sizes,
+        needs_more_amplitudes,
         noise,
         correlation,
         lacking,
         profile: profile.map(|profile| profile.increases),
-        survey: fitter.survey,
+        statistics: fitter.statistics,
     })
 }
 
@@ -134,7 +134,7 @@ fn follow(
     start: impl FnOnce() -> Option<Values>,
 ) -> Option<Model> {
     let horizon = Horizon {
-        white: HORIZON * fitter.survey.shortest_horizon(fitter.record.len()),
+        white: HORIZON * fitter.statistics.shortest_horizon(fitter.record.len()),
         walk: None,
     };
     let fit = |values: &Values| fitter.fit(values, free, horizon, SEARCH);

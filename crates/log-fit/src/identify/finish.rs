@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use crate::fit::{Effect, Fitted};
 
 use super::candidate::effects;
+use super::effect_selection::{EffectSelection, MIN_GAIN};
 use super::model::{Entered, Model};
-use super::tournament::{MIN_GAIN, Tournament};
 use crate::cause::Cause;
 use crate::parallel;
 
@@ -28,7 +28,7 @@ const MIN_DELAY_STD_ERRORS: f64 = 8.0;
 /// Delays below this are none, of the reciprocal of the motion's bandwidth.
 const MIN_DELAY: f64 = 0.002;
 
-impl Tournament<'_> {
+impl EffectSelection<'_> {
     /// Removes effects that the others have made superfluous. It marks those that may be the error of another's form.
     pub(super) fn prune(&self, model: &mut Model) {
         let mut losses: Vec<(Cause, f64)> = Vec::new();
@@ -83,7 +83,7 @@ impl Tournament<'_> {
     /// show it.
     pub(super) fn delay(&self, model: &Model, std_error: f64) -> Option<Entered> {
         let delay = model.fitted.values.get(Effect::Delay);
-        let is_small = delay * self.fitter.survey.bandwidth < MIN_DELAY;
+        let is_small = delay * self.fitter.statistics.bandwidth < MIN_DELAY;
         // A command that was recorded late is told by itself.
         if self.fitter.earliest < 0.0 || is_small || delay <= MIN_STD_ERRORS * std_error {
             return None;

@@ -3,8 +3,8 @@
 
 use crate::fit::{Fitted, Fitter};
 
+use super::effect_selection::MIN_GAIN;
 use super::model::Entered;
-use super::tournament::MIN_GAIN;
 use crate::cause::Cause;
 
 /// Number of speed classes, up to twice a large speed, and the fewest samples of a class and classes.
@@ -123,7 +123,7 @@ impl Jitter {
 /// The sums over pairs of successive samples that move, by their speed. Each sample is in one pair.
 fn parts(fitter: &Fitter<'_>, fitted: &Fitted) -> [Part; PARTS] {
     let record = fitter.record;
-    let per_part = PARTS as f64 / (FASTEST * fitter.survey.velocity);
+    let per_part = PARTS as f64 / (FASTEST * fitter.statistics.velocity);
     let mut parts = [Part::default(); PARTS];
     let mut last: Option<(usize, f64)> = None;
     fitter

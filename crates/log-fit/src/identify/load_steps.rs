@@ -25,7 +25,7 @@ const MIN_STEP_SHARE: f64 = 0.02;
 const MIN_SHARE: f64 = 0.9;
 
 /// Neighbours of a load that walks agree more than strangers.
-const COLOUR: f64 = 1.5;
+const AUTOCORRELATION: f64 = 1.5;
 
 /// The least deviation of the load, of the acceleration by the largest command.
 const MIN_SIZE: f64 = 0.001;
@@ -61,14 +61,14 @@ impl LoadSteps {
         }
         let last = parts().next_back()?;
         let count = last.len() as f64;
-        let beside = last.iter().sum::<f64>() / count;
+        let partial_regression = last.iter().sum::<f64>() / count;
         let variance = scatter(last) / (count - 1.0).max(1.0) / count;
         Some(Self {
             share,
             last: (means.len() - last.len() + FIRST_PARTS) * length / PARTS,
             load: (
-                fitted.values.get(Effect::Load) + beside,
-                COLOUR * variance.sqrt(),
+                fitted.values.get(Effect::Load) + partial_regression,
+                AUTOCORRELATION * variance.sqrt(),
             ),
         })
     }
@@ -85,7 +85,7 @@ fn walked(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     let length = fitter.record.len();
     let rows = length as f64;
     // The load is followed within a quarter of a part.
-    let walk = (0.25 * rows / PARTS as f64).max(0.5 * fitter.survey.shortest_horizon(length));
+    let walk = (0.25 * rows / PARTS as f64).max(0.5 * fitter.statistics.shortest_horizon(length));
     let horizon = Horizon {
         white: walk.max(rows / 6.0),
         walk: Some(walk),

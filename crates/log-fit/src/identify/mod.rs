@@ -1,33 +1,33 @@
 //! Identification of a whole record at once: the fit, and the effects that it needs.
 
-mod beside;
 mod candidate;
 mod course;
+mod effect_selection;
 mod every_sample;
 mod examine;
 mod finish;
-mod grams;
 mod jitter;
 mod load_steps;
 mod model;
+mod normal_blocks;
+mod partial_regression;
 mod recording;
 mod scan;
-mod tournament;
 mod uncertainty;
 
 #[cfg(test)]
 mod tests;
 
 use crate::fit::{
-    Beginning, Effect, Fitter, GoesOn, Horizon, ROUNDING_DEVIATION, Search, Survey, Values,
-    likeliest,
+    Beginning, Effect, Fitter, GoesOn, Horizon, QUANTISATION_SIGMA, RecordStatistics, Search,
+    Values, likeliest,
 };
 
 use candidate::Range;
+use effect_selection::EffectSelection;
 use jitter::Jitter;
 use load_steps::LoadSteps;
 use model::Model;
-use tournament::Tournament;
 
 use crate::cause::Cause;
 use crate::parallel;
@@ -49,7 +49,7 @@ pub struct Identified {
     /// The effects that were estimated, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
     /// The estimates that a command of other sizes would determine better.
-    pub needs_sizes: Vec<Effect>,
+    pub needs_more_amplitudes: Vec<Effect>,
     /// The effects that entered, in the order in which they did.
     pub entered: Vec<Entered>,
     /// Deviation of the sensor's noise, counts.
@@ -65,7 +65,7 @@ pub struct Identified {
     /// True if the delay is the longest that is looked for.
     pub delay_at_bound: bool,
     /// Figures of the record.
-    pub survey: Survey,
+    pub statistics: RecordStatistics,
     /// The horizon of its filter.
     horizon: Horizon,
     /// True if the servo moved in both directions.
@@ -117,7 +117,7 @@ pub fn identify(
             }
         }
     }
-    let range = Range::new(recording, &earliest.survey);
+    let range = Range::new(recording, &earliest.statistics);
     let on_time = Fitter {
         earliest: 0.0,
         ..earliest
@@ -134,7 +134,7 @@ pub fn identify(
         // An effect that is missing looks like a shift, too: on time with it the record has the say.
         if other.as_ref().is_some_and(|late| {
             let is_better =
-                |on_time: &Model| late.gain_over(&on_time.fitted) > tournament::MIN_GAIN;
+                |on_time: &Model| late.gain_over(&on_time.fitted) > effect_selection::MIN_GAIN;
             found.1.as_ref().is_none_or(is_better)
         }) {
             found = (fitter, other);
@@ -147,12 +147,12 @@ pub fn identify(
     if !model.free.iter().all(is_finite) {
         return None;
     }
-    let tournament = Tournament {
+    let effect_selection = EffectSelection {
         fitter: &fitter,
         range: &range,
     };
-    let mut answers = tournament.answers(&model);
-    tournament.refine(&model, &mut answers);
+    let mut answers = effect_selection.answers(&model);
+    effect_selection.refine(&model, &mut answers);
     let steps = LoadSteps::find(&fitter, &model.fitted);
     // Of several loads the last is the servo's.
     let (load, by_chance) = steps.map_or_else(
@@ -163,8 +163,8 @@ pub fn identify(
     let load_error = beyond_authority(load, authority)
         .max(by_chance)
         .hypot(ripple_as_load(recording, &model));
-    let beyond = uncertainty::Beyond::ALL;
-    let (mut std_errors, needs_sizes) =
+    let beyond = uncertainty::ErrorBudget::ALL;
+    let (mut std_errors, needs_more_amplitudes) =
         uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
     let profile = Profile::new(&fitter, &model);
     profile.widen(&model, &mut std_errors);
@@ -173,7 +173,7 @@ pub fn identify(
     let load =
         every_sample::refine(&fitter, recording, &mut model, &mut std_errors).unwrap_or(load);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
-    let delay = delay.and_then(|place| tournament.delay(&model, std_errors[place]));
+    let delay = delay.and_then(|place| effect_selection.delay(&model, std_errors[place]));
     let jitter = Jitter::find(&fitter, &model.fitted);
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
     let shown = shown.chain(jitter.iter().map(Jitter::entered));
@@ -184,13 +184,16 @@ pub fn identify(
     // In a quick motion third differences contain more than noise, and so do the innovations of a model that lacks
     // much.
     let innovations = model.fitted.sums.noise().sqrt();
-    let noise = fitter.survey.noise.min(innovations.max(ROUNDING_DEVIATION));
+    let noise = fitter
+        .statistics
+        .noise
+        .min(innovations.max(QUANTISATION_SIGMA));
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
     let (found, estimated) = recording.about_zero(&values.with(Effect::Load, load), &estimated);
     Some(Identified {
         values: found,
         estimated,
-        needs_sizes,
+        needs_more_amplitudes,
         entered: model.entered,
         noise,
         last_load: steps.map(|steps| recording.place(steps.last)),
@@ -198,7 +201,7 @@ pub fn identify(
         lateness: (fitter.earliest < 0.0).then(|| -values.get(Effect::Delay) * recording.block),
         profile: profile.increases,
         delay_at_bound,
-        survey: fitter.survey,
+        statistics: fitter.statistics,
         horizon: model.fitted.horizon,
         reverses: direction.is_none(),
         braking,
@@ -280,7 +283,7 @@ fn model(
         fitter.best_horizon(fits.flatten(), free)
     };
     let fitted = best(&values, &free, fitter.horizons().collect(), FIRST)?;
-    let tournament = Tournament { fitter, range };
+    let effect_selection = EffectSelection { fitter, range };
     let mut model = Model {
         free,
         rows_per_row: fitted.covariances.rows_per_independent_row(),
@@ -298,13 +301,13 @@ fn model(
         }
     };
     for round in 0..demand.max_effects {
-        if !tournament.round(&mut model) || !(fitter.goes_on)() {
+        if !effect_selection.round(&mut model) || !(fitter.goes_on)() {
             break;
         }
         rehorizon(&mut model, AGAIN, round == 0);
     }
-    tournament.prune(&mut model);
-    tournament.mark_short_waves(&mut model);
+    effect_selection.prune(&mut model);
+    effect_selection.mark_short_waves(&mut model);
     rehorizon(&mut model, LAST, false);
     Some(model)
 }

@@ -34,7 +34,7 @@ pub struct Entered {
     /// Gain in −2 ln L, in independent rows.
     pub gain: f64,
     /// The next best, and its gain.
-    pub(super) runner_up: Option<(Cause, f64)>,
+    pub(super) alternative: Option<(Cause, f64)>,
     /// The effect of whose form this one may be the error, or that the short motion cannot distinguish from it.
     pub(super) error_of: Option<Cause>,
 }
@@ -45,7 +45,7 @@ impl Entered {
         Self {
             cause,
             gain,
-            runner_up: None,
+            alternative: None,
             error_of: None,
         }
     }
@@ -55,7 +55,9 @@ impl Entered {
         /// Factor by which the gain must exceed the next best's. Among drawn servos 25 of 26 between this and 1.35 have
         /// the effect; below it 15 of 22 have it.
         const CLEAR: f64 = 1.1;
-        let close = self.runner_up.filter(|(_, gain)| self.gain <= CLEAR * gain);
+        let close = self
+            .alternative
+            .filter(|(_, gain)| self.gain <= CLEAR * gain);
         close.map(|(cause, _)| cause).or(self.error_of)
     }
 }

@@ -47,7 +47,7 @@ struct Axis {
     /// Counts to a rad.
     per_rad: f64,
     /// Angle to a rad; zero on an axis without angle.
-    per_way: f64,
+    per_travel: f64,
 }
 
 /// The most samples of a record: those of a longer log are taken together in blocks.
@@ -68,8 +68,16 @@ impl<'a> Recording<'a> {
             count => (2 * count).div_ceil(MAX_SAMPLES).max(2),
         };
         let turns = revolution > 0.0;
-        let per_way = if turns { TAU / revolution } else { 0.0 };
-        Self::of(samples, block, Axis { per_rad, per_way }, None)
+        let per_travel = if turns { TAU / revolution } else { 0.0 };
+        Self::of(
+            samples,
+            block,
+            Axis {
+                per_rad,
+                per_travel,
+            },
+            None,
+        )
     }
 
     /// Every sample of a log of which this has blocks.
@@ -79,7 +87,7 @@ impl<'a> Recording<'a> {
 
     /// In blocks of samples, or of every sample, with angles from a middle, rad; without one the mean.
     fn of(samples: &'a [Logged], block: usize, axis: Axis, middle: Option<f64>) -> Self {
-        let turns = axis.per_way > 0.0;
+        let turns = axis.per_travel > 0.0;
         let mut recording = Self {
             samples,
             axis,
@@ -93,13 +101,13 @@ impl<'a> Recording<'a> {
             stride: if block > 1 { 2 } else { 1 },
             span: 0.0,
             radian: if turns {
-                axis.per_rad / axis.per_way
+                axis.per_rad / axis.per_travel
             } else {
                 0.0
             },
             middle: middle.unwrap_or_else(|| {
                 let sum: f64 = samples.iter().map(|one| one.position).sum();
-                axis.per_way * sum / samples.len().max(1) as f64
+                axis.per_travel * sum / samples.len().max(1) as f64
             }),
         };
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
@@ -113,7 +121,7 @@ impl<'a> Recording<'a> {
                 (recording.recorded).extend(whole.map(|sample| sample.command));
             }
         }
-        recording.span = axis.per_way * (ends[1] - ends[0]).max(0.0);
+        recording.span = axis.per_travel * (ends[1] - ends[0]).max(0.0);
         recording
     }
 
@@ -125,15 +133,18 @@ impl<'a> Recording<'a> {
         };
         self.begins.push(self.positions.len());
         self.rows.push(row);
-        let Axis { per_rad, per_way } = self.axis;
+        let Axis {
+            per_rad,
+            per_travel,
+        } = self.axis;
         for (k, sample) in motion.iter().enumerate() {
             let position = sample.position;
             self.positions.push((position - origin) * per_rad);
             self.commands.push(sample.command);
             *ends = [ends[0].min(position), ends[1].max(position)];
-            if per_way > 0.0 {
+            if per_travel > 0.0 {
                 let next = motion.get(k + 1).map_or(position, |next| next.position);
-                let angle = 0.5 * (position + next) * per_way - self.middle;
+                let angle = 0.5 * (position + next) * per_travel - self.middle;
                 let (sine, cosine) = angle.sin_cos();
                 self.angles.push([sine, cosine]);
             }

@@ -2,10 +2,10 @@
 
 use crate::fit::{Column, Effect, Fitter};
 
-use super::beside::{Own, product};
 use super::candidate::{Answer, Candidate, Range};
-use super::grams::Grams;
 use super::model::Model;
+use super::normal_blocks::NormalBlocks;
+use super::partial_regression::{ModelColumns, product};
 use crate::cause::Cause;
 
 /// Asks some candidates beside a model, whose columns are with its own no more than a pass has.
@@ -25,7 +25,8 @@ pub(super) fn scan(
             (first..columns.len()).collect()
         })
         .collect();
-    let Some(grams) = Grams::new(fitter, fitted, &columns, free.len(), &places) else {
+    let Some(normal_blocks) = NormalBlocks::new(fitter, fitted, &columns, free.len(), &places)
+    else {
         return Vec::new();
     };
     let noise = fitted.sums.noise() * model.rows_per_row;
@@ -33,19 +34,19 @@ pub(super) fn scan(
     let own = (0..free.len())
         .filter(|&i| fitted.horizon.walk.is_none() || free[i] != Effect::Load)
         .collect();
-    let own = Own::new(&grams, own);
+    let own = ModelColumns::new(&normal_blocks, own);
     let answer = |(candidate, places): (&Candidate, Vec<usize>)| {
-        let beside = own.beside(&grams, &places);
-        let sum = beside.sum(0, 1);
-        let inverse = beside.inverse(&sum, 0.0);
+        let partial_regression = own.partial_regression(&normal_blocks, &places);
+        let sum = partial_regression.sum(0, 1);
+        let inverse = partial_regression.inverse(&sum, 0.0);
         let step = product(&inverse, &sum.right);
-        let gains = beside.held_out();
+        let gains = partial_regression.held_out();
         let count = gains.len() as f64;
         let mean = gains.iter().sum::<f64>() / count;
         let scatter = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>();
         let error = (scatter / (count - 1.0) / count).sqrt();
         let sizes: Vec<f64> = (places.iter().zip(step))
-            .map(|(&place, step)| step / grams.scales[place])
+            .map(|(&place, step)| step / normal_blocks.scales[place])
             .collect();
         let mut held_out = mean * count / noise;
         if candidate.is_positive() && sizes[0] < 0.0 {
@@ -53,8 +54,9 @@ pub(super) fn scan(
         }
         let mut shifts = vec![0.0; free.len()];
         for (i, &place) in own.places.iter().enumerate() {
-            let moved = beside.taken[0][i] * step[0] + beside.taken[1][i] * step[1];
-            shifts[place] = -moved / grams.scales[place];
+            let moved =
+                partial_regression.taken[0][i] * step[0] + partial_regression.taken[1][i] * step[1];
+            shifts[place] = -moved / normal_blocks.scales[place];
         }
         // The load of the record is what counts, and the mean of gravity is a part of it.
         if let Some(&place) = own
@@ -70,7 +72,7 @@ pub(super) fn scan(
             held_out,
             consistency: mean / error.max(f64::MIN_POSITIVE),
             gain: sum.explained(&step) / noise,
-            significance: beside.significance(&inverse, &step),
+            significance: partial_regression.significance(&inverse, &step),
             sizes,
             shifts,
         }

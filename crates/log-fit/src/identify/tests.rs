@@ -96,7 +96,7 @@ fn of_a_command_of_one_size_gain_friction_and_load_need_others() {
         let law = move |k, error: f64, v: f64| size(k) * (error - 30.0 * v).signum();
         let found = identified(&controlled(SAMPLES, law, COULOMB, |_, _, _| 0.0, 400.0));
         (
-            found.needs_sizes.clone(),
+            found.needs_more_amplitudes.clone(),
             std_error(&found, Effect::Coulomb),
         )
     };

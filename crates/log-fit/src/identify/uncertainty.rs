@@ -1,30 +1,30 @@
 //! Standard errors that hold: chance and autocorrelation, effects that are missing, and the choice of the horizon.
 
-use crate::fit::{Effect, Fitter, Horizon, MAX_UNKNOWNS, ROUNDING_DEVIATION, Search, Values};
+use crate::fit::{Effect, Fitter, Horizon, MAX_UNKNOWNS, QUANTISATION_SIGMA, Search, Values};
 
-use super::candidate::{Answer, Usual};
+use super::candidate::{Answer, TypicalMagnitudes};
 use super::model::Model;
 use crate::cause::Cause;
 use crate::parallel;
 
 /// The parts of standard errors beside chance, autocorrelation, rounding and effects that may be missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Beyond {
+pub(super) struct ErrorBudget {
     /// The part of a usual size to which a servo is its model.
     pub(super) accuracy: f64,
     /// True if they hold the spread over the horizons, which takes two fits.
     pub(super) has_spread: bool,
     /// True if an estimate of exactly zero friction or dead band gets the error that the other unknowns imply, and is
     /// not unknown.
-    pub(super) none_is_known: bool,
+    pub(super) bounds_at_zero_are_exact: bool,
 }
 
-impl Beyond {
+impl ErrorBudget {
     /// Everything, for a servo that is identified.
     pub(super) const ALL: Self = Self {
         accuracy: 1e-3,
         has_spread: true,
-        none_is_known: false,
+        bounds_at_zero_are_exact: false,
     };
 }
 
@@ -49,33 +49,39 @@ pub(super) fn std_errors(
     model: &Model,
     load: f64,
     answers: &[Answer],
-    beyond: Beyond,
+    beyond: ErrorBudget,
 ) -> (Vec<f64>, Vec<Effect>) {
     let count = model.free.len();
     let own = model.fitted.std_errors();
-    let missing = missing(answers, count, &Usual::new(fitter, &model.fitted.values));
+    let missing = missing(
+        answers,
+        count,
+        &TypicalMagnitudes::new(fitter, &model.fitted.values),
+    );
     let spread = if beyond.has_spread {
         spread(fitter, model)
     } else {
         vec![0.0; count]
     };
     let sums = &model.fitted.sums;
-    let rounding = SYSTEMATIC_ROUNDING * ROUNDING_DEVIATION * fitter.survey.amplitude().powf(-1.5);
+    let rounding =
+        SYSTEMATIC_ROUNDING * QUANTISATION_SIGMA * fitter.statistics.amplitude().powf(-1.5);
     let alone = |i: usize| {
         let variance = sums.noise() / sums.hessian[i][i].max(f64::MIN_POSITIVE);
         (variance * model.rows_per_row).sqrt()
     };
-    let none_is_known = |i: usize| beyond.none_is_known && !own[i].is_finite();
+    let bounds_at_zero_are_exact =
+        |i: usize| beyond.bounds_at_zero_are_exact && !own[i].is_finite();
     // At its bound a friction is as uncertain as it were without one.
     let unbounded = sums.covariances(&[false; MAX_UNKNOWNS]).variances;
-    let mut needs_sizes = Vec::new();
+    let mut needs_more_amplitudes = Vec::new();
     let std_errors = (0..count)
         .map(|i| {
             let own = match model.free[i] {
                 Effect::Load => load,
                 // None is a bound at which everything else is free.
                 Effect::Delay if !own[i].is_finite() => alone(i),
-                Effect::Coulomb | Effect::DeadBand if none_is_known(i) => alone(i),
+                Effect::Coulomb | Effect::DeadBand if bounds_at_zero_are_exact(i) => alone(i),
                 Effect::A | Effect::Coulomb if !own[i].is_finite() => unbounded[i].sqrt(),
                 _ => own[i],
             };
@@ -89,12 +95,12 @@ pub(super) fn std_errors(
             let [all, of_command] = missing[i];
             let variance = own * own + ideal * ideal + all + spread[i];
             if of_command > 0.5 * variance {
-                needs_sizes.push(model.free[i]);
+                needs_more_amplitudes.push(model.free[i]);
             }
             variance.sqrt()
         })
         .collect();
-    (std_errors, needs_sizes)
+    (std_errors, needs_more_amplitudes)
 }
 
 /// Squares of the shifts by effects that may be missing: by all, and by those that depend on the size of the command.
@@ -104,7 +110,7 @@ pub(super) fn std_errors(
 /// odds](super::candidate::Candidate::prior_odds). Its size is then ŝ s₀²/(s₀² + σ²) ± (1/s₀² + 1/σ²)^−½. Effects of
 /// one [kind](Kind) explain the same part of a record and share its weight, because only one of them exists. Those of
 /// another kind may be missing beside them. So may the part of a size that the record leaves open.
-fn missing(answers: &[Answer], count: usize, usual: &Usual) -> Vec<[f64; 2]> {
+fn missing(answers: &[Answer], count: usize, usual: &TypicalMagnitudes) -> Vec<[f64; 2]> {
     /// An effect that is possible.
     struct Missing<'a> {
         cause: Cause,
@@ -221,7 +227,7 @@ fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
         tolerance: 1e-6,
     };
     let samples = fitter.record.len();
-    let shortest = fitter.survey.shortest_horizon(samples);
+    let shortest = fitter.statistics.shortest_horizon(samples);
     let longest = samples as f64 / 5.0;
     let at = model.fitted.horizon;
     let others = match at.walk {
@@ -296,11 +302,11 @@ impl Profile {
             // The part of the way to this side that is one standard error.
             let part = 1.0 / increase.max(f64::MIN_POSITIVE).sqrt();
             for (error, &effect) in std_errors.iter_mut().zip(&model.free) {
-                let way = values.map_or(f64::INFINITY, |values| {
+                let travel = values.map_or(f64::INFINITY, |values| {
                     (values.get(effect) - model.fitted.values.get(effect)).abs()
                 });
-                if way > 0.0 {
-                    *error = error.max(way * part);
+                if travel > 0.0 {
+                    *error = error.max(travel * part);
                 }
             }
         }
@@ -356,7 +362,7 @@ mod tests {
         let recording = Recording::new(&samples, 1000.0, 0.0);
         let record = recording.record();
         let fitter = Fitter::new(&record).expect("a motion");
-        let usual = Usual::new(&fitter, &Values::NONE.with(Effect::B, 0.4));
+        let usual = TypicalMagnitudes::new(&fitter, &Values::NONE.with(Effect::B, 0.4));
         let answer = |size: f64, gain: f64| Answer {
             candidate: Candidate::plain(Cause::LoadFriction, &[Effect::LoadFriction]),
             held_out: 0.0,

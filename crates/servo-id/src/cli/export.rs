@@ -137,9 +137,12 @@ impl Arguments {
         let path = &self.results[place];
         let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(path, fault);
         let identified = read(path, self.limit)?;
-        if let Some(doubt) = identified.doubt().filter(|_| !self.accept_unconverged) {
+        if let Some(reservation) = identified
+            .reservation()
+            .filter(|_| !self.accept_unconverged)
+        {
             return Err(of_result(&format!(
-                "{doubt}: its model would be a guess; correct that first, or state --accept-unconverged"
+                "{reservation}: its model would be a guess; correct that first, or state --accept-unconverged"
             )));
         }
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();

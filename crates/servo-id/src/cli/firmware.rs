@@ -32,9 +32,13 @@ impl FirmwareOptions {
         let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(result, fault);
         let text = kept_result::text(result)?;
         let identified = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
-        if let Some(doubt) = identified.doubt.as_ref().filter(|_| !accept_unconverged) {
+        if let Some(reservation) = identified
+            .reservation
+            .as_ref()
+            .filter(|_| !accept_unconverged)
+        {
             return Err(of_result(&format!(
-                "{doubt}: a loop would start at a guess; correct that first, or state --accept-unconverged"
+                "{reservation}: a loop would start at a guess; correct that first, or state --accept-unconverged"
             )));
         }
         let is_name = |name: &str| {
@@ -59,7 +63,7 @@ impl FirmwareOptions {
             program::VERSION,
             result.display(),
             identified
-                .doubt
+                .reservation
                 .as_deref()
                 .unwrap_or("The result has converged")
         );

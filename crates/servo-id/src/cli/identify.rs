@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use host_sim::log::Table;
 use host_sim::provenance::ScenarioText;
-use host_sim::recognise::{Question, Recognised, Stated, Unrecognised, recognise};
+use host_sim::recognise::{LogOptions, Question, Recognised, Unrecognised, recognise};
 
 use super::fault::Fault;
 use super::options::StatedOptions;
@@ -92,7 +92,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 }
 
 /// The log, recognised with the answers to all questions.
-fn recognised(log: &Table, mut stated: Stated) -> Result<Recognised, Fault> {
+fn recognised(log: &Table, mut stated: LogOptions) -> Result<Recognised, Fault> {
     let refused = |text: &str| in_options(Fault::of_file(&log.path, text));
     let is_asked = io::stdin().is_terminal() && io::stderr().is_terminal();
     loop {

@@ -1,6 +1,6 @@
 //! The library's inputs as options of the same names.
 
-use host_sim::recognise::Stated;
+use host_sim::recognise::LogOptions;
 use host_sim::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
 use host_sim::tune::{Conditions, Form};
 
@@ -23,7 +23,7 @@ macro_rules! options {
 
 options! {
     /// The user's statements about a log.
-    StatedOptions of Stated {
+    StatedOptions of LogOptions {
         /// Column of the time, by name or number from 1; `none` if the rows are the samples.
         #[arg(long, value_name = "COLUMN")]
         time: Option<String>,

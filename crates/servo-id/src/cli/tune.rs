@@ -50,10 +50,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(&arguments.result, fault);
     let text = kept_result::text(&arguments.result)?;
     let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
-    let warning = result.doubt.as_ref();
-    if let Some(doubt) = warning.filter(|_| !arguments.accept_unconverged) {
+    let warning = result.reservation.as_ref();
+    if let Some(reservation) = warning.filter(|_| !arguments.accept_unconverged) {
         return Err(of_result(&format!(
-            "{doubt}: its gains would be a guess; correct that first, or state --accept-unconverged"
+            "{reservation}: its gains would be a guess; correct that first, or state --accept-unconverged"
         )));
     }
     let conditions = Conditions::from(arguments.conditions.clone());
@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let tuned = Tuned::of_conditions(&result, &known, &conditions, &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
 
-    let mut warnings: Vec<String> = result.doubt.iter().cloned().collect();
+    let mut warnings: Vec<String> = result.reservation.iter().cloned().collect();
     if conditions.command_delay.is_none() && settings.command_delay == 0.0 && !result.has_delay {
         let assumed = "no delay was identified or declared, so it is assumed to be zero: state it with --command-delay";
         warnings.push(assumed.to_owned());

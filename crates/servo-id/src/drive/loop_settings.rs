@@ -1,7 +1,7 @@
 //! From a scenario to the settings that a drive builds its loop from.
 
-use drive_link::{Law as LinkLaw, LoopSettings};
-use host_sim::scenario::{Arithmetic, Fault, Law, ModelSet, Scenario, Velocity};
+use drive_link::{Estimator as LinkEstimator, LoopSettings};
+use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Scenario, Velocity};
 
 /// The settings of a drive's loop for a scenario.
 ///
@@ -11,8 +11,8 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
     let refused = |key: &str, fault: &str| Err(Fault::new(key, fault));
     let identifier = &scenario.identifier;
     let gradient = match &identifier.law {
-        Law::Gradient => true,
-        Law::GaussNewton => false,
+        Estimator::Gradient => true,
+        Estimator::GaussNewton => false,
         _ => {
             return refused(
                 "identifier.law",
@@ -27,9 +27,9 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         );
     }
     let law = match scenario.model_set() {
-        ModelSet::Ab if gradient => LinkLaw::Gradient { friction: false },
-        ModelSet::AbCoulomb if gradient => LinkLaw::Gradient { friction: true },
-        ModelSet::AbCoulombLoad if !gradient => LinkLaw::GaussNewton,
+        ModelSet::Ab if gradient => LinkEstimator::Gradient { friction: false },
+        ModelSet::AbCoulomb if gradient => LinkEstimator::Gradient { friction: true },
+        ModelSet::AbCoulombLoad if !gradient => LinkEstimator::GaussNewton,
         _ => {
             return refused(
                 "identifier.parameters",

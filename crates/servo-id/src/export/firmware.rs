@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use host_sim::scenario::{Arithmetic, Fault, Law, ModelSet, Scenario, Velocity};
+use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Scenario, Velocity};
 use host_sim::tune::IdentifiedResult;
 use host_sim::{with_types, with_words};
 use identifier_core::Settings;
@@ -72,7 +72,7 @@ impl Firmware {
             settings.map_err(|error| scenario.fault(&error))?
         };
         let has_loop = settings.controller.is_some();
-        let built = if law == Law::GaussNewton {
+        let built = if law == Estimator::GaussNewton {
             let motion = expected_motion(&scenario, &settings, result)?;
             let start = Start {
                 settings: &settings,
@@ -96,7 +96,7 @@ impl Firmware {
             si,
             rust: rust_type(&scenario, has_loop),
             c: c_object(&scenario, has_loop),
-            has_servo: law == Law::GaussNewton,
+            has_servo: law == Estimator::GaussNewton,
             has_loop,
             remarks: remarks(&scenario, &settings, result),
         })
@@ -193,8 +193,8 @@ fn rows(words: &[u32], indent: &str, suffix: &str) -> String {
 /// Refuses what a loop of constants cannot be.
 fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<(), Fault> {
     let law = scenario.identifier.law;
-    let is_gradient = law == Law::Gradient;
-    if !is_gradient && law != Law::GaussNewton {
+    let is_gradient = law == Estimator::Gradient;
+    if !is_gradient && law != Estimator::GaussNewton {
         let fault = format!(
             "\"{}\" does not run in a firmware: state \"gradient\" or \"gauss-newton\", here or in the firmware's \
              scenario, --scenario FIRMWARE.toml",
@@ -213,7 +213,7 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
         }
         _ => {}
     }
-    if is_gradient && scenario.stated.identifier.plant_box.is_none() {
+    if is_gradient && scenario.stated.identifier.parameter_range.is_none() {
         let fault = "without a parameter range nothing is certified: state the lowest and highest a and b of the \
                      servo, such as plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
         return Err(Fault::new("identifier.plant_box", fault));
@@ -418,7 +418,7 @@ fn rust_type(scenario: &Scenario, has_loop: bool) -> String {
     let set = format!("::identifier_core::parameters::{set}, {parameters}");
     let of = "::identifier_core::identifier";
     let identifier = match scenario.identifier.law {
-        Law::GaussNewton => format!("{of}::GaussNewtonRecursion<{number}, {set}>"),
+        Estimator::GaussNewton => format!("{of}::GaussNewtonRecursion<{number}, {set}>"),
         _ => format!("{of}::GradientIdentifier<{number}, {velocity}, {set}>"),
     };
     match has_loop {
@@ -430,7 +430,7 @@ fn rust_type(scenario: &Scenario, has_loop: bool) -> String {
 /// The object that the words are of in C.
 fn c_object(scenario: &Scenario, has_loop: bool) -> String {
     let law = match (scenario.identifier.law, scenario.identifier.arithmetic) {
-        (Law::GaussNewton, _) => "gauss_newton",
+        (Estimator::GaussNewton, _) => "gauss_newton",
         (_, Arithmetic::Fixed) => "fixed",
         _ => "gradient",
     };
@@ -478,10 +478,10 @@ fn remarks(scenario: &Scenario, settings: &Settings, result: &IdentifiedResult) 
             pid.kp, pid.kd, pid.ki
         ));
     }
-    if let Some(plant_box) = settings.identifier.plant_box
-        && scenario.identifier.law == Law::Gradient
+    if let Some(parameter_range) = settings.identifier.parameter_range
+        && scenario.identifier.law == Estimator::Gradient
     {
-        let ([a_low, a_high], [b_low, b_high]) = (plant_box.a, plant_box.b);
+        let ([a_low, a_high], [b_low, b_high]) = (parameter_range.a, parameter_range.b);
         lines.push(format!(
             "Certified stable for every servo with a from {a_low} to {a_high} 1/s and b from {b_low} to {b_high}."
         ));

@@ -171,8 +171,8 @@ impl Identified {
 
     /// The reason why nothing should be built on it, if there is one.
     #[must_use]
-    pub fn doubt(&self) -> Option<&str> {
-        self.servo.doubt.as_deref()
+    pub fn reservation(&self) -> Option<&str> {
+        self.servo.reservation.as_deref()
     }
 
     /// The scale of torques that the result's own scenario states.

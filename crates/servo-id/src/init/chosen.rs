@@ -20,9 +20,9 @@ pub struct Chosen {
     /// Cut-off of the velocity filter, rad/s.
     pub cutoff: f64,
     /// Where a may lie, 1/s.
-    pub a_box: [f64; 2],
+    pub a_range: [f64; 2],
     /// Where b may lie.
-    pub b_box: [f64; 2],
+    pub b_range: [f64; 2],
     /// Amplitude of the reference, rad.
     pub amplitude: f64,
     /// For how long it holds at least, s.
@@ -71,10 +71,10 @@ impl Chosen {
         let (omega, omega_from) = omegas.into_iter().fold((f64::INFINITY, ""), least);
         let kp = 3.0 * omega * omega / b;
         let kd = (3.0 * omega - a).max(omega) / b;
-        let a_box = [0.0, 2.0 * a + 0.1 * omega];
-        let b_box = [b / UNSURE, UNSURE * b];
+        let a_range = [0.0, 2.0 * a + 0.1 * omega];
+        let b_range = [b / UNSURE, UNSURE * b];
         // (14) holds for the parameter range if kp > √(2 ki (kd + a_max/b_min)): half of that.
-        let most = 0.5 * kp * kp / (2.0 * (kd + a_box[1] / b_box[0]));
+        let most = 0.5 * kp * kp / (2.0 * (kd + a_range[1] / b_range[0]));
         let amplitude = 0.5 * SHARE * limit / kp;
         Self {
             omega,
@@ -83,8 +83,8 @@ impl Chosen {
             kd,
             ki: (0.5 * omega * omega * omega / b).min(most),
             cutoff: CUTOFF * omega,
-            a_box,
-            b_box,
+            a_range,
+            b_range,
             amplitude,
             hold: samples(4.0 / omega, sheet.sample_time),
             travel: TAU,

@@ -169,9 +169,9 @@ fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
 /// A number of counts, which is whole unless the resolution is not that of an encoder.
 fn whole(counts: f64) -> f64 {
     /// Relative rounding of a division.
-    const ROUNDING: f64 = 1e-6;
+    const WHOLE_TOLERANCE: f64 = 1e-6;
     let nearest = counts.round();
-    if (counts - nearest).abs() < ROUNDING * nearest {
+    if (counts - nearest).abs() < WHOLE_TOLERANCE * nearest {
         nearest
     } else {
         counts

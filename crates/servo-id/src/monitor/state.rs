@@ -220,10 +220,10 @@ impl State {
                 Some(phase) => format!("commissioning: {}", phase.name()),
                 None => "the servo moves by itself".to_owned(),
             },
-            Does::Released if !status.configured => {
+            Does::Disabled if !status.configured => {
                 "the servo is disabled; the drive is not configured: `drive configure`".to_owned()
             }
-            Does::Released => {
+            Does::Disabled => {
                 let commissioned = status.commissioning.filter(|_| {
                     matches!(self.newest(), Some((_, frame)) if frame.kind() == Kind::Commissioning)
                 });

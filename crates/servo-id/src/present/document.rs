@@ -170,7 +170,7 @@ pub struct Column {
     /// True if its cells are figures, aligned to the right.
     pub is_figures: bool,
     /// Order in which a narrow terminal leaves columns out, the highest first; none for a column that stays.
-    pub dispensable: Option<u8>,
+    pub drop_order: Option<u8>,
 }
 
 impl Column {
@@ -180,7 +180,7 @@ impl Column {
         Self {
             name: name.to_owned(),
             is_figures: false,
-            dispensable: None,
+            drop_order: None,
         }
     }
 
@@ -195,9 +195,9 @@ impl Column {
 
     /// The same, left out where there is too little room, before columns of a lower rank.
     #[must_use]
-    pub fn dispensable(self, rank: u8) -> Self {
+    pub fn drop_order(self, rank: u8) -> Self {
         Self {
-            dispensable: Some(rank),
+            drop_order: Some(rank),
             ..self
         }
     }

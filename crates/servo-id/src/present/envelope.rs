@@ -6,11 +6,11 @@
 
 use super::Trace;
 
-/// A trace that is gathered point by point. Up to [`Envelope::MAX_STRETCHES`] points all are kept. Beyond, the lowest
+/// A trace that is gathered point by point. Up to [`Envelope::MAX_BUCKETS`] points all are kept. Beyond, the lowest
 /// and highest of segments that grow with its length are kept.
 #[derive(Debug, Clone, Default)]
 pub struct Envelope {
-    stretches: Vec<Stretch>,
+    buckets: Vec<Bucket>,
     /// Points to a full segment, as a power of two.
     doublings: u32,
     in_newest: u64,
@@ -18,7 +18,7 @@ pub struct Envelope {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Stretch {
+struct Bucket {
     lowest: Point,
     highest: Point,
 }
@@ -30,7 +30,7 @@ struct Point {
     half_width: Option<f64>,
 }
 
-impl Stretch {
+impl Bucket {
     /// Joined with the next one.
     fn and(self, next: Self) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl Stretch {
 
 impl Envelope {
     /// Stretches that are kept at most: more than a figure has pixels across. An even number.
-    pub const MAX_STRETCHES: usize = 1500;
+    pub const MAX_BUCKETS: usize = 1500;
 
     /// Takes in the next point, with half the width of its confidence band where it has one. A value that is
     /// not finite is left out.
@@ -73,21 +73,21 @@ impl Envelope {
             value,
             half_width,
         };
-        let stretch = Stretch {
+        let bucket = Bucket {
             lowest: point,
             highest: point,
         };
         self.newest = Some(point);
-        match self.stretches.last_mut() {
+        match self.buckets.last_mut() {
             Some(last) if self.in_newest < 1 << self.doublings => {
-                *last = last.and(stretch);
+                *last = last.and(bucket);
                 self.in_newest += 1;
             }
             _ => {
-                if self.stretches.len() == Self::MAX_STRETCHES {
+                if self.buckets.len() == Self::MAX_BUCKETS {
                     self.double();
                 }
-                self.stretches.push(stretch);
+                self.buckets.push(bucket);
                 self.in_newest = 1;
             }
         }
@@ -95,10 +95,10 @@ impl Envelope {
 
     /// Joins every two segments.
     fn double(&mut self) {
-        self.stretches = self
-            .stretches
+        self.buckets = self
+            .buckets
             .chunks(2)
-            .filter_map(|pair| pair.iter().copied().reduce(Stretch::and))
+            .filter_map(|pair| pair.iter().copied().reduce(Bucket::and))
             .collect();
         self.doublings += 1;
     }
@@ -106,24 +106,24 @@ impl Envelope {
     /// True without a point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.stretches.is_empty()
+        self.buckets.is_empty()
     }
 
     /// The lowest and the highest value after this part of the trace, from 0 to 1, at its beginning.
     #[must_use]
     pub fn range_after(&self, part: f64) -> Option<(f64, f64)> {
-        let left_out = (part * self.stretches.len() as f64) as usize;
-        let rest = self.stretches.get(left_out..)?;
+        let left_out = (part * self.buckets.len() as f64) as usize;
+        let rest = self.buckets.get(left_out..)?;
         rest.iter()
             .copied()
-            .reduce(Stretch::and)
+            .reduce(Bucket::and)
             .map(|all| (all.lowest.value, all.highest.value))
     }
 
     /// The trace to be drawn. It has a band if a point has one, of no width where there is none yet.
     #[must_use]
     pub fn trace(&self, name: &str) -> Trace {
-        let mut points: Vec<Point> = self.stretches.iter().flat_map(Stretch::points).collect();
+        let mut points: Vec<Point> = self.buckets.iter().flat_map(Bucket::points).collect();
         // The trace reaches its end.
         let end = self.newest.filter(|newest| {
             let drawn = points.last().map(|last| last.place);
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_short_trace_is_kept_as_it_is() {
-        let most = Envelope::MAX_STRETCHES as u32;
+        let most = Envelope::MAX_BUCKETS as u32;
         let trace = points(most).collect::<Envelope>().trace("");
         assert_eq!(trace.points, points(most).collect::<Vec<_>>());
     }
@@ -176,8 +176,8 @@ mod tests {
                     })
                     .collect();
                 let trace = envelope.trace("");
-                assert!(trace.points.len() <= 2 * Envelope::MAX_STRETCHES + 1);
-                assert!(trace.points.len() >= Envelope::MAX_STRETCHES / 2);
+                assert!(trace.points.len() <= 2 * Envelope::MAX_BUCKETS + 1);
+                assert!(trace.points.len() >= Envelope::MAX_BUCKETS / 2);
                 assert!(trace.points.contains(&(f64::from(peak), 9.0)));
                 assert!(trace.points.is_sorted_by(|x, y| x.0 < y.0));
                 let end = trace.points.last().map(|end| end.0);

@@ -79,12 +79,12 @@ pub(super) fn table(rows: &[Estimated]) -> Table {
             row.unknown.unit().to_owned()
         }),
         (
-            Column::figures("95 % interval").dispensable(1),
+            Column::figures("95 % interval").drop_order(1),
             true,
             Estimated::known_to,
         ),
         (
-            Column::figures("wander").dispensable(3),
+            Column::figures("wander").drop_order(3),
             rows.iter().any(|row| row.wander.is_some()),
             |row| row.wander.map_or_else(dash, rough),
         ),
@@ -99,16 +99,16 @@ pub(super) fn table(rows: &[Estimated]) -> Table {
             Estimated::off_by,
         ),
         (
-            Column::figures("settled [s]").dispensable(2),
+            Column::figures("settled [s]").drop_order(2),
             rows.iter().any(|row| row.settled.is_some()),
             |row| row.settled.map_or_else(dash, settled),
         ),
         (
-            Column::figures("since [s]").dispensable(0),
+            Column::figures("since [s]").drop_order(0),
             rows.iter().any(|row| row.since.is_some()),
             |row| row.since.map_or_else(dash, |since| fixed(since, 2)),
         ),
-        (Column::words("meaning").dispensable(4), true, |row| {
+        (Column::words("meaning").drop_order(4), true, |row| {
             row.unknown.meaning().to_owned()
         }),
     ];

@@ -20,7 +20,8 @@ pub struct Figure {
     /// Constants to compare the traces with.
     pub levels: Vec<Level>,
     /// Named stretches of the horizontal axis.
-    pub stretches: Vec<Stretch>,
+    #[serde(rename = "stretches")]
+    pub time_spans: Vec<TimeSpan>,
     /// The settled part, which has a scale of its own where it would be a flat line on the whole's.
     pub settled: Option<Settled>,
 }
@@ -67,7 +68,7 @@ pub struct Level {
 
 /// A stretch of the horizontal axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Stretch {
+pub struct TimeSpan {
     /// Name.
     pub name: String,
     /// Begin and end.
@@ -86,7 +87,7 @@ impl Figure {
             vertical: Axis::new(vertical),
             traces,
             levels: Vec::new(),
-            stretches: Vec::new(),
+            time_spans: Vec::new(),
             settled: None,
         }
     }

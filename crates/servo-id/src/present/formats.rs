@@ -24,11 +24,11 @@ fn differences(result: &DriftResult) -> Table {
     let columns = vec![
         Column::words("signal"),
         Column::words("format"),
-        Column::figures("rms in f64").dispensable(2),
-        Column::figures("mean off by").dispensable(1),
+        Column::figures("rms in f64").drop_order(2),
+        Column::figures("mean off by").drop_order(1),
         Column::figures("rms off by"),
         Column::figures("at most"),
-        Column::figures("signal to noise").dispensable(0),
+        Column::figures("signal to noise").drop_order(0),
     ];
     let row = |format: &str, difference: &Difference| {
         let ratio = difference.signal_to_noise();

@@ -33,7 +33,7 @@ pub use comparison::{comparison, heat_maps};
 pub use document::{Block, Column, Page, Section, Table, Tone, Verdict};
 pub use envelope::Envelope;
 pub use experiment::{Experiment, ExperimentTraces, experiment};
-pub use figure::{Axis, Figure, Level, Settled, Stretch, TIME, Trace};
+pub use figure::{Axis, Figure, Level, Settled, TIME, TimeSpan, Trace};
 pub use formats::formats;
 pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};
 pub use log::introduction;

@@ -43,13 +43,13 @@ fn estimates(runs: &[Run; 4]) -> Table {
     let columns = vec![
         Column::words("experiment"),
         Column::figures("â [1/s]"),
-        Column::figures("wander of â").dispensable(2),
-        Column::figures("â − a").dispensable(5),
+        Column::figures("wander of â").drop_order(2),
+        Column::figures("â − a").drop_order(5),
         Column::figures("b̂ [rad/s²/u]"),
-        Column::figures("wander of b̂").dispensable(0),
-        Column::figures("b̂/b − 1").dispensable(3),
-        Column::figures("d̂ [rad/s²]").dispensable(1),
-        Column::figures("settled a, b [s]").dispensable(4),
+        Column::figures("wander of b̂").drop_order(0),
+        Column::figures("b̂/b − 1").drop_order(3),
+        Column::figures("d̂ [rad/s²]").drop_order(1),
+        Column::figures("settled a, b [s]").drop_order(4),
         Column::words("status"),
     ];
     let row = |run: &Run| {

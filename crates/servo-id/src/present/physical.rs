@@ -58,7 +58,7 @@ fn table(caption: &str, quantities: &[(&str, Option<Quantity>)]) -> Table {
         Column::words("quantity"),
         Column::figures("value"),
         Column::words("unit"),
-        Column::figures("95 % interval").dispensable(1),
+        Column::figures("95 % interval").drop_order(1),
     ];
     Table::new(
         caption,

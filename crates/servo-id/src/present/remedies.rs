@@ -23,12 +23,12 @@ pub(super) fn remedies(summary: &Summary) -> Vec<String> {
         reason,
         VerdictReason::AtBound { .. }
             | VerdictReason::NoEstimate {
-                obstacle: Some(_),
+                rejection_reason: Some(_),
                 ..
             }
             | VerdictReason::StillMoving { .. }
             | VerdictReason::Lacks { .. }
-            | VerdictReason::Elsewhere { .. }
+            | VerdictReason::RefitDiffers { .. }
     );
     if is_other_model && summary.fit.is_none() {
         steps.push(
@@ -47,9 +47,9 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             "Correct the cause named above: results after it are not reliable.".to_owned(),
         ],
         VerdictReason::NoEstimate {
-            obstacle: Some(obstacle),
+            rejection_reason: Some(rejection_reason),
             ..
-        } => vec![sentence(obstacle.remedy())],
+        } => vec![sentence(rejection_reason.remedy())],
         VerdictReason::NoEstimate { unknown, .. } => vec![
             "Let the servo move for some seconds, with reversals, so that the method can start.".to_owned(),
             format!(
@@ -67,7 +67,7 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             "Check that the encoder counts: a broken cable or a wrong position unit looks the same.".to_owned(),
         ],
         VerdictReason::NotExcited {
-            needs_sizes: true, ..
+            needs_more_amplitudes: true, ..
         } => vec![
             "Use commands of several sizes in both directions; change the level of a relay or binary sequence from \
              time to time."
@@ -125,7 +125,7 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
              identifier.required_terms."
                 .to_owned(),
         ],
-        VerdictReason::Elsewhere { unknown, .. } => vec![
+        VerdictReason::RefitDiffers { unknown, .. } => vec![
             format!("Run longer, until {} has settled.", unknown.name()),
             "If it does not, the model lacks something: see the residual.".to_owned(),
         ],

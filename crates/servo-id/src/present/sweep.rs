@@ -61,10 +61,10 @@ fn found(distribution: &Distribution) -> Vec<Block> {
     let columns = vec![
         Column::words("quantity"),
         Column::figures("servos"),
-        Column::figures("5 %").dispensable(2),
-        Column::figures("25 %").dispensable(1),
-        Column::figures("50 %").dispensable(0),
-        Column::figures("75 %").dispensable(1),
+        Column::figures("5 %").drop_order(2),
+        Column::figures("25 %").drop_order(1),
+        Column::figures("50 %").drop_order(0),
+        Column::figures("75 %").drop_order(1),
         Column::figures("95 %"),
         Column::figures("largest"),
     ];
@@ -119,7 +119,7 @@ fn how_sure(distribution: &Distribution) -> Vec<Block> {
 }
 
 fn rests_on(scenario: &Scenario, result: &SweepResult) -> Vec<Block> {
-    let drawn = match scenario.stated.identifier.plant_box {
+    let drawn = match scenario.stated.identifier.parameter_range {
         Some(within) => format!(
             "a from {} to {} 1/s, b from {} to {} rad/s² per command unit, the plant_box",
             plain(within.a[0]),

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use host_sim::result::FeedForward;
 use host_sim::tune::{Conditions, KnownConditions, Tuned};
 use identifier_core::control::FeedForwardSettings;
-use identifier_core::tuning::{PredictedSample, Promise, Tuning, TuningError};
+use identifier_core::tuning::{PredictedResponse, PredictedSample, Tuning, TuningError};
 
 use super::number::{figure, plain, sentence};
 use super::sensitivity::sensitivity;
-use super::{Block, Column, Figure, Page, Section, Stretch, Table, Tone, Trace, Verdict};
+use super::{Block, Column, Figure, Page, Section, Table, TimeSpan, Tone, Trace, Verdict};
 
 /// The horizontal axis of a step.
 const SINCE: &str = "time since the step [s]";
@@ -25,11 +25,11 @@ pub fn tuning(
     warnings: &[String],
 ) -> Result<Page, TuningError> {
     let figures = figures(tuned)?;
-    let promise = &tuned.tuning.promise;
+    let predicted_response = &tuned.tuning.predicted_response;
     let step = tuned.form.as_ref().and_then(|form| form.steps.last());
     let (rise_time, overshoot) = match step {
         Some(step) => (step.rise_time.unwrap_or(f64::INFINITY), step.overshoot),
-        None => (promise.rise_time, promise.overshoot),
+        None => (predicted_response.rise_time, predicted_response.overshoot),
     };
     let verdict = Verdict {
         tone: match warnings {
@@ -74,7 +74,7 @@ pub(super) fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
         settings, tuning, ..
     } = tuned;
     let tuner = tuned.tuner()?;
-    let settling_time = tuning.promise.settling_time;
+    let settling_time = tuning.predicted_response.settling_time;
     let until = (SHOWN / tuning.bandwidth).max(SETTLING_TIMES * settling_time);
     let own = tuner
         .step(tuning)?
@@ -101,7 +101,7 @@ pub(super) fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
     ];
     // The design as known, without its form.
     if let (None, Some(last)) = (&tuned.form, samples.last()) {
-        figures[0].stretches.push(Stretch {
+        figures[0].time_spans.push(TimeSpan {
             name: "settled within 2 %".to_owned(),
             extent: [settling_time.min(last.time), last.time],
             colour: 7,
@@ -146,7 +146,7 @@ fn gains(tuned: &Tuned) -> Vec<Block> {
             caption: "Controller for a scenario".to_owned(),
             text: tuned_controller(tuned),
         },
-        Block::Table(promise(&tuned.tuning)),
+        Block::Table(predicted_response(&tuned.tuning)),
     ];
     let unlimited = tuned.without_limit().map(|Tuning { kp, kd, ki, .. }| {
         let [kp, kd, ki] = [kp, kd, ki].map(figure);
@@ -214,45 +214,56 @@ fn seven_digits(value: f64) -> String {
 }
 
 /// A row for each figure of the predicted response.
-fn promise(tuning: &Tuning) -> Table {
-    let promise = &tuning.promise;
-    let [least, most] = promise.gain_margins;
+fn predicted_response(tuning: &Tuning) -> Table {
+    let predicted_response = &tuning.predicted_response;
+    let [least, most] = predicted_response.gain_margins;
     let percent = |part: f64| figure(100.0 * part);
-    let rises = [promise.quickest_rise_time, promise.slowest_rise_time];
+    let rises = [
+        predicted_response.quickest_rise_time,
+        predicted_response.slowest_rise_time,
+    ];
     let [quickest, slowest] = rises.map(|time| figure(1e3 * time));
-    let longest = Promise::MAX_TIME / tuning.bandwidth;
-    let settling = if promise.settling_time < longest {
-        figure(1e3 * promise.settling_time)
+    let longest = PredictedResponse::MAX_TIME / tuning.bandwidth;
+    let settling = if predicted_response.settling_time < longest {
+        figure(1e3 * predicted_response.settling_time)
     } else {
         format!("above {}", figure(1e3 * longest))
     };
     let rows = [
         ("bandwidth", figure(tuning.bandwidth), "rad/s"),
-        ("step", figure(promise.step), "rad"),
+        ("step", figure(predicted_response.step), "rad"),
         (
             "rise time, 10 to 90 %",
-            figure(1e3 * promise.rise_time),
+            figure(1e3 * predicted_response.rise_time),
             "ms",
         ),
         ("by friction", format!("{quickest} to {slowest}"), "ms"),
-        ("largest overshoot", percent(promise.overshoot), "%"),
+        (
+            "largest overshoot",
+            percent(predicted_response.overshoot),
+            "%",
+        ),
         ("settling time, 2 %", settling, "ms"),
-        ("largest sensitivity Ms", figure(promise.sensitivity), ""),
+        (
+            "largest sensitivity Ms",
+            figure(predicted_response.sensitivity),
+            "",
+        ),
         ("lower gain margin", figure(least), "times"),
         ("upper gain margin", figure(most), "times"),
         (
             "command of the step",
-            percent(promise.command_share),
+            percent(predicted_response.command_share),
             "% of the limit",
         ),
         (
             "noise of the command",
-            figure(promise.noise),
+            figure(predicted_response.noise),
             "command units",
         ),
         (
             "stiffness",
-            figure(1.0 / promise.compliance),
+            figure(1.0 / predicted_response.compliance),
             "rad/s² per rad",
         ),
     ];
@@ -261,7 +272,8 @@ fn promise(tuning: &Tuning) -> Table {
         Column::figures("predicted"),
         Column::words("unit"),
     ];
-    let rows = rows.map(|(name, promised, unit)| vec![name.to_owned(), promised, unit.to_owned()]);
+    let rows =
+        rows.map(|(name, predicted, unit)| vec![name.to_owned(), predicted, unit.to_owned()]);
     Table::new("", columns, rows.into())
 }
 
@@ -285,7 +297,8 @@ fn remarks(tuned: &Tuned) -> Vec<String> {
 
 /// True if a rise takes this many times as long where the integral pushes against it.
 fn depends_on_friction(tuning: &Tuning, times: f64) -> bool {
-    tuning.promise.slowest_rise_time > times * tuning.promise.quickest_rise_time
+    tuning.predicted_response.slowest_rise_time
+        > times * tuning.predicted_response.quickest_rise_time
 }
 
 /// The feed-forward as a formula.

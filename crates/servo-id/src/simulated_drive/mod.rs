@@ -230,7 +230,7 @@ fn example(core: identifier_core::Settings) -> Settings {
                 identifier: identifier_core::Settings::new(core.sample_time, 1.0).identifier,
                 ..core
             },
-            law: drive_link::Law::GaussNewton,
+            law: drive_link::Estimator::GaussNewton,
         },
         dither: Dither {
             amplitude: 0.0,

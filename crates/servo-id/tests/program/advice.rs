@@ -134,7 +134,7 @@ time-over | =plant: a = 0.2174; b = 20.0 & commission: duration = 0.03 | commiss
 "#;
 
 /// Reasons why a first fit does not succeed.
-const OBSTACLES: &str = r#"
+const REJECTION_REASONS: &str = r#"
 too-little-motion | =excitation: kind = "multisine"; amplitudes = [0.003]; frequencies = [3.0] | =excitation: back
 one-way-motion | =plant: a = 5.0; b = 257.7; load = 100.0; coulomb = 5.0 & =controller: kp = 0.01; kd = 0.19; ki =
     0.0; sample_time = 0.001 & =excitation: kind = "none" & identifier: noise = 0.05 | =controller: back &
@@ -260,8 +260,8 @@ fn a_verdict_becomes_converged_once_its_remedy_is_followed() {
 }
 
 #[test]
-fn a_first_fit_succeeds_once_the_remedy_of_its_obstacle_is_followed() {
-    assert_followed("advice-obstacles", OBSTACLES, |name, before| {
+fn a_first_fit_succeeds_once_the_remedy_of_its_rejection_reason_is_followed() {
+    assert_followed("advice-obstacles", REJECTION_REASONS, |name, before| {
         assert_eq!(before["code"], 20, "{before}");
         assert_eq!(before["obstacle"]["name"], name, "{before}");
     });

@@ -102,7 +102,7 @@ fn run_writes_json_csv_and_pictures() {
 }
 
 #[test]
-fn json_on_standard_output_is_alone_and_has_the_promised_keys() {
+fn json_on_standard_output_is_alone_and_has_the_predicted_keys() {
     let folder = folder("json");
     let scenario = scenario(&folder, &short(PROPOSED));
     let output = servo_id(&["run", &scenario, "--json", "-"]);
@@ -329,7 +329,7 @@ fn help_lists_every_key() {
 }
 
 #[test]
-fn compare_gives_every_method_the_box_that_it_has_to_know() {
+fn compare_gives_every_method_the_range_that_it_has_to_know() {
     let folder = folder("compare-box");
     let text = include_str!("../../../../host-sim/scenarios/friction.toml")
         .replace("duration = 8.0", "duration = 1.0");

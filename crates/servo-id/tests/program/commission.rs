@@ -98,11 +98,11 @@ fn an_unknown_servo_ends_with_gains_and_their_derivation() {
     .map(|figure| figure.as_f64().expect("a number"));
     let looked_at = highest * time / std::f64::consts::TAU;
     assert!((0.49..0.4951).contains(&looked_at), "{looked_at}");
-    let promised = result["promise"]["rise_time"].as_f64().expect("a number");
+    let predicted = result["promise"]["rise_time"].as_f64().expect("a number");
     let measured = result["trial"]["rise_time"].as_f64().expect("a number");
     assert!(
-        (measured / promised - 1.0).abs() < 0.15,
-        "{measured} of {promised}"
+        (measured / predicted - 1.0).abs() < 0.15,
+        "{measured} of {predicted}"
     );
 }
 
@@ -231,7 +231,7 @@ fn a_scenario_without_limits_is_refused_with_the_lines_to_write() {
 }
 
 #[test]
-fn quick_leaves_the_slides_out_and_is_reproduced() {
+fn quick_leaves_the_response_motions_out_and_is_reproduced() {
     let folder = folder("commission-slides");
     let [path, result] = ["scenario.toml", "result.json"].map(|name| folder.join(name));
     // A comment that names the table is not the table.

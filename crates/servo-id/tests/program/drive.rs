@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 
 use crate::support::simulated_drive::{Hand, SERVO, SimulatedDrive, built_in};
 use crate::support::{folder, servo_id, standard_error};
-use drive_link::{Law, Settings};
+use drive_link::{Estimator, Settings};
 use identifier_core::settings::diagonal;
 use servo_id::drive::Client;
 use servo_id::port::Port;
 
 /// The settings of a drive that was never configured, with the gradient estimator.
 fn example() -> Settings {
-    let mut settings = built_in(Law::Gradient { friction: true });
+    let mut settings = built_in(Estimator::Gradient { friction: true });
     settings.closed_loop.core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
     // This machine may be busy.
     settings.protection.link_timeout = 20.0;

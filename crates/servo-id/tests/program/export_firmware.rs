@@ -243,19 +243,24 @@ fn what_has_no_such_form_is_refused_with_the_remedy() {
     std::fs::write(&moving, text.replacen("\"converged\"", "\"moving\"", 1)).expect("written");
     let own = scenario("firmware.toml");
     let law = "law = \"gradient\"\nparameters = [\"a\", \"b\", \"coulomb\"]";
-    let plant_box = "plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
+    let parameter_range = "plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
     for (number, (to, from, change, part)) in [
         (
             "rust",
-            law.to_owned() + "\n" + plant_box,
+            law.to_owned() + "\n" + parameter_range,
             "law = \"fit\"",
             "identifier.law",
         ),
-        ("rust", plant_box.to_owned(), "", "identifier.plant_box"),
         (
             "rust",
-            plant_box.to_owned(),
-            &*format!("{plant_box}\narithmetic = \"f64\""),
+            parameter_range.to_owned(),
+            "",
+            "identifier.plant_box",
+        ),
+        (
+            "rust",
+            parameter_range.to_owned(),
+            &*format!("{parameter_range}\narithmetic = \"f64\""),
             "identifier.arithmetic",
         ),
         (

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use crate::support::pages::{assert_block_is_printed, root};
 use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
 use crate::support::{folder, standard_error};
-use drive_link::Law;
+use drive_link::Estimator;
 
 /// Commands that are not run here, each with the reason. One that no page shows any more is an error.
 const ELSEWHERE: [(&str, &str); 10] = [
@@ -144,7 +144,7 @@ fn shell(folder: &Path, commands: &str) -> Result<String, String> {
 
 /// A drive that was never configured.
 fn drive() -> SimulatedDrive {
-    let drive = SimulatedDrive::start(SERVO, built_in(Law::GaussNewton));
+    let drive = SimulatedDrive::start(SERVO, built_in(Estimator::GaussNewton));
     drive.with(|around| around.supply = true);
     drive
 }

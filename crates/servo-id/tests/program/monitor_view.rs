@@ -6,8 +6,9 @@ use std::time::Instant;
 use crate::support::simulated_drive::SERVO;
 use commissioning::Phase;
 use drive_link::{
-    BootChecks, Dither, Ended, Estimates, Fault, Home, Kept, Law, LoopSettings, Noticed, Progress,
-    Protection, Report, ServoChanges, Settings, Snapshot, State as Does, Status, TargetSource,
+    BootChecks, Dither, Ended, Estimates, Estimator, Fault, Home, Kept, LoopSettings, Noticed,
+    Progress, Protection, Report, ServoChanges, Settings, Snapshot, State as Does, Status,
+    TargetSource,
 };
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
@@ -27,7 +28,7 @@ fn settings() -> Settings {
                 controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
                 ..identifier_core::Settings::new(SAMPLE_TIME, COUNTS)
             },
-            law: Law::GaussNewton,
+            law: Estimator::GaussNewton,
         },
         dither: Dither {
             amplitude: 0.0,
@@ -51,7 +52,7 @@ fn status(state: Does) -> Status {
         command_delay: 0.0,
         home: Home::Unknown,
         estimates: None,
-        obstacle: None,
+        rejection_reason: None,
         noise: None,
         servo_change: None,
         noticed: Noticed::default(),
@@ -67,14 +68,14 @@ fn stands(state: &mut State, status: Status) {
     state.take(&Report::Status { id: None, status }, Instant::now());
 }
 
-fn released() -> State {
+fn disabled() -> State {
     let port = "tcp:127.0.0.1:5760";
-    State::new(port, settings(), status(Does::Released), 1, Instant::now())
+    State::new(port, settings(), status(Does::Disabled), 1, Instant::now())
 }
 
 /// Moves a servo to and fro for `samples`, of which some are lost on the way to the host.
 fn running(samples: u32, is_lost: fn(u32) -> bool) -> State {
-    let mut state = released();
+    let mut state = disabled();
     stands(&mut state, status(Does::Running));
     let mut plant = Plant::at_rest(&SERVO, SAMPLE_TIME);
     let encoder = Encoder::new(COUNTS);
@@ -135,7 +136,7 @@ fn least(shown: &Shown<'_>) -> String {
 
 #[test]
 fn a_released_drive() {
-    insta::assert_snapshot!(least(&shown(&released(), &Dialogue::Idle)));
+    insta::assert_snapshot!(least(&shown(&disabled(), &Dialogue::Idle)));
 }
 
 #[test]
@@ -192,7 +193,7 @@ fn a_command_at_its_limit_is_marked() {
 
 #[test]
 fn a_commissioning() {
-    let mut state = released();
+    let mut state = disabled();
     stands(&mut state, status(Does::Commissioning));
     for sample in 1..=400_u16 {
         let time = f64::from(sample) * SAMPLE_TIME;

@@ -79,7 +79,7 @@ fn every_scenario_of_the_repository_replays_its_own_log_to_the_last_bit() {
 }
 
 #[test]
-fn a_saturated_first_command_and_every_law_and_number_format_replay_to_the_last_bit() {
+fn a_saturated_first_command_and_every_estimator_and_number_format_replay_to_the_last_bit() {
     let laws = [
         ("gauss-newton", format!("law = \"gauss-newton\"\n{ALL}")),
         (

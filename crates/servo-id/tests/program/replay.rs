@@ -441,7 +441,7 @@ fn a_pass_over_a_short_log_does_not_run_into_the_next() {
 }
 
 #[test]
-fn least_squares_take_a_log_and_a_law_with_a_loop_of_its_own_refuses_it() {
+fn least_squares_take_a_log_and_a_estimator_with_a_loop_of_its_own_refuses_it() {
     let with = |law: &str| {
         scenario()
             .replace("gauss-newton", law)

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
 use crate::support::terminal::Terminal;
 use crate::support::{folder, folder_with_paper, printed, standard_error};
-use drive_link::Law;
+use drive_link::Estimator;
 
 /// Accents that take no room of their own.
 fn marks(line: &str) -> usize {
@@ -206,7 +206,7 @@ fn the_verbs_of_a_drive_keep_to_the_width_of_the_terminal() {
     ] {
         std::fs::write(folder.join(name), text).expect("written");
     }
-    let drive = SimulatedDrive::start(SERVO, built_in(Law::Gradient { friction: true }));
+    let drive = SimulatedDrive::start(SERVO, built_in(Estimator::Gradient { friction: true }));
     drive.with(|around| around.supply = true);
     for (words, status) in DRIVE {
         let call = format!("drive --port {} {words}", drive.port);

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Output;
 
 use crate::support::{assert_done, committed_log, folder, printed_json, refusal_message, servo_id};
-use host_sim::recognise::Stated;
+use host_sim::recognise::LogOptions;
 use serde_json::{Value, json};
 
 /// A result of `run`, with the keys that `tune` reads.
@@ -165,7 +165,7 @@ fn printed_controller(test: &str, goal: &[&'static str]) -> String {
 }
 
 #[test]
-fn json_has_the_promised_keys() {
+fn json_has_the_predicted_keys() {
     let folder = folder("tune-json");
     let output = tune(
         &folder,
@@ -388,7 +388,7 @@ fn a_report_tune_and_the_playground_have_the_same_gains() {
     let limit = "the largest command of the log";
     assert!(report.contains(limit), "said beside the gains");
     let text = committed_log().into_bytes();
-    let found = playground::log::identify(text, &Stated::default()).expect("identified");
+    let found = playground::log::identify(text, &LogOptions::default()).expect("identified");
     let tuning = found.tuned.expect("gains").tuning;
     let of_tune = printed_json(&servo_id(&["tune", &result, "--json", "-"]));
     for (name, gain) in [("kp", tuning.kp), ("kd", tuning.kd), ("ki", tuning.ki)] {

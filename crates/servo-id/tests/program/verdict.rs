@@ -1,7 +1,7 @@
 //! The verdict of each kind of evidence, beside any other.
 
 use host_sim::verdict::{
-    Cause, Evidence, FitEvidence, Lack, Motion, Residual, Status, UnknownEvidence, Verdict,
+    Cause, Evidence, FitEvidence, MissingEffect, Motion, Residual, Status, UnknownEvidence, Verdict,
 };
 use identifier_core::parameters::{Term, Unknown};
 
@@ -24,7 +24,7 @@ fn known() -> Evidence {
             UnknownEvidence {
                 estimate,
                 std_error: Some(std_error),
-                pull: Some(std_error),
+                refit_difference: Some(std_error),
                 ..UnknownEvidence::at(scale)
             },
         );
@@ -52,8 +52,8 @@ fn moved(motion: Motion) -> Evidence {
 }
 
 fn lacking(cause: Option<Cause>, unknown: Unknown, shift: f64) -> Evidence {
-    let mut evidence = with(unknown, |of| of.pull = Some(shift));
-    evidence.lack = Some(Lack { cause, share: 0.9 });
+    let mut evidence = with(unknown, |of| of.refit_difference = Some(shift));
+    evidence.lack = Some(MissingEffect { cause, share: 0.9 });
     evidence
 }
 
@@ -125,7 +125,7 @@ fn a_fit_need_not_know_the_size_of_an_effect_but_the_four_parameters() {
 }
 
 #[test]
-fn every_objection_has_its_status_and_code() {
+fn every_rejection_reason_has_its_status_and_code() {
     let b = Some(Unknown::B);
     let none = Status::NoInformation;
     let mut aborted = known();
@@ -159,7 +159,7 @@ fn every_objection_has_its_status_and_code() {
     assert_verdict(&named, Status::Unexplained, 40, b);
     let nameless = lacking(None, Unknown::Coulomb, 5.0);
     assert_verdict(&nameless, Status::Unexplained, 41, Some(Unknown::Coulomb));
-    let elsewhere = with(Unknown::B, |b| b.pull = Some(-10.0));
+    let elsewhere = with(Unknown::B, |b| b.refit_difference = Some(-10.0));
     assert_verdict(&elsewhere, Status::Unexplained, 42, b);
 }
 
@@ -213,10 +213,10 @@ fn friction_at_the_bound_of_zero_is_a_result() {
 fn a_lack_precedes_movement() {
     let mut moving = with(Unknown::B, |b| {
         b.movement = 12.0;
-        b.pull = Some(80.0);
+        b.refit_difference = Some(80.0);
     });
     assert_verdict(&moving, Status::Moving, 30, Some(Unknown::B));
-    moving.lack = Some(Lack {
+    moving.lack = Some(MissingEffect {
         cause: Some(Cause::GainDrift),
         share: 0.7,
     });

@@ -120,8 +120,8 @@ impl Faults {
     /// The first sample that is not before a time, s.
     fn sample_at(&self, time: f64) -> u64 {
         /// Rounding of a time, samples.
-        const ROUNDING: f64 = 1e-6;
-        libm::ceil(time / self.sample_time - ROUNDING) as u64
+        const WHOLE_TOLERANCE: f64 = 1e-6;
+        libm::ceil(time / self.sample_time - WHOLE_TOLERANCE) as u64
     }
 
     /// The position (rad) that the encoder shows of another; none if it cannot be read.

@@ -93,7 +93,7 @@ fn a_body_whose_inertia_goes_with_the_angle_keeps_its_energy() {
 }
 
 #[test]
-fn a_hanging_pendulum_swings_at_the_root_of_gravity() {
+fn a_hanging_pendulum_oscillates_at_the_root_of_gravity() {
     let effects = Effects {
         gravity: [-36.0, 0.0],
         ..Effects::NONE

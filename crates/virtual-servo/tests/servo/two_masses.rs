@@ -14,7 +14,7 @@ const RESONANT: Effects = Effects {
 };
 
 #[test]
-fn the_motor_swings_at_the_resonance_and_decays_with_its_damping() {
+fn the_motor_oscillates_at_the_resonance_and_decays_with_its_damping() {
     let effects = Effects {
         resonance_damping: Some(0.01),
         ..RESONANT
@@ -95,7 +95,7 @@ fn behind_a_stiff_spring_the_inertia_of_the_load_is_its_share_of_the_whole() {
 
 /// Only the motor within the backlash, b/(1 − ρ); beyond it the centre of both moves with b, whatever the flanks do.
 #[test]
-fn within_the_play_of_a_coupling_the_motor_moves_alone() {
+fn within_the_backlash_of_a_coupling_the_motor_moves_alone() {
     let loose = Effects {
         backlash: 0.02,
         ..RESONANT
@@ -152,7 +152,7 @@ fn a_load_on_its_spring_breaks_the_friction_of_the_motor() {
 }
 
 #[test]
-fn an_encoder_behind_play_rests_after_a_reversal_until_the_play_is_taken_up() {
+fn an_encoder_behind_backlash_rests_after_a_reversal_until_the_backlash_is_taken_up() {
     let effects = Effects {
         backlash: 0.02,
         ..Effects::NONE

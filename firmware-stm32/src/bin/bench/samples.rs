@@ -14,7 +14,9 @@ use identifier_core::Settings;
 use identifier_core::identifier::{FitBlocks, GradientIdentifier, Identify, RecordBlocks};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Unknowns};
-use identifier_core::settings::{BoxSettings, FromSettings, IdentifierSettings, SettingsError};
+use identifier_core::settings::{
+    FromSettings, IdentifierSettings, ParameterRangeSettings, SettingsError,
+};
 
 type GradientWithFriction = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
 
@@ -184,7 +186,7 @@ fn boxed(sample_time: f64, a: [f64; 2], b: [f64; 2]) -> Settings {
     Settings {
         controller: paper.controller,
         identifier: IdentifierSettings {
-            plant_box: Some(BoxSettings { a, b }),
+            parameter_range: Some(ParameterRangeSettings { a, b }),
             gamma: paper.identifier.gamma,
             ..IdentifierSettings::UNSTATED
         },

@@ -17,7 +17,7 @@ pub(super) struct Firmware {
     pub(super) delay: f64,
     pub(super) filter: Filter,
     pub(super) cutoff: Option<f64>,
-    pub(super) law: Law,
+    pub(super) law: Estimator,
     pub(super) older: f64,
     pub(super) command: Option<String>,
     pub(super) share_of: Option<Share>,
@@ -42,7 +42,7 @@ pub(super) struct Parameter {
 
 /// The structure of a controller.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
-pub(super) enum Law {
+pub(super) enum Estimator {
     /// kp e + ki ∫e − kd v, with the gains kd, kp and ki.
     #[default]
     Pid,

@@ -4,7 +4,7 @@ use identifier_core::model::FrictionStep;
 use identifier_core::number::Complex;
 use identifier_core::tuning::{PossibleServo, PredictedSample, SampledServo, StepMeasure};
 
-use super::firmware::{Firmware, Law};
+use super::firmware::{Estimator, Firmware};
 use crate::result::{FormMargins, FormStep};
 
 /// A loop as it runs, SI.
@@ -36,7 +36,7 @@ impl FirmwareLoop {
         let [first, second, third] = self.gains;
         let summed = integral.scaled(third) + second;
         match self.firmware.law {
-            Law::Cascade => summed * (position.scaled(first) + velocity),
+            Estimator::Cascade => summed * (position.scaled(first) + velocity),
             _ => summed * position + velocity.scaled(first),
         }
     }
@@ -108,8 +108,8 @@ impl FirmwareLoop {
             let moved = share * (step - target);
             target += moved;
             let (summed, rate) = match self.firmware.law {
-                Law::Cascade => (first * (target - estimate) - speed, 0.0),
-                Law::PidOnError => (target - estimate, moved / time - speed),
+                Estimator::Cascade => (first * (target - estimate) - speed, 0.0),
+                Estimator::PidOnError => (target - estimate, moved / time - speed),
                 _ => (target - estimate, -speed),
             };
             sum += time * summed;

@@ -10,10 +10,10 @@ mod tests;
 
 use std::f64::consts::TAU;
 
-use identifier_core::tuning::{Cap, Goal, Promise, Tuning, TuningSettings};
+use identifier_core::tuning::{Cap, Goal, PredictedResponse, Tuning, TuningSettings};
 
 pub use self::firmware::Form;
-use self::firmware::{Law, Of, Share};
+use self::firmware::{Estimator, Of, Share};
 use self::firmware_loop::FirmwareLoop;
 use super::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use crate::result::{FormParameter, FormResult};
@@ -165,7 +165,7 @@ impl Form {
         };
         let tuner = tuned.tuner().map_err(NoGains::Error)?;
         let servos = tuner.possible_servos();
-        let until = Promise::MAX_TIME / tuning.bandwidth;
+        let until = PredictedResponse::MAX_TIME / tuning.bandwidth;
         let step = |smoothing| firmware_loop.step(&servos[0], [settings.step, smoothing, until]);
         let (at_once, mut response) = step(0.0);
         let mut steps = vec![at_once];
@@ -191,7 +191,7 @@ impl Form {
                 settings.step
             ));
         }
-        if firmware.law == Law::Proportional {
+        if firmware.law == Estimator::Proportional {
             let left = (servo.coulomb + servo.load.abs()) / (servo.b * second);
             remarks.push(format!(
                 "There is no integral: friction and load leave up to {left:.4} rad."
@@ -223,7 +223,7 @@ impl Form {
         let (exactness, mut gains) = firmware.law.gains(&tuned.tuning);
         let per_angle = scale * firmware.angle.unwrap_or(1.0);
         let mut scales = [per_angle; 3];
-        if firmware.law == Law::Cascade {
+        if firmware.law == Estimator::Cascade {
             scales[0] = 1.0;
         }
         let own = firmware.command.as_deref().unwrap_or("command");
@@ -265,7 +265,7 @@ impl Form {
     }
 }
 
-impl Law {
+impl Estimator {
     /// Whether the gains of a tuning are the same loop, and they, SI. A cascade has real gains up to ki = kp²/4kd.
     fn gains(self, tuning: &Tuning) -> (&'static str, [f64; 3]) {
         let Tuning { kp, ki, kd, .. } = *tuning;

@@ -33,7 +33,7 @@ fn identified(a: f64, b: f64, delay: f64, sample_time: f64) -> IdentifiedResult 
         has_delay: true,
         sample_time,
         noise: None,
-        doubt: None,
+        reservation: None,
     }
 }
 
@@ -409,13 +409,13 @@ impl Case {
     }
 }
 
-fn is_near(own: f64, promised: f64, part: f64) -> bool {
-    (own - promised).abs() <= part * promised.abs()
+fn is_near(own: f64, predicted: f64, part: f64) -> bool {
+    (own - predicted).abs() <= part * predicted.abs()
 }
 
 /// Prints a row for each form.
 #[test]
-fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_promised() {
+fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
     for case in cases() {
         let tuned = case.tuned();
         let form = tuned.form.clone().expect("its form");
@@ -443,7 +443,7 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_promised() {
         let frequencies = (0..120).map(|at| bandwidth * 0.3 * 1.04_f64.powi(at));
         let below_half = frequencies.filter(|frequency| frequency * case.period < 3.1);
         let found = below_half.map(sensitivity).fold(0.0, f64::max);
-        let promised = form.margins.sensitivity;
+        let predicted = form.margins.sensitivity;
         let [fall, rise] = form.margins.gain_margins;
         let edges = [
             case.edge(&form, 1.0, 100.0, bandwidth),
@@ -474,23 +474,23 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_promised() {
             assert!((overshoot - step.overshoot).abs() < 0.001, "{}", case.form);
         }
         let (own_rise, own_overshoot) = measured(0.0);
-        let promised_step = form.steps[0];
-        let its_rise = promised_step.rise_time.expect("it rises");
+        let predicted_step = form.steps[0];
+        let its_rise = predicted_step.rise_time.expect("it rises");
         println!(
-            "{:10} {:12} ω {bandwidth:7.2} Ms design {:.3} promised {promised:.3} found {found:.3}, gain {fall:.3}..{rise:.2} found {:.3}..{:.2}, \
+            "{:10} {:12} ω {bandwidth:7.2} Ms design {:.3} promised {predicted:.3} found {found:.3}, gain {fall:.3}..{rise:.2} found {:.3}..{:.2}, \
              rise {:.2} ms found {:.2}, overshoot {:.1} % found {:.1}",
             form.name,
             form.exactness,
-            tuned.tuning.promise.sensitivity,
+            tuned.tuning.predicted_response.sensitivity,
             edges[1],
             edges[0],
             1e3 * its_rise,
             1e3 * own_rise,
-            100.0 * promised_step.overshoot,
+            100.0 * predicted_step.overshoot,
             100.0 * own_overshoot,
         );
-        assert!(promised <= 1.61, "{}", case.form);
-        assert!(is_near(found, promised, 0.003), "{}", case.form);
+        assert!(predicted <= 1.61, "{}", case.form);
+        assert!(is_near(found, predicted, 0.003), "{}", case.form);
         assert!(is_near(edges[0], rise, 0.03), "{}", case.form);
         assert!(is_near(edges[1], fall, 0.03), "{}", case.form);
         // The integral holds the load where there is one.

@@ -93,7 +93,7 @@ where
                         event: Event::Started,
                     };
                 }
-                _ if !state.in_doubt => state.recording = false,
+                _ if !state.is_uncertain => state.recording = false,
                 Some(_) => {
                     // So far blocks were weighted as if the model were complete.
                     state.recursion.lacking = true;
@@ -115,10 +115,10 @@ where
         Update {
             output_error: seen.output_error,
             event: match seen.event {
-                Event::Restarted if state.in_doubt => Event::None,
+                Event::Restarted if state.is_uncertain => Event::None,
                 Event::Restarted => {
                     state.record_anew();
-                    state.in_doubt = true;
+                    state.is_uncertain = true;
                     Event::Restarted
                 }
                 event => event,
@@ -152,7 +152,7 @@ where
         let difference = (result.estimates[B] - gain).magnitude();
         let apart = difference > N::from_f64(MIN_GAIN_DIFFERENCE) * gain;
         let confirms = Self::confirms(state, result, apart.then_some(difference));
-        if state.in_doubt {
+        if state.is_uncertain {
             better && (apart || !result.one_way)
         } else {
             confirms || self.knows_better(state, result)

@@ -162,8 +162,8 @@ where
         })
     }
 
-    fn obstacle(&self, state: &Self::State) -> Option<Reason> {
-        self.fitter.obstacle(&state.fits)
+    fn rejection_reason(&self, state: &Self::State) -> Option<Reason> {
+        self.fitter.rejection_reason(&state.fits)
     }
 
     fn noise(&self, state: &Self::State) -> Option<f64> {

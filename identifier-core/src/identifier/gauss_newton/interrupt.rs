@@ -26,7 +26,7 @@ pub struct GaussNewtonRecursionState<N: Number, S: IdentifiableSet<P>, const P: 
     /// Samples are recorded for a fit.
     pub(super) recording: bool,
     /// The fit is to replace the estimates, and not only to check them.
-    pub(super) in_doubt: bool,
+    pub(super) is_uncertain: bool,
     /// b of the last fit, if that contradicted the estimates; zero for none.
     pub(super) contradiction: N,
     pub(super) recorder: Recorder<N>,
@@ -62,7 +62,7 @@ where
     pub fn check_estimates(&self, state: &mut GaussNewtonRecursionState<N, S, P>) {
         if state.recursion.mode == Mode::Learning && !state.recording {
             state.record_anew();
-            state.in_doubt = false;
+            state.is_uncertain = false;
         }
     }
 
@@ -74,7 +74,7 @@ where
         state: &GaussNewtonRecursionState<N, S, P>,
     ) -> Option<SettledEstimates<N, P>> {
         let is_settled =
-            state.recursion.mode == Mode::Learning && !(state.recording && state.in_doubt);
+            state.recursion.mode == Mode::Learning && !(state.recording && state.is_uncertain);
         is_settled.then(|| SettledEstimates {
             values: state.recursion.law.estimates(),
             uncertainty: self.law.uncertainty(&state.recursion.law),
@@ -111,7 +111,7 @@ where
             fitted: None,
             usual: N::ZERO,
             recording: true,
-            in_doubt: true,
+            is_uncertain: true,
             contradiction: N::ZERO,
         }
     }
@@ -135,7 +135,7 @@ where
         let seen = self.run(&mut state.recursion, increment, &acting);
         if seen.event == Event::Restarted {
             state.record_anew();
-            state.in_doubt = true;
+            state.is_uncertain = true;
         }
         seen
     }

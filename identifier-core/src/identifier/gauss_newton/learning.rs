@@ -33,13 +33,13 @@ where
         }
         let correction = Innovation::critically_damped(state.correction_omega);
         let values = self.values(state);
-        let slid = state
+        let moving = state
             .model
-            .slide::<S, P>(&state.response, &values, acting, &correction);
-        if let Some(slid) = slid {
+            .move_on::<S, P>(&state.response, &values, acting, &correction);
+        if let Some(moving) = moving {
             state
                 .tangents
-                .slide::<S, P>(&values, acting, &correction, &slid);
+                .move_on::<S, P>(&values, acting, &correction, &moving);
         } else if let Some(event) = self.run_through_rest(state, increment, acting) {
             return Update {
                 output_error,
@@ -106,9 +106,12 @@ where
                 let relative = mean * state.per_noise;
                 let predicted = predicted * state.per_noise * state.per_noise;
                 if self.has_load
-                    && self
-                        .load_step
-                        .suspects(&mut state.suspicion, relative, predicted, inflation)
+                    && self.load_step.detects(
+                        &mut state.load_step_detector,
+                        relative,
+                        predicted,
+                        inflation,
+                    )
                 {
                     return self.search(state);
                 }

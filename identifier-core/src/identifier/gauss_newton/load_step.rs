@@ -27,7 +27,7 @@ encode! {
 
 /// The state of the test.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Suspicion<N> {
+pub(super) struct LoadStepDetector<N> {
     mean: N,
     variance: N,
     /// The load before the present search.
@@ -62,8 +62,8 @@ impl<N: Number> LoadStepTest<N> {
     }
 
     /// The state after a fit that left errors of a variance `unexplained`.
-    pub(super) fn start(&self, unexplained: N) -> Suspicion<N> {
-        Suspicion {
+    pub(super) fn start(&self, unexplained: N) -> LoadStepDetector<N> {
+        LoadStepDetector {
             mean: N::ZERO,
             // The estimates are still uncertain: only a large deviation is a step.
             variance: unexplained,
@@ -75,9 +75,9 @@ impl<N: Number> LoadStepTest<N> {
     /// That uncertainty gives it the variance `predicted`/`inflation`. The recent rise of P with the noise level is
     /// excluded, since a step of the load causes it.
     #[inline]
-    pub(super) fn suspects(
+    pub(super) fn detects(
         &self,
-        state: &mut Suspicion<N>,
+        state: &mut LoadStepDetector<N>,
         error: N,
         predicted: N,
         inflation: N,
@@ -102,7 +102,7 @@ impl<N: Number> LoadStepTest<N> {
     }
 }
 
-impl<N: Number> Suspicion<N> {
+impl<N: Number> LoadStepDetector<N> {
     pub(super) fn clear(&mut self) {
         self.mean = N::ZERO;
     }

@@ -1,4 +1,4 @@
-use super::load_step::Suspicion;
+use super::load_step::LoadStepDetector;
 use crate::adaptation::{GaussNewtonState, IdentifiableSet};
 use crate::model::{ObserverModel, Response, Tangents};
 use crate::number::Number;
@@ -28,7 +28,7 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     /// Standard deviation of the noise in the settings over that of the position's, at most one. Errors are tested in
     /// units of the noise.
     pub(super) per_noise: N,
-    pub(super) suspicion: Suspicion<N>,
+    pub(super) load_step_detector: LoadStepDetector<N>,
     /// Mean square of the blocks' output error over a second.
     pub(super) mean_square: N,
     /// b of the last fit, or the b that a new fit confirmed.
@@ -37,7 +37,7 @@ pub(super) struct Recursion<N: Number, S: IdentifiableSet<P>, const P: usize> {
     pub(super) trusted_load: N,
     pub(super) last_move: N,
     /// The distance that the servo moved while friction held the model.
-    pub(super) slid: N,
+    pub(super) moving: N,
     /// Samples for which friction has held the model.
     pub(super) samples_held: u16,
     /// Samples since the servo last moved; counted only where it matters, see
@@ -77,7 +77,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
         inputs: S::Inputs<N>,
         entered: Entered,
         response: Response<N>,
-        suspicion: Suspicion<N>,
+        load_step_detector: LoadStepDetector<N>,
     ) -> Self {
         Self {
             model: ObserverModel::alongside(N::ZERO),
@@ -91,12 +91,12 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
             correction_omega: N::ZERO,
             scale: N::ZERO,
             per_noise: N::ONE,
-            suspicion,
+            load_step_detector,
             mean_square: N::ZERO,
             trusted_gain: N::ZERO,
             trusted_load: N::ZERO,
             last_move: N::ZERO,
-            slid: N::ZERO,
+            moving: N::ZERO,
             samples_held: 0,
             samples_at_rest: 0,
             alarm: 0,
@@ -135,7 +135,7 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> Recursion<N, S, P> {
     #[inline]
     pub(super) fn clear_hold(&mut self) {
         self.samples_held = 0;
-        self.slid = N::ZERO;
+        self.moving = N::ZERO;
     }
 
     /// Counts a sample of the mode; whether it was the last.

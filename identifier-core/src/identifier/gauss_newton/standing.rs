@@ -32,7 +32,7 @@ where
         }
         state.clear_hold();
         match self.advance(state, acting, &correction) {
-            FrictionPhase::Slid { .. } | FrictionPhase::Stuck => None,
+            FrictionPhase::Moving { .. } | FrictionPhase::Stuck => None,
             FrictionPhase::Stopped { .. } | FrictionPhase::Turned { .. } => {
                 state.blocks_in_motion = 0;
                 state.samples_at_rest = 0;
@@ -53,20 +53,20 @@ where
             return false;
         }
         state.samples_held += 1;
-        state.slid += increment;
-        state.samples_held >= self.max_held_samples && self.release_model(state)
+        state.moving += increment;
+        state.samples_held >= self.max_held_samples && self.free_model(state)
     }
 
     #[cold]
-    fn release_model(&self, state: &mut Recursion<N, S, P>) -> bool {
+    fn free_model(&self, state: &mut Recursion<N, S, P>) -> bool {
         /// Counts that the servo must have moved meanwhile. They rise by the ratio of its noise to the rounding.
         const MIN_TRAVEL_COUNTS: f64 = 4.0;
         /// The factor on the friction.
         const FRICTION_FACTOR: f64 = 0.7;
-        let slid = state.slid;
+        let moving = state.moving;
         let held = core::mem::take(&mut state.samples_held);
-        state.slid = N::ZERO;
-        if slid.magnitude() * state.per_noise < N::from_f64(MIN_TRAVEL_COUNTS) {
+        state.moving = N::ZERO;
+        if moving.magnitude() * state.per_noise < N::from_f64(MIN_TRAVEL_COUNTS) {
             return false;
         }
         for (i, unknown) in S::UNKNOWNS.iter().enumerate() {
@@ -77,7 +77,8 @@ where
         }
         let most = self.most(state.measured, state.scale, &state.law.estimates());
         state.law.inflate_covariance(N::from_f64(4.0), &most);
-        state.model = ObserverModel::alongside(slid * N::from_count(i32::from(held)).reciprocal());
+        state.model =
+            ObserverModel::alongside(moving * N::from_count(i32::from(held)).reciprocal());
         state.tangents = Tangents::NONE;
         true
     }

@@ -62,7 +62,7 @@ where
         state.remaining = self.search_samples;
         state.samples_at_rest = 0;
         state.correction_omega = self.joining_omega;
-        state.suspicion.sought_from = last(&state.law.estimates());
+        state.load_step_detector.sought_from = last(&state.law.estimates());
         state.law.drop_block();
         state.law.cancel_inflation();
         Event::LoadStep
@@ -99,7 +99,7 @@ where
         state.correction_omega = state.narrowed(self.narrowing);
         if state.is_over() {
             let load = last(&state.law.estimates());
-            let moved = (load - state.suspicion.sought_from) * N::from_f64(0.25);
+            let moved = (load - state.load_step_detector.sought_from) * N::from_f64(0.25);
             state.law.replace_last(load, moved * moved);
             if state.ambiguous {
                 state.law.raise(self.friction, moved * moved);
@@ -126,7 +126,7 @@ where
         state.mode = Mode::Learning;
         state.tangents = Tangents::NONE;
         state.law.drop_block();
-        state.suspicion.clear();
+        state.load_step_detector.clear();
     }
 }
 

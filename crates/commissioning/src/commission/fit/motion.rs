@@ -108,7 +108,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
     /// The mean speed over at least this many first samples; zero where it is within rounding.
     pub(crate) fn speed_at_first(&self, samples: N) -> N {
         /// Counts that a servo at rest may show.
-        const ROUNDING: f64 = 1.5;
+        const QUANTISATION_COUNTS: f64 = 1.5;
         let (mut time, mut travel) = (N::ZERO, N::ZERO);
         for block in self.blocks() {
             time += self.samples;
@@ -117,7 +117,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
                 break;
             }
         }
-        if travel.magnitude() > N::from_f64(ROUNDING) {
+        if travel.magnitude() > N::from_f64(QUANTISATION_COUNTS) {
             travel.magnitude() * time.reciprocal()
         } else {
             N::ZERO

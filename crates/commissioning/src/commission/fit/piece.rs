@@ -15,7 +15,7 @@ impl<N: Number> Piece<N> {
         block: Block {
             travel: N::ZERO,
             command: N::ZERO,
-            lead: N::ZERO,
+            first_moment: N::ZERO,
         },
     };
 
@@ -37,8 +37,8 @@ impl<N: Number> Piece<N> {
             block: Block {
                 travel: own.travel + next.travel,
                 command: part * own.command + rest * next.command,
-                lead: part * part * own.lead
-                    + rest * rest * next.lead
+                first_moment: part * part * own.first_moment
+                    + rest * rest * next.first_moment
                     + half * part * rest * (own.command - next.command),
             },
         }
@@ -54,9 +54,9 @@ mod tests {
     #[test]
     fn pieces_of_pieces_move_a_mass_as_their_samples_do() {
         let commands = [3.0, -1.0, 4.0, 1.0, -5.0, 9.0, 2.0, -6.0];
-        let (mut way, mut velocity) = (0.0, 0.0);
+        let (mut motion_direction, mut velocity) = (0.0, 0.0);
         for command in commands {
-            way += velocity + 0.5 * command;
+            motion_direction += velocity + 0.5 * command;
             velocity += command;
         }
         let joined = |commands: &[f64]| {
@@ -70,6 +70,10 @@ mod tests {
         let Piece { samples, block } = joined(&commands[..3]).followed_by(&joined(&commands[3..]));
         assert!((samples - 8.0).abs() < 1e-12 && (block.travel - 8.0).abs() < 1e-12);
         assert!((block.command * samples - velocity).abs() < 1e-12);
-        assert!(((0.5 * block.command + block.lead) * samples * samples - way).abs() < 1e-12);
+        assert!(
+            ((0.5 * block.command + block.first_moment) * samples * samples - motion_direction)
+                .abs()
+                < 1e-12
+        );
     }
 }

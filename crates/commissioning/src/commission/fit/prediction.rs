@@ -1,7 +1,7 @@
 use super::PARAMETERS;
 use super::motion::MotionRecord;
 use super::motion_model::{MotionFit, MotionFitter};
-use identifier_core::fit::{Blocks, ROUNDING};
+use identifier_core::fit::{Blocks, QUANTISATION_VARIANCE};
 use identifier_core::number::Number;
 
 /// The prediction of its own motion by a servo that was fitted to it, under way. Only position and velocity at its
@@ -17,7 +17,7 @@ pub(crate) struct PredictionRun<N> {
 impl<N: Number> PredictionRun<N> {
     /// The standard deviation of the encoder's rounding, counts.
     pub(super) fn rounding() -> f64 {
-        libm::sqrt(ROUNDING)
+        libm::sqrt(QUANTISATION_VARIANCE)
     }
 
     /// Begins the prediction of a motion, by unknowns in machine units of a sample.

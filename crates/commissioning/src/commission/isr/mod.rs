@@ -81,7 +81,7 @@ impl<N: Number> CommissionIsr<N> {
     pub const REST: (f64, f64) = (0.02, 8.0);
 
     /// Recorded rest before a motion, s, and samples: as long as a command may be late.
-    pub const LEAD: (f64, f64) = (2e-3, 4.0);
+    pub const PRE_ROLL: (f64, f64) = (2e-3, 4.0);
 
     /// The longest that the solver may take, or a servo may need to come to rest, s.
     pub const PATIENCE: f64 = 30.0;
@@ -124,7 +124,7 @@ impl<N: Number> CommissionIsr<N> {
         let samples = |time: f64| time / settings.sample_time;
         let [low, high] = limits.command;
         let (rest, fewest) = Self::REST;
-        let (lead, fewest_of_lead) = Self::LEAD;
+        let (lead, least_pre_roll) = Self::PRE_ROLL;
         let delay = samples(settings.command_delay) + Self::UNKNOWN_DELAY;
         Ok(Self {
             settings: *settings,
@@ -147,7 +147,7 @@ impl<N: Number> CommissionIsr<N> {
             // Casts saturate.
             rest: samples(rest).max(fewest) as u32,
             patience: samples(Self::PATIENCE) as u32,
-            lead: samples(lead).max(fewest_of_lead) as u32,
+            lead: samples(lead).max(least_pre_roll) as u32,
             delay: N::from_f64(delay),
             spare: N::from_f64(Self::SPARE * high.min(-low)),
             units,
@@ -228,7 +228,7 @@ impl<N: Number> CommissionIsr<N> {
             setpoint: state.activity.setpoint(),
             late: inputs.late,
             must_move: state.activity.must_move(),
-            excited: state.slide.injects(),
+            excited: state.response_motion.injects(),
         };
         let increment = state.observation.increment;
         state.velocity_now = self
@@ -263,7 +263,7 @@ impl<N: Number> CommissionIsr<N> {
                 // The gains before fail too, and that is why nothing holds it.
                 state.activity = Activity::Free;
                 state.reason = Some(reason);
-            } else if !self.suspect(state, reason) {
+            } else if !self.suspected_reason(state, reason) {
                 self.end(state, reason);
             }
             state.acting = increment.and_then(|_| self.command(state, N::ZERO));
@@ -273,7 +273,7 @@ impl<N: Number> CommissionIsr<N> {
             let result = trial.result(&self.units);
             // The prediction takes the measured rise of a loop that is slower.
             if let (Some(candidate), Some(rise)) = (&mut state.candidate, result.rise_time) {
-                let predicted = &mut candidate.tuning.promise.rise_time;
+                let predicted = &mut candidate.tuning.predicted_response.rise_time;
                 *predicted = predicted.max(rise);
             }
             state.trial = Some(result);
@@ -288,7 +288,7 @@ impl<N: Number> CommissionIsr<N> {
 
     /// Takes an answer of the solver.
     pub fn accept(&self, state: &mut CommissionState<N>, answer: &Decision<N>) {
-        if state.phase.is_end() || state.suspected().is_some() {
+        if state.phase.is_end() || state.suspected_fault().is_some() {
             return;
         }
         state.next = match &answer.0 {
@@ -300,9 +300,9 @@ impl<N: Number> CommissionIsr<N> {
                 state.identified = Some(*known);
                 Next::Hold
             }
-            DecisionKind::Slide(plan) => {
-                state.slide.plan(plan);
-                Next::Slide
+            DecisionKind::ResponseMotion(plan) => {
+                state.response_motion.plan(plan);
+                Next::ResponseMotion
             }
             DecisionKind::Verified(known) => {
                 state.identified = Some(*known);

@@ -12,10 +12,10 @@ use identifier_core::reason::Reason;
 
 impl<N: Number> CommissionIsr<N> {
     /// Swings running after which a loop gives way, fewer than make an oscillation.
-    const SWINGS: u32 = 3;
+    const HALF_CYCLES: u32 = 3;
 
     /// The part of its bandwidth that it keeps.
-    pub(super) const GIVEN_WAY: f64 = 0.4;
+    pub(super) const REDUCED_BANDWIDTH: f64 = 0.4;
 
     /// The part of the largest bandwidth below which it gives no more way.
     const LEAST: f64 = 0.08;
@@ -30,7 +30,7 @@ impl<N: Number> CommissionIsr<N> {
             Activity::Free => return None,
             Activity::Probing(probing) => return Some(self.probing.control(probing, increment)),
             Activity::Holding(holding)
-            | Activity::Sliding(holding)
+            | Activity::ResponseWindows(holding)
             | Activity::OnTrial(holding, _) => {
                 if let Some(command) = holding.process(position, increment) {
                     let [low, high] = self.limit;
@@ -53,7 +53,7 @@ impl<N: Number> CommissionIsr<N> {
             return Ok(());
         }
         let checked = self.watch.process(&mut state.watch, &state.observation);
-        self.give_way(state);
+        self.reduce_bandwidth(state);
         let by_samples = [
             Reason::EncoderJumped,
             Reason::SpeedExceeded,
@@ -64,9 +64,9 @@ impl<N: Number> CommissionIsr<N> {
         }
         // The gains before bring it back from beyond the limits of the commissioning.
         checked.or_else(|reason| match reason {
-            _ if state.suspected().is_some() => self.confirmed(state, reason),
+            _ if state.suspected_fault().is_some() => self.confirmed(state, reason),
             Reason::ActuatorDead => Err(match &state.activity {
-                Activity::OnTrial(_, trial) if trial.may_rest_under(state.command) => {
+                Activity::OnTrial(_, trial) if trial.may_hold_still_under(state.command) => {
                     Reason::DoesNotMove
                 }
                 _ => reason,
@@ -81,12 +81,16 @@ impl<N: Number> CommissionIsr<N> {
     pub(super) fn moves(&self, state: &mut CommissionState<N>) -> Result<bool, Reason> {
         let (position, command) = (state.position, state.command);
         let (servo, led) = match &state.activity {
-            Activity::Sliding(holding) => {
+            Activity::ResponseWindows(holding) => {
                 let error = holding.reference() - position;
-                let error = if state.slide.learns() { N::ZERO } else { error };
-                (state.slide.loop_plan().0, Led::Behind(error))
+                let error = if state.response_motion.learns() {
+                    N::ZERO
+                } else {
+                    error
+                };
+                (state.response_motion.loop_plan().0, Led::Behind(error))
             }
-            Activity::Holding(_) if state.phase.is_end() || state.suspected().is_some() => {
+            Activity::Holding(_) if state.phase.is_end() || state.suspected_fault().is_some() => {
                 return Ok(true);
             }
             Activity::Holding(holding) if holding.is_led() => (&state.rough, Led::Behind(N::ZERO)),
@@ -101,29 +105,33 @@ impl<N: Number> CommissionIsr<N> {
 
     /// Goes on with less bandwidth where a servo that is studied swings under the loop that holds it: a second mass that
     /// nothing has shown yet makes it many times as strong at high frequency.
-    fn give_way(&self, state: &mut CommissionState<N>) {
+    fn reduce_bandwidth(&self, state: &mut CommissionState<N>) {
         let is_studied =
-            !matches!(state.phase, Phase::Rest | Phase::Trial) && state.suspected().is_none();
+            !matches!(state.phase, Phase::Rest | Phase::Trial) && state.suspected_fault().is_none();
         let holding = match &mut state.activity {
             Activity::Holding(holding) if is_studied && !state.phase.is_end() => holding,
-            Activity::Sliding(holding) if is_studied && !state.slide.injects() => holding,
+            Activity::ResponseWindows(holding)
+                if is_studied && !state.response_motion.injects() =>
+            {
+                holding
+            }
             _ => return,
         };
-        if let Some(swing) = state.swings.take(state.position)
-            && swing.is_faster(self.pace, ConservativePid::bandwidth(holding.controller()))
+        if let Some(half_cycle) = state.half_cycles.take(state.position)
+            && half_cycle.is_faster(self.pace, ConservativePid::bandwidth(holding.controller()))
         {
             state.driven += 1;
         }
-        if state.driven < Self::DRIVEN && state.watch.swings() < Self::SWINGS {
+        if state.driven < Self::DRIVEN && state.watch.half_cycles() < Self::HALF_CYCLES {
             return;
         }
-        let part = N::from_f64(Self::GIVEN_WAY);
+        let part = N::from_f64(Self::REDUCED_BANDWIDTH);
         let bandwidth = part * ConservativePid::bandwidth(holding.controller());
         if bandwidth > N::from_f64(Self::LEAST) * self.conservative.max_bandwidth() {
             state.bandwidth = bandwidth;
-            holding.give_way(part);
+            holding.reduce_bandwidth(part);
             state.driven = 0;
-            state.watch.forget_swings();
+            state.watch.forget_half_cycles();
         }
     }
 
@@ -185,9 +193,9 @@ impl<N: Number> CommissionIsr<N> {
 
     /// Has the gains before hold a servo with a fault that a load or friction may feign, until a command shows which it is;
     /// false for any other reason.
-    pub(super) fn suspect(&self, state: &mut CommissionState<N>, fault: Reason) -> bool {
+    pub(super) fn suspected_reason(&self, state: &mut CommissionState<N>, fault: Reason) -> bool {
         let is_doubtful = may_be_feigned(fault)
-            && state.suspected().is_none()
+            && state.suspected_fault().is_none()
             && !self.standing.is_final(&state.standing);
         if !is_doubtful || state.phase.is_end() {
             return false;
@@ -216,7 +224,7 @@ impl<N: Number> CommissionIsr<N> {
         /// Rests in which a servo is braked.
         const BRAKED: u32 = 5;
         let is_braking = state.passed <= BRAKED * self.rest;
-        match (reason, state.suspected()) {
+        match (reason, state.suspected_fault()) {
             (Reason::EncoderStuck | Reason::ActuatorDead, _) => Ok(()),
             (Reason::SpeedExceeded, _) if is_braking => Ok(()),
             (Reason::SpeedExceeded | Reason::TravelLeft | Reason::Reversed, Some(fault)) => {

@@ -1,10 +1,10 @@
 //! The order of the activities, from the first motion to the trial.
 
+use super::super::frequency_response::{ResponseProgress, ResponseWindows};
 use super::super::gains::Loop;
 use super::super::holding::Holding;
 use super::super::message::EventKind;
 use super::super::noise::Rest;
-use super::super::sliding::{SlideProgress, Sliding};
 use super::super::state::{Activity, CommissionState, Next};
 use super::super::{Phase, ProbingProgress, ProbingState, RoughModel};
 use super::CommissionIsr;
@@ -50,8 +50,8 @@ impl<N: Number> CommissionIsr<N> {
                         reason @ (Reason::TooLittleEvidence | Reason::Oscillating),
                     ) if servo.is_known() && !self.hysteresis.is_coarse() => {
                         if reason == Reason::Oscillating {
-                            state.bandwidth =
-                                N::from_f64(Self::GIVEN_WAY) * self.conservative.max_bandwidth();
+                            state.bandwidth = N::from_f64(Self::REDUCED_BANDWIDTH)
+                                * self.conservative.max_bandwidth();
                         }
                         state.end_record(EventKind::Inconclusive(servo));
                         self.hold_after_motion(state, &servo)
@@ -70,25 +70,25 @@ impl<N: Number> CommissionIsr<N> {
                 let is_at_rest = holding.is_at_rest();
                 self.proceed_from_rest(state, is_at_rest)
             }
-            Activity::Sliding(holding) => {
-                let sample = Sliding {
+            Activity::ResponseWindows(holding) => {
+                let sample = ResponseWindows {
                     position,
                     increment,
                     velocity: state.velocity_now,
                     command: state.command,
                 };
-                match state.slide.process(holding, &sample) {
-                    SlideProgress::Going => Ok(()),
-                    SlideProgress::Balance(balance) => {
-                        state.slid = Some(EventKind::Balance(balance));
+                match state.response_motion.process(holding, &sample) {
+                    ResponseProgress::Going => Ok(()),
+                    ResponseProgress::Balance(balance) => {
+                        state.response_event = Some(EventKind::Balance(balance));
                         Ok(())
                     }
-                    SlideProgress::Line(sums) => {
-                        state.slid = Some(EventKind::Line(sums));
+                    ResponseProgress::Line(sums) => {
+                        state.response_event = Some(EventKind::Line(sums));
                         Ok(())
                     }
-                    SlideProgress::Over => {
-                        let (&servo, delay, _) = state.slide.loop_plan();
+                    ResponseProgress::Over => {
+                        let (&servo, delay, _) = state.response_motion.loop_plan();
                         state.end_record(EventKind::Ended(servo));
                         self.hold(state, &servo, delay)
                     }
@@ -112,7 +112,7 @@ impl<N: Number> CommissionIsr<N> {
         state: &mut CommissionState<N>,
         is_at_rest: bool,
     ) -> Result<(), Reason> {
-        if state.suspected().is_some() {
+        if state.suspected_fault().is_some() {
             return self.prove(state, is_at_rest);
         }
         if state.phase == Phase::Rest {
@@ -133,11 +133,11 @@ impl<N: Number> CommissionIsr<N> {
                     state.passed = 0;
                 }
             }
-            Next::Slide => {
+            Next::ResponseMotion => {
                 if is_at_rest {
                     self.know(state);
                     state.next = Next::Decision;
-                    self.begin_slide(state)?;
+                    self.begin_response_motion(state)?;
                 }
             }
             Next::Hold => {
@@ -153,14 +153,14 @@ impl<N: Number> CommissionIsr<N> {
             }
             Next::Stay => {
                 if is_at_rest {
-                    self.begin_lead(state);
+                    self.begin_pre_roll(state);
                 }
             }
-            Next::Lead(0) => {
+            Next::PreRoll(0) => {
                 state.next = Next::Decision;
                 self.begin_motion(state)?;
             }
-            Next::Lead(samples) => state.next = Next::Lead(samples - 1),
+            Next::PreRoll(samples) => state.next = Next::PreRoll(samples - 1),
             Next::Trial => {
                 if is_at_rest {
                     state.next = Next::Decision;
@@ -194,9 +194,9 @@ impl<N: Number> CommissionIsr<N> {
 
     /// Begins the record of the next motion while the servo is still held: the first commands of the
     /// motion act late, and those before them are to be known.
-    fn begin_lead(&self, state: &mut CommissionState<N>) {
+    fn begin_pre_roll(&self, state: &mut CommissionState<N>) {
         state.phase = Phase::ProbeAgain;
-        state.next = Next::Lead(self.lead);
+        state.next = Next::PreRoll(self.lead);
         state.begin_record();
     }
 
@@ -211,16 +211,16 @@ impl<N: Number> CommissionIsr<N> {
     }
 
     /// Begins the slides of a servo at rest, under the loop that they plan.
-    fn begin_slide(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
-        let (servo, delay, bandwidth) = state.slide.loop_plan();
+    fn begin_response_motion(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
+        let (servo, delay, bandwidth) = state.response_motion.loop_plan();
         let bandwidth = bandwidth.limited(N::ZERO, state.bandwidth);
         let controller = self.conservative.around(servo, delay, bandwidth);
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
         state.phase = Phase::FrequencyResponse;
         let mut holding = self.held_by(controller, state.position, N::ZERO, state.command);
-        state.slide.begin(&mut holding);
+        state.response_motion.begin(&mut holding);
         state.begin_lines();
-        state.begin(Activity::Sliding(holding));
+        state.begin(Activity::ResponseWindows(holding));
         Ok(())
     }
 
@@ -232,7 +232,7 @@ impl<N: Number> CommissionIsr<N> {
         if let Activity::Holding(holding) = &state.activity
             && holding.is_at_rest()
         {
-            identified.rest_under(holding.resting().command, self.spare);
+            identified.set_load_from_standstill(holding.resting().command, self.spare);
         }
         if let Some(known) = &identified.known {
             self.watch.know(&mut state.watch, known);

@@ -3,7 +3,7 @@ use super::super::regression::Regression;
 use super::super::rough_model::RoughModel;
 use super::observer::{Observer, ObserverState};
 use super::plan::{COMMANDS, Plan};
-use super::state::{Fall, ProbingStage, ProbingState};
+use super::state::{FreeMotion, ProbingStage, ProbingState};
 use super::{LargestMotion, ProbingSettings};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
@@ -43,8 +43,8 @@ impl<N: Number> Probing<N> {
         let limits = &settings.limits;
         // As fast as rounding lets it be: its acceleration must stay below that of a swing.
         let [low, high] = limits.travel;
-        let swing = limits.speed * limits.speed / (high - low);
-        let omega = libm::sqrt(2.0 * swing / settings.resolution).min(0.8 / time);
+        let half_cycle = limits.speed * limits.speed / (high - low);
+        let omega = libm::sqrt(2.0 * half_cycle / settings.resolution).min(0.8 / time);
         // Errors are independent of each other once counts have passed.
         let independent = (3.0 * settings.resolution / limits.speed).max(0.0005);
         let stride = libm::round(independent / time) as u32;
@@ -91,8 +91,8 @@ impl<N: Number> Probing<N> {
         if position.magnitude() <= N::from_f64(STANDS_WITHIN) {
             return (samples > self.plan.released).then(|| self.start(None));
         }
-        let fall = Fall::released(samples.saturating_sub(1));
-        let observed = ObserverState::falling(position, fall.time);
+        let free_motion = FreeMotion::released(samples.saturating_sub(1));
+        let observed = ObserverState::falling(position, free_motion.time);
         let mut state = ProbingState {
             position,
             extreme: position,
@@ -104,9 +104,9 @@ impl<N: Number> Probing<N> {
         if speed > plan.usable_speed || N::from_f64(0.5) * speed * plan.soon > plan.half_room {
             let direction = if position > N::ZERO { N::ONE } else { -N::ONE };
             state.direction = -direction;
-            state.way = direction;
+            state.motion_direction = direction;
             state.origin = N::ZERO;
-            state.fall = fall;
+            state.free_motion = free_motion;
             state.observed = observed;
         }
         Some(state)
@@ -129,7 +129,7 @@ impl<N: Number> Probing<N> {
         state.extreme = position;
         state.part = N::from_f64(part);
         state.commands = [state.servo.holding(); COMMANDS];
-        self.choose_swing(&mut state);
+        self.choose_half_cycle(&mut state);
         state.enter(ProbingStage::Push);
         state
     }
@@ -145,8 +145,8 @@ impl<N: Number> Probing<N> {
             0
         };
         if increment != N::ZERO {
-            let way = if increment > N::ZERO { N::ONE } else { -N::ONE };
-            state.move_on(way, plan.hold_swing);
+            let motion_direction = if increment > N::ZERO { N::ONE } else { -N::ONE };
+            state.move_on(motion_direction, plan.hold_half_cycle);
         }
         if state.direction * (state.position - state.extreme) > N::ZERO {
             state.extreme = state.position;
@@ -160,7 +160,7 @@ impl<N: Number> Probing<N> {
         }
         let wanted = match state.stage {
             ProbingStage::Seek => self.seek(state),
-            ProbingStage::Push | ProbingStage::Brake | ProbingStage::Stop => self.swing(state),
+            ProbingStage::Push | ProbingStage::Brake | ProbingStage::Stop => self.half_cycle(state),
             ProbingStage::Hold => self.hold(state),
         };
         let [least, most] = plan.command;
@@ -182,17 +182,18 @@ impl<N: Number> Probing<N> {
     /// harder than the relay moves it. A servo that falls by its load is not left to friction.
     fn end_ringing(&self, state: &mut ProbingState<N>) {
         /// Swings after which it ends, and the multiple of the planned acceleration that they took.
-        const SWINGS: u32 = 2;
+        const HALF_CYCLES: u32 = 2;
         const HARDER: f64 = 2.4;
         /// The part of its bandwidth with which the loop begins to hold such a servo.
         const HELD_BY: f64 = 0.4;
         let [speed, bandwidth] = self.plan.ringing;
-        if let Some(swing) = state.swings.take(state.position) {
+        if let Some(half_cycle) = state.half_cycles.take(state.position) {
             let acceleration = N::from_f64(HARDER) * state.acceleration;
-            let rings = swing.is_faster(speed, bandwidth) && swing.is_harder(acceleration);
+            let rings =
+                half_cycle.is_faster(speed, bandwidth) && half_cycle.is_harder(acceleration);
             state.ringing += u32::from(rings);
         }
-        if state.ringing >= SWINGS {
+        if state.ringing >= HALF_CYCLES {
             state.ending = Some(Err(Reason::Oscillating));
             state.held_at = state.position;
             state.held_by = N::from_f64(HELD_BY);
@@ -213,19 +214,20 @@ impl<N: Number> Probing<N> {
             state.still > plan.standing || (state.still > 1 && missed > N::from_f64(MISSED));
         if state.stands {
             state.observed.stand();
-        } else if state.way * state.observed.velocity < N::ZERO && increment != N::ZERO {
+        } else if state.motion_direction * state.observed.velocity < N::ZERO && increment != N::ZERO
+        {
             state.observed.turn();
         }
     }
 
     /// Learns from a sample after its command, for the next.
     pub(crate) fn learn(&self, state: &mut ProbingState<N>, increment: N) -> ProbingProgress {
-        if let Some(guess) = state.news.take() {
+        if let Some(guess) = state.pending_estimate.take() {
             self.begin_regression(state, &guess);
         }
         self.regress(state, increment);
         self.stand(state);
-        if state.is_swinging() && state.broke_away.is_some() && state.ending.is_none() {
+        if state.is_oscillating() && state.broke_away.is_some() && state.ending.is_none() {
             self.end_ringing(state);
         }
         self.progress(state)
@@ -247,12 +249,16 @@ impl<N: Number> Probing<N> {
     fn regress(&self, state: &mut ProbingState<N>, increment: N) {
         // The command of this sample has been given since.
         let acted = state.given(self.plan.delay + 1);
-        let direction = if state.stands { N::ZERO } else { state.way };
-        let news = self
-            .regression
-            .observe(&mut state.gathered, increment, direction, acted);
+        let direction = if state.stands {
+            N::ZERO
+        } else {
+            state.motion_direction
+        };
+        let pending_estimate =
+            self.regression
+                .observe(&mut state.gathered, increment, direction, acted);
         let turns = state.reversals[0] + state.reversals[1];
-        if news
+        if pending_estimate
             && turns > 0
             && let Some(mut estimate) = state.gathered.estimate()
             && estimate.is_like(state.guessed)
@@ -339,16 +345,20 @@ mod tests {
                 ..RoughModel::UNKNOWN
             };
             let mut state = probing.start_from_known(&servo, 0.0, 1.0);
-            let half_cycle = (0.1 * 2.0 * probing.plan.swing_speed).round().max(1.0) as u32;
+            let half_cycle = (0.1 * 2.0 * probing.plan.half_cycle_speed).round().max(1.0) as u32;
             let speed = 0.5 * probing.plan.usable_speed;
-            let swings = |sample: &u32| sample / half_cycle;
+            let half_cycles = |sample: &u32| sample / half_cycle;
             let ended = (0..5 * half_cycle).find(|sample| {
-                let way = if swings(sample) % 2 == 0 { 1.0 } else { -1.0 };
-                state.position += way * speed;
+                let motion_direction = if half_cycles(sample) % 2 == 0 {
+                    1.0
+                } else {
+                    -1.0
+                };
+                state.position += motion_direction * speed;
                 probing.end_ringing(&mut state);
                 state.ending.is_some()
             });
-            assert_eq!(ended.as_ref().map(swings), Some(2), "{sample_time}");
+            assert_eq!(ended.as_ref().map(half_cycles), Some(2), "{sample_time}");
             assert_eq!(state.ending, Some(Err(Reason::Oscillating)));
             let pulled = |held_by| {
                 let mut held = state;
@@ -362,7 +372,7 @@ mod tests {
     }
 
     /// A push against friction of 2 of 10 command units, after a break-away in the other direction.
-    fn pushing(way: f32) -> (Probing<f32>, ProbingState<f32>) {
+    fn pushing(motion_direction: f32) -> (Probing<f32>, ProbingState<f32>) {
         let unknown = Unknown {
             held: None,
             ..Unknown::from_seed(2)
@@ -377,11 +387,11 @@ mod tests {
             viscous: 0.0,
         };
         let mut state = probing.start_from_known(&servo, 0.0, 1.0);
-        state.aim(way);
+        state.aim(motion_direction);
         state.extra = 1.0;
         state.broke_away = Some(Breakaway {
-            command: -2.0 * way,
-            is_forward: way < 0.0,
+            command: -2.0 * motion_direction,
+            is_forward: motion_direction < 0.0,
             other: None,
         });
         (probing, state)
@@ -389,16 +399,16 @@ mod tests {
 
     #[test]
     fn only_a_push_that_grows_against_rest_shows_the_other_break_away() {
-        for way in [1.0, -1.0] {
+        for motion_direction in [1.0, -1.0] {
             let shown = |change: fn(&mut ProbingState<f32>)| {
-                let (probing, mut state) = pushing(way);
-                state.commands = [3.0 * way; COMMANDS];
+                let (probing, mut state) = pushing(motion_direction);
+                state.commands = [3.0 * motion_direction; COMMANDS];
                 state.still = probing.plan.reaction + 1;
                 change(&mut state);
                 probing.stand(&mut state);
                 state.broke_away.and_then(|seen| seen.other)
             };
-            assert_eq!(shown(|_| {}), Some(3.0 * way));
+            assert_eq!(shown(|_| {}), Some(3.0 * motion_direction));
             assert_eq!(shown(|state| state.extra = 0.0), None);
             assert_eq!(shown(|state| state.still = 0), None);
             assert_eq!(shown(|state| state.stage = ProbingStage::Brake), None);
@@ -409,9 +419,9 @@ mod tests {
 
     #[test]
     fn a_late_push_does_not_add_friction_that_the_model_has_learnt_since() {
-        for way in [1.0, -1.0] {
+        for motion_direction in [1.0, -1.0] {
             for (friction, extra) in [(2.75, 0.25), (4.0, 0.0), (1.0, 1.0)] {
-                let (_, mut state) = pushing(way);
+                let (_, mut state) = pushing(motion_direction);
                 let mut servo = state.servo;
                 servo.forward = -friction * servo.gain;
                 servo.backward = friction * servo.gain;

@@ -23,12 +23,12 @@
 //! A fifth of the travel and a quarter of the speed are kept in reserve.
 
 mod experiment;
+mod half_cycle;
 mod observer;
 mod plan;
 mod ramp;
 mod settings;
 mod state;
-mod swing;
 
 pub(crate) use experiment::{Probing, ProbingProgress};
 pub use settings::LargestMotion;

@@ -85,8 +85,8 @@ impl<N: Number> Observer<N> {
         acted: N,
     ) {
         let acceleration = servo.acceleration(acted, observed.velocity) + observed.rest;
-        let way = observed.velocity + N::from_f64(0.5) * acceleration;
-        observed.error += increment - way;
+        let motion_direction = observed.velocity + N::from_f64(0.5) * acceleration;
+        observed.error += increment - motion_direction;
         let [position, velocity, rest] = self.gains;
         observed.velocity += acceleration + velocity * observed.error;
         observed.rest += rest * observed.error;

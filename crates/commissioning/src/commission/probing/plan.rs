@@ -30,11 +30,11 @@ pub(super) struct Plan<N> {
     /// before the steepest command has grown by much.
     pub(super) timed_gain: N,
     /// The square of half a half-cycle's time, over two: amplitude over acceleration.
-    pub(super) swing: N,
+    pub(super) half_cycle: N,
     /// Speed over acceleration for such a half-cycle.
-    pub(super) swing_speed: N,
+    pub(super) half_cycle_speed: N,
     /// The shortest informative half-cycle, counts.
-    pub(super) least_swing: N,
+    pub(super) least_half_cycle: N,
     /// Samples without an edge after which a servo that should be slow is at standstill.
     pub(super) standing: u32,
     /// Samples without an edge under all of the command after which nothing moves the servo.
@@ -51,7 +51,7 @@ pub(super) struct Plan<N> {
     /// Stiffness and damping with which it is held, per sample² and per sample.
     pub(super) hold: [N; 2],
     /// Samples between two turns of an oscillation as fast as the holding loop.
-    pub(super) hold_swing: u32,
+    pub(super) hold_half_cycle: u32,
     /// Speed, counts a sample, and bandwidth, ω T, that separate the relay's half-cycles from unplanned ones. The
     /// latter are faster and shorter.
     pub(super) ringing: [N; 2],
@@ -77,7 +77,7 @@ impl<N: Number> Plan<N> {
 
     /// The shortest half-cycle of the relay, in known delays. Also the phase, rad, that the known delay costs the
     /// holding loop.
-    const SWING_DELAYS: f64 = 4.0;
+    const HALF_CYCLE_DELAYS: f64 = 4.0;
     const HOLD_PHASE: f64 = 0.4;
 
     /// Parts of the planned speed and of the shortest half-cycle. A half-cycle above the first and within the second is
@@ -114,9 +114,9 @@ impl<N: Number> Plan<N> {
         let most = limits.command[1].min(-limits.command[0]);
         let number = N::from_f64;
         let samples = |seconds: f64| libm::ceil(seconds / time);
-        let half_swing = 0.042_f64
+        let half_of_cycle = 0.042_f64
             .max(16.0 * time)
-            .max(Self::SWING_DELAYS * settings.command_delay);
+            .max(Self::HALF_CYCLE_DELAYS * settings.command_delay);
         // That of a push that does not move the servo.
         let steepest = 40.0 * time * most;
         let usable_speed = Self::USED_SPEED * limits.speed * time * counts;
@@ -142,9 +142,9 @@ impl<N: Number> Plan<N> {
             per_growth: number(1.0 / (200.0 * time).min(0.5)),
             steepest: number(20.0 * time * most),
             timed_gain: number(6.0 * steepest * steepest / libm::pow(Self::TIMED * most, 3.0)),
-            swing: number(half_swing * half_swing / (8.0 * time * time)),
-            swing_speed: number(half_swing / (2.0 * time)),
-            least_swing: number(40.0),
+            half_cycle: number(half_of_cycle * half_of_cycle / (8.0 * time * time)),
+            half_cycle_speed: number(half_of_cycle / (2.0 * time)),
+            least_half_cycle: number(40.0),
             standing: samples(0.005).max(3.0) as u32,
             jammed: samples(Self::JAMMED) as u32,
             longest: samples(limits.duration) as u32,
@@ -158,10 +158,10 @@ impl<N: Number> Plan<N> {
             released: (Self::RELEASED / time) as u32,
             soon: number((Self::SOON.0 / time).max(Self::SOON.1)),
             hold: [number(stiffness * stiffness), number(2.0 * stiffness)],
-            hold_swing: (core::f64::consts::PI / stiffness) as u32,
+            hold_half_cycle: (core::f64::consts::PI / stiffness) as u32,
             ringing: [
                 number(ringing_speed * usable_speed),
-                number(core::f64::consts::PI * time / (ringing_time * half_swing)),
+                number(core::f64::consts::PI * time / (ringing_time * half_of_cycle)),
             ],
         }
     }

@@ -1,19 +1,19 @@
 use super::super::rough_model::{Breakaway, RoughModel};
 use super::experiment::Probing;
-use super::state::{Fall, FirstCount, Guess, ProbingStage, ProbingState};
+use super::state::{FirstCount, FreeMotion, Guess, ProbingStage, ProbingState};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
 /// The shortest informative fall, counts.
-const MIN_FALL_COUNTS: f64 = 3.0;
+const MIN_FREE_MOTION_COUNTS: f64 = 3.0;
 
 impl<N: Number> Guess<N> {
     /// For a servo that fell and was caught. At its furthest point, w t²/2 + b ∬u = q, its velocity is back at zero, w
     /// t + b ∫u = 0.
-    fn caught(fall: &[N; 4], base: N) -> Self {
-        let [time, pushed, way, moved] = *fall;
+    fn caught(free_motion: &[N; 4], base: N) -> Self {
+        let [time, pushed, motion_direction, moved] = *free_motion;
         let half = N::from_f64(0.5);
-        let against = (way - half * pushed * time).magnitude();
+        let against = (motion_direction - half * pushed * time).magnitude();
         let gain = moved.magnitude() * against.reciprocal();
         let acceleration = -(gain * pushed * time.reciprocal());
         Self {
@@ -38,19 +38,19 @@ impl<N: Number> Probing<N> {
     pub(super) fn seek(&self, state: &mut ProbingState<N>) -> N {
         let plan = &self.plan;
         let acted = state.given(plan.delay);
-        let furthest = state.fall.furthest[3];
+        let furthest = state.free_motion.furthest[3];
         let fell = furthest.magnitude() >= plan.noticed && furthest * state.direction < N::ZERO;
         if state.still > plan.standing && fell {
-            let guess = Guess::caught(&state.fall.furthest, state.fall.base);
+            let guess = Guess::caught(&state.free_motion.furthest, state.free_motion.base);
             return self.know(state, &guess, acted);
         }
         if state.still > plan.standing {
             state.origin = state.position;
             state.first_count = None;
-            state.fall = Fall::from(acted);
+            state.free_motion = FreeMotion::from(acted);
         }
         let moved = state.position - state.origin;
-        state.fall.follow(acted, moved);
+        state.free_motion.follow(acted, moved);
         if state.first_count.is_none() && moved != N::ZERO {
             state.first_count = Some(FirstCount {
                 sample: state.samples,
@@ -58,11 +58,13 @@ impl<N: Number> Probing<N> {
                 moved: moved.magnitude(),
             });
         }
-        let furthest = state.fall.furthest[3];
+        let furthest = state.free_motion.furthest[3];
         let against = -(state.direction * state.observed.velocity);
         if furthest * state.direction < N::ZERO && against > N::ZERO {
             let (direction, given) = (state.direction, state.given(0));
-            let caught = state.fall.turns(direction, against, given, plan.horizon);
+            let caught = state
+                .free_motion
+                .turns(direction, against, given, plan.horizon);
             if let Some(guess) = caught {
                 return self.know(state, &guess, acted);
             }
@@ -80,18 +82,18 @@ impl<N: Number> Probing<N> {
                 state.ramp = N::ZERO;
                 state.direction = -state.direction;
             } else if comes_back {
-                let guess = Guess::caught(&state.fall.turning(), state.fall.base);
+                let guess = Guess::caught(&state.free_motion.turning(), state.free_motion.base);
                 return self.know(state, &guess, acted);
             }
         } else if comes_back && furthest * state.direction < N::ZERO {
-            if furthest.magnitude() >= N::from_f64(MIN_FALL_COUNTS) {
-                let guess = Guess::caught(&state.fall.turning(), state.fall.base);
+            if furthest.magnitude() >= N::from_f64(MIN_FREE_MOTION_COUNTS) {
+                let guess = Guess::caught(&state.free_motion.turning(), state.free_motion.base);
                 return self.know(state, &guess, acted);
             }
             // It fell a little, and goes with the ramp from here.
             state.origin = state.position;
             state.first_count = None;
-            state.fall = Fall::from(acted);
+            state.free_motion = FreeMotion::from(acted);
         }
         let [least, most] = plan.command;
         let command = state.held + state.direction * state.ramp;
@@ -163,9 +165,10 @@ impl<N: Number> Probing<N> {
         let since = N::from_count(samples.min(1 << 20) as i32);
         let slope = (now - first.command).magnitude() * since.reciprocal();
         let half = N::from_f64(0.5);
-        let way = moved.magnitude() - half;
-        let all =
-            since * (N::ONE - cube_root((first.moved - half) * way.reciprocal())).reciprocal();
+        let motion_direction = moved.magnitude() - half;
+        let all = since
+            * (N::ONE - cube_root((first.moved - half) * motion_direction.reciprocal()))
+                .reciprocal();
         let command = now - state.direction * slope * all;
         // One that moves at the first of the ramp falls.
         let ramped = state.direction * (first.command - state.held);
@@ -177,7 +180,7 @@ impl<N: Number> Probing<N> {
         };
         let is_forward = state.direction > N::ZERO;
         possible.then(|| {
-            let gain = N::from_f64(6.0) * way * (slope * all * all * all).reciprocal();
+            let gain = N::from_f64(6.0) * motion_direction * (slope * all * all * all).reciprocal();
             Guess {
                 gain,
                 without: -(gain * command),
@@ -203,8 +206,8 @@ impl<N: Number> Probing<N> {
         };
         state.observed.adopt(&RoughModel::UNKNOWN, &servo, acted);
         state.servo = servo;
-        state.news = Some(*guess);
-        state.aim(state.way);
+        state.pending_estimate = Some(*guess);
+        state.aim(state.motion_direction);
         state.enter(ProbingStage::Brake);
         self.brake(state)
     }
@@ -212,7 +215,7 @@ impl<N: Number> Probing<N> {
     /// The remaining work, for which the first command of the brake does not wait. It keeps the guess, chooses the next
     /// half-cycle, and starts the regression with this knowledge.
     pub(super) fn begin_regression(&self, state: &mut ProbingState<N>, guess: &Guess<N>) {
-        self.choose_swing(state);
+        self.choose_half_cycle(state);
         let plan = &self.plan;
         let Guess {
             gain,

@@ -1,6 +1,6 @@
+use super::super::half_cycles::HalfCycles;
 use super::super::regression::RegressionState;
 use super::super::rough_model::{Breakaway, RoughModel};
-use super::super::swings::Swings;
 use super::observer::ObserverState;
 use super::plan::{COMMANDS, Plan};
 use identifier_core::number::Number;
@@ -22,7 +22,7 @@ pub(crate) struct ProbingState<N> {
     /// The furthest position in it.
     pub(super) extreme: N,
     /// The direction of the last count.
-    pub(super) way: N,
+    pub(super) motion_direction: N,
     /// True if the encoder shows that it stands.
     pub(super) stands: bool,
     /// The ramp's distance from its beginning, command units.
@@ -30,11 +30,11 @@ pub(crate) struct ProbingState<N> {
     /// Where it last stood.
     pub(super) origin: N,
     /// Commands and displacement since then.
-    pub(super) fall: Fall<N>,
+    pub(super) free_motion: FreeMotion<N>,
     /// Where and when the first count was passed.
     pub(super) first_count: Option<FirstCount<N>>,
     /// The guess from which the regression is to begin.
-    pub(super) news: Option<Guess<N>>,
+    pub(super) pending_estimate: Option<Guess<N>>,
     pub(super) servo: RoughModel<N>,
     /// b as it was first known.
     pub(super) guessed: N,
@@ -62,7 +62,7 @@ pub(crate) struct ProbingState<N> {
     /// Reversals at the low and at the high end.
     pub(super) reversals: [u32; 2],
     /// Its swings as the counts show them, and how many of them the relay did not plan.
-    pub(super) swings: Swings<N>,
+    pub(super) half_cycles: HalfCycles<N>,
     pub(super) ringing: u32,
     /// True if the servo is known anew since evidence was judged.
     pub(super) is_new: bool,
@@ -101,7 +101,7 @@ pub(super) enum ProbingStage {
 
 /// A motion that the ramp did not begin, from rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Fall<N> {
+pub(super) struct FreeMotion<N> {
     /// The command with which it began.
     pub(super) base: N,
     /// True if it began when the servo was released.
@@ -109,12 +109,12 @@ pub(super) struct Fall<N> {
     /// Samples, the integral of the command beyond that one, and the integral of that.
     pub(super) time: N,
     pub(super) pushed: N,
-    pub(super) way: N,
+    pub(super) motion_direction: N,
     /// These three at the furthest place, and that.
     pub(super) furthest: [N; 4],
 }
 
-impl<N: Number> Fall<N> {
+impl<N: Number> FreeMotion<N> {
     /// Of a servo that was released this many samples ago.
     pub(super) fn released(samples: u32) -> Self {
         Self {
@@ -131,7 +131,7 @@ impl<N: Number> Fall<N> {
             is_released: false,
             time: N::ZERO,
             pushed: N::ZERO,
-            way: N::ZERO,
+            motion_direction: N::ZERO,
             furthest: [N::ZERO; 4],
         }
     }
@@ -140,15 +140,15 @@ impl<N: Number> Fall<N> {
     pub(super) fn follow(&mut self, acted: N, moved: N) {
         let push = acted - self.base;
         self.time += N::ONE;
-        self.way += self.pushed + N::from_f64(0.5) * push;
+        self.motion_direction += self.pushed + N::from_f64(0.5) * push;
         self.pushed += push;
         if moved.magnitude() > self.furthest[3].magnitude() {
-            self.furthest = [self.time, self.pushed, self.way, moved];
+            self.furthest = [self.time, self.pushed, self.motion_direction, moved];
         }
     }
 }
 
-impl<N: Number> Fall<N> {
+impl<N: Number> FreeMotion<N> {
     /// A servo that turns within a number of samples under the commands given so far, by how far it fell and how fast it
     /// falls `against` the direction of the ramp: w t²/2 − b ∬u = q and w t − b ∫u = v. `given` is the last command. None
     /// where it does not, or the encoder hardly shows that it is braked.
@@ -160,7 +160,7 @@ impl<N: Number> Fall<N> {
         let fallen = self.furthest[3].magnitude();
         let held_back = fallen - half * against * self.time;
         let pushed = direction * self.pushed;
-        let against_it = half * pushed * self.time - direction * self.way;
+        let against_it = half * pushed * self.time - direction * self.motion_direction;
         let is_fast = fallen > N::from_f64(FAST) * self.time;
         let is_braked = held_back > N::from_f64(HELD_BACK) && against_it > N::ZERO;
         if !(self.is_released && is_fast && is_braked) {
@@ -180,11 +180,11 @@ impl<N: Number> Fall<N> {
     /// Of a fall whose last count has just been taken back: midway between the two.
     pub(super) fn turning(&self) -> [N; 4] {
         let half = N::from_f64(0.5);
-        let [time, pushed, way, moved] = self.furthest;
+        let [time, pushed, motion_direction, moved] = self.furthest;
         [
             half * (time + self.time),
             half * (pushed + self.pushed),
-            half * (way + self.way),
+            half * (motion_direction + self.motion_direction),
             moved,
         ]
     }
@@ -211,13 +211,13 @@ impl<N: Number> ProbingState<N> {
             broke_away: None,
             direction: plan.first_direction,
             extreme: N::ZERO,
-            way: plan.first_direction,
+            motion_direction: plan.first_direction,
             stands: false,
             ramp: N::ZERO,
             origin: N::ZERO,
-            fall: Fall::from(held),
+            free_motion: FreeMotion::from(held),
             first_count: None,
-            news: None,
+            pending_estimate: None,
             servo: RoughModel::UNKNOWN,
             guessed: N::ZERO,
             observed: ObserverState::AT_REST,
@@ -234,7 +234,7 @@ impl<N: Number> ProbingState<N> {
             part: N::ONE,
             blocked: None,
             reversals: [0; 2],
-            swings: Swings::from(N::ZERO),
+            half_cycles: HalfCycles::from(N::ZERO),
             ringing: 0,
             is_new: false,
             evidence: None,
@@ -271,7 +271,7 @@ impl<N: Number> ProbingState<N> {
     }
 
     /// True if it accelerates or brakes a servo whose friction is known.
-    pub(in crate::commission) fn is_swinging(&self) -> bool {
+    pub(in crate::commission) fn is_oscillating(&self) -> bool {
         self.servo.is_known() && matches!(self.stage, ProbingStage::Push | ProbingStage::Brake)
     }
 
@@ -283,27 +283,28 @@ impl<N: Number> ProbingState<N> {
 
     /// Takes in the direction of a count. The loop that holds a servo gives way each time that it swings back faster than the
     /// loop itself would: slower swings are those of a load on a spring, which the loop damps.
-    pub(super) fn move_on(&mut self, way: N, hold_swing: u32) {
+    pub(super) fn move_on(&mut self, motion_direction: N, hold_half_cycle: u32) {
         /// The part of the bandwidth that is left after a turn, and at least: of a servo that its load moves, and of one
         /// that friction held until the ramp moved it.
         const LEFT: f64 = 0.8;
         const LEAST: [f64; 2] = [0.4, 0.1];
-        if way != self.way && self.stage == ProbingStage::Hold {
-            if self.samples.saturating_sub(self.turned_at) < hold_swing {
+        if motion_direction != self.motion_direction && self.stage == ProbingStage::Hold {
+            if self.samples.saturating_sub(self.turned_at) < hold_half_cycle {
                 let least = LEAST[usize::from(self.broke_away.is_some())];
                 self.held_by =
                     (N::from_f64(LEFT) * self.held_by).limited(N::from_f64(least), N::ONE);
             }
             self.turned_at = self.samples;
         }
-        self.way = way;
+        self.motion_direction = motion_direction;
     }
 
     /// A push goes on with another model: what that has learnt of friction is no longer added to it.
     pub(super) fn push_on_with(&mut self, servo: &RoughModel<N>) {
-        let way = self.direction;
-        let slides = |servo: &RoughModel<N>| way * servo.command(N::ZERO, way);
-        let learnt = slides(servo) - slides(&self.servo);
+        let motion_direction = self.direction;
+        let response_motions =
+            |servo: &RoughModel<N>| motion_direction * servo.command(N::ZERO, motion_direction);
+        let learnt = response_motions(servo) - response_motions(&self.servo);
         self.extra = (self.extra - learnt).limited(N::ZERO, self.extra);
     }
 

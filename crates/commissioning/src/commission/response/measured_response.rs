@@ -1,5 +1,5 @@
 use super::super::CommissionSettings;
-use super::super::sliding::{LineRotations, LineSums, Lines, SlideBalance};
+use super::super::frequency_response::{FrictionBalance, LineRotations, LineSums, Lines};
 use super::ResponseFit;
 use identifier_core::number::{Complex, Number};
 use identifier_core::parameters::IdentifiedServo;
@@ -21,9 +21,9 @@ pub(in crate::commission) struct MeasuredResponse<N> {
     resolution: f64,
     /// The lines of the present or last slides, and their sums. The flag is true if they replace those of earlier
     /// slides.
-    survey: Lines,
+    first_pass: Lines,
     replaces: bool,
-    sums: [SlideSums<N>; Lines::MAX],
+    sums: [ResponseSums<N>; Lines::MAX],
     lines: [MeasuredLine; MOST],
     count: usize,
     /// The motions beneath them, backwards and forwards.
@@ -33,7 +33,7 @@ pub(in crate::commission) struct MeasuredResponse<N> {
 /// The sum of what slides in a direction showed of their balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct BalanceSums<N> {
-    slides: u8,
+    response_motions: u8,
     velocity: N,
     acceleration: N,
     command: N,
@@ -48,8 +48,8 @@ const NEIGHBOURS: usize = 2;
 /// The sums of a line over slides. Those of an inverted injection count with the opposite sign, which cancels the transient
 /// of a turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct SlideSums<N> {
-    slides: u8,
+struct ResponseSums<N> {
+    response_motions: u8,
     /// ∑ ±Y and ∑ ±U.
     position: [N; 2],
     command: [N; 2],
@@ -80,9 +80,9 @@ impl<N: Number> MeasuredResponse<N> {
         Self {
             sample_time: settings.sample_time,
             resolution: settings.resolution,
-            survey: Lines::survey(settings.sample_time),
+            first_pass: Lines::first_pass(settings.sample_time),
             replaces: false,
-            sums: [SlideSums::EMPTY; Lines::MAX],
+            sums: [ResponseSums::EMPTY; Lines::MAX],
             lines: [NO_LINE; MOST],
             count: 0,
             balances: [BalanceSums::EMPTY; 2],
@@ -91,21 +91,21 @@ impl<N: Number> MeasuredResponse<N> {
 
     /// Begins to measure lines. They replace those up to the highest of them, if motions show them, or lie between them.
     pub(in crate::commission) fn begin(&mut self, lines: &Lines, replaces: bool) {
-        self.survey = *lines;
+        self.first_pass = *lines;
         self.replaces = replaces;
-        self.sums = [SlideSums::EMPTY; Lines::MAX];
+        self.sums = [ResponseSums::EMPTY; Lines::MAX];
         self.balances = [BalanceSums::EMPTY; 2];
     }
 
     /// True if slides have shown the lines under way.
     pub(in crate::commission) fn has_lines(&self) -> bool {
         let [first, ..] = &self.sums;
-        first.slides > 1
+        first.response_motions > 1
     }
 
     /// Drops the lines of earlier slides that those of the last slides replace.
     fn replace(&mut self) {
-        let highest = self.survey.frequencies().last().unwrap_or(0.0);
+        let highest = self.first_pass.frequencies().last().unwrap_or(0.0);
         let mut kept = 0;
         for place in 0..self.count {
             let line = self.lines.get(place).copied();
@@ -126,7 +126,7 @@ impl<N: Number> MeasuredResponse<N> {
     }
 
     /// Takes the balance of a slide.
-    pub(in crate::commission) fn take_balance(&mut self, balance: &SlideBalance<N>) {
+    pub(in crate::commission) fn take_balance(&mut self, balance: &FrictionBalance<N>) {
         let [backwards, forwards] = &mut self.balances;
         if balance.velocity > N::ZERO {
             forwards.take(balance);
@@ -155,9 +155,9 @@ impl<N: Number> MeasuredResponse<N> {
     pub(in crate::commission) fn fit(
         &self,
         servo: &IdentifiedServo,
-        is_doubted: bool,
+        is_uncertain: bool,
     ) -> Option<ResponseFit> {
-        ResponseFit::begin(self.lines(), servo, is_doubted, self.sample_time)
+        ResponseFit::begin(self.lines(), servo, is_uncertain, self.sample_time)
     }
 
     /// The measured lines, by frequency: those that at least two slides have shown.
@@ -172,7 +172,7 @@ impl<N: Number> MeasuredResponse<N> {
         }
         self.count = self.count.min(MOST - Lines::MAX);
         LineMeasurement {
-            rotations: self.survey.rotations(),
+            rotations: self.first_pass.rotations(),
             earlier: self.count,
             sums: 0,
             deviations: [0.0; Lines::MAX],
@@ -182,7 +182,7 @@ impl<N: Number> MeasuredResponse<N> {
 
     /// Measures the next line, or smooths the deviation of the next; true once all are measured.
     pub(in crate::commission) fn measure(&mut self, measuring: &mut LineMeasurement) -> bool {
-        let next = (self.survey.frequency(measuring.sums)).zip(measuring.rotations.next());
+        let next = (self.first_pass.frequency(measuring.sums)).zip(measuring.rotations.next());
         let measured = self.count - measuring.earlier;
         if let (Some((frequency, turn)), Some(sums)) = (next, self.sums.get(measuring.sums)) {
             measuring.sums += 1;
@@ -251,14 +251,14 @@ fn median(values: &mut [f64]) -> f64 {
 
 impl<N: Number> BalanceSums<N> {
     const EMPTY: Self = Self {
-        slides: 0,
+        response_motions: 0,
         velocity: N::ZERO,
         acceleration: N::ZERO,
         command: N::ZERO,
     };
 
-    fn take(&mut self, balance: &SlideBalance<N>) {
-        self.slides = self.slides.saturating_add(1);
+    fn take(&mut self, balance: &FrictionBalance<N>) {
+        self.response_motions = self.response_motions.saturating_add(1);
         self.velocity += balance.velocity;
         self.acceleration += balance.acceleration;
         self.command += balance.command;
@@ -267,14 +267,14 @@ impl<N: Number> BalanceSums<N> {
     /// Mean velocity, acceleration and command; none of no slide.
     fn mean(&self) -> Option<[f64; 3]> {
         let sums = [self.velocity, self.acceleration, self.command];
-        let slides = f64::from(self.slides);
-        (self.slides > 0).then(|| sums.map(|sum| sum.to_f64() / slides))
+        let response_motions = f64::from(self.response_motions);
+        (self.response_motions > 0).then(|| sums.map(|sum| sum.to_f64() / response_motions))
     }
 }
 
-impl<N: Number> SlideSums<N> {
+impl<N: Number> ResponseSums<N> {
     const EMPTY: Self = Self {
-        slides: 0,
+        response_motions: 0,
         position: [N::ZERO; 2],
         command: [N::ZERO; 2],
         powers: [N::ZERO; 2],
@@ -285,7 +285,7 @@ impl<N: Number> SlideSums<N> {
         let [y, v] = sums.position;
         let [u, w] = sums.command;
         let sign = if sums.inverted { -N::ONE } else { N::ONE };
-        self.slides = self.slides.saturating_add(1);
+        self.response_motions = self.response_motions.saturating_add(1);
         self.position[0] += sign * y;
         self.position[1] += sign * v;
         self.command[0] += sign * u;
@@ -304,7 +304,7 @@ impl<N: Number> SlideSums<N> {
             im: im.to_f64(),
         };
         let command = complex(self.command);
-        if self.slides < 2 || command.power() == 0.0 {
+        if self.response_motions < 2 || command.power() == 0.0 {
             return None;
         }
         let gain = complex(self.position) / command;
@@ -312,8 +312,8 @@ impl<N: Number> SlideSums<N> {
         let [positions, commands] = self.powers.map(N::to_f64);
         let explained = 2.0 * (gain.conjugate() * complex(self.cross)).re - gain.power() * commands;
         let left = (positions - explained).max(0.0);
-        let slides = f64::from(self.slides);
-        let variance = left / (slides - 1.0) * slides / command.power();
+        let response_motions = f64::from(self.response_motions);
+        let variance = left / (response_motions - 1.0) * response_motions / command.power();
         // Increments are (1 − z⁻¹) of positions.
         let increments = Complex::ONE - turn.conjugate();
         let gain = gain.scaled(resolution) / increments;

@@ -1,4 +1,4 @@
-use super::super::corrected::{know_alone, scale, scale_errors};
+use super::super::corrected::{scale, scale_errors, set_one_known};
 use super::model::{DAMPING, DELAY, FREQUENCY, FRICTION, GAIN, LAG, UNKNOWNS, Unknowns, mode};
 use super::pass::ResponsePass;
 use super::scan::{Scan, Starts, delay_and_lag};
@@ -79,15 +79,15 @@ impl ResponseEstimate {
     /// viscous friction. The commands that balance friction and load are kept.
     pub(in crate::commission) fn improve(&self, servo: &mut IdentifiedServo) {
         scale(servo, self.gain / servo.parameters.b);
-        know_alone(servo, IdentifiedServo::B, self.gain_error * self.gain);
+        set_one_known(servo, IdentifiedServo::B, self.gain_error * self.gain);
         let [a, of_a] = self.friction;
         if of_a > 0.0 {
             servo.parameters.a = a;
-            know_alone(servo, IdentifiedServo::A, of_a);
+            set_one_known(servo, IdentifiedServo::A, of_a);
         }
         let [delay, of_delay] = self.delay;
         servo.delay = delay;
-        know_alone(servo, IdentifiedServo::DELAY, of_delay);
+        set_one_known(servo, IdentifiedServo::DELAY, of_delay);
     }
 
     /// Takes the gain into a servo that was identified as one mass: the mean of both by their variances.
@@ -151,13 +151,13 @@ impl ResponseFit {
     pub(in crate::commission) fn begin(
         lines: &[MeasuredLine],
         servo: &IdentifiedServo,
-        is_doubted: bool,
+        is_uncertain: bool,
         sample_time: f64,
     ) -> Option<Self> {
         /// The fewest lines that distinguish two masses from one.
         const FEWEST: usize = 12;
         let delay = servo.delay / sample_time;
-        let friction = if is_doubted {
+        let friction = if is_uncertain {
             [0.0, Self::USUAL_FRICTION]
         } else {
             [servo.parameters.a, 0.0]

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::vec::Vec;
 
 use super::{MeasuredResponse, ResponseEstimate, ResponseFit};
-use crate::commission::sliding::{Lines, SlideBalance};
+use crate::commission::frequency_response::{FrictionBalance, Lines};
 use crate::commission::{CommissionSettings, Limits};
 use identifier_core::number::Complex;
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
@@ -55,7 +55,7 @@ fn shown(mode: Option<&Mode>, noise: f64, gain: f64) -> ResponseEstimate {
 /// The same with a noise that depends on the frequency, rad/s.
 fn shown_through(mode: Option<&Mode>, noise: &dyn Fn(f64) -> f64, gain: f64) -> ResponseEstimate {
     let mut random = SplitMix64::new(7);
-    let lines: Vec<MeasuredLine> = Lines::survey(SAMPLE_TIME)
+    let lines: Vec<MeasuredLine> = Lines::first_pass(SAMPLE_TIME)
         .frequencies()
         .map(|frequency| {
             let exact = response(mode, frequency);
@@ -157,7 +157,7 @@ fn one_mass_shows_no_resonance() {
 
 /// b u = v̇ + a v ± c − d of each slide, of means in counts and samples.
 #[test]
-fn friction_and_load_are_those_that_balance_the_slides() {
+fn friction_and_load_are_those_that_balance_the_response_motions() {
     const RESOLUTION: f64 = 1e-4;
     let truth = ServoParameters {
         a: A,
@@ -168,19 +168,19 @@ fn friction_and_load_are_those_that_balance_the_slides() {
     let limits = Limits::new([-1.0, 1.0], 15.0, [-10.0, 10.0]);
     let settings = CommissionSettings::new(SAMPLE_TIME, RESOLUTION, limits);
     let mut response = MeasuredResponse::<f64>::new(&settings);
-    let mut slide = |velocity: f64, acceleration: f64| {
+    let mut response_motion = |velocity: f64, acceleration: f64| {
         let needed = acceleration + A * velocity + truth.coulomb.copysign(velocity) - truth.load;
-        response.take_balance(&SlideBalance {
+        response.take_balance(&FrictionBalance {
             velocity: velocity * SAMPLE_TIME / RESOLUTION,
             acceleration: acceleration * SAMPLE_TIME * SAMPLE_TIME / RESOLUTION,
             command: needed / B,
         });
         response.friction(&truth)
     };
-    assert_eq!(slide(3.0, 1.5), None);
-    assert_eq!(slide(2.0, -0.7), None);
+    assert_eq!(response_motion(3.0, 1.5), None);
+    assert_eq!(response_motion(2.0, -0.7), None);
     for velocity in [-3.0, -2.5] {
-        let [coulomb, load] = slide(velocity, 4.0).expect("both ways");
+        let [coulomb, load] = response_motion(velocity, 4.0).expect("both ways");
         assert!((coulomb - truth.coulomb).abs() < 1e-9, "{coulomb}");
         assert!((load - truth.load).abs() < 1e-9, "{load}");
     }

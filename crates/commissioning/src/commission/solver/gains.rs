@@ -66,9 +66,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Err(_) => None,
         };
         if let Some((Cap::UnseenResonance, bandwidth)) = found
-            && let Some(slides) = self.look_closer(bandwidth)
+            && let Some(response_motions) = self.look_closer(bandwidth)
         {
-            return Some(slides);
+            return Some(response_motions);
         }
         match tuned {
             Ok(tuning) => self.offer(tuning, fitted),
@@ -87,7 +87,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Gains with the step that is to try them, which is chosen for them.
     fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<DecisionKind<N>> {
         let step = self.step_for(&tuning);
-        let other = libm::fabs(step - tuning.promise.step) > 1e-3 * step;
+        let other = libm::fabs(step - tuning.predicted_response.step) > 1e-3 * step;
         if !fitted && other {
             self.tune(Goal::Bandwidth(tuning.bandwidth), step, true);
             return None;

@@ -110,7 +110,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         evidence.probes += 1;
         (evidence.is_recorded, evidence.is_cut) = (is_complete, is_cut);
         if is_cut || !is_complete {
-            evidence.doubt = Some(Reason::TooLittleEvidence);
+            evidence.unexplained_reason = Some(Reason::TooLittleEvidence);
         }
         evidence.fitted = evidence.fitted.or(rough);
         self.work = Work::Decide;

@@ -63,7 +63,7 @@ pub(super) struct Evidence {
     /// The servo by its motions.
     pub(super) fitted: Option<IdentifiedServo>,
     /// Why one mass does not explain these, if it does not.
-    pub(super) doubt: Option<Reason>,
+    pub(super) unexplained_reason: Option<Reason>,
     /// False if travel, speed, resolution or command leave no room for frequency-response motions.
     pub(super) has_room: bool,
     /// Rounds of these so far.
@@ -80,7 +80,7 @@ impl Evidence {
         is_cut: false,
         probes: 0,
         fitted: None,
-        doubt: None,
+        unexplained_reason: None,
         has_room: true,
         rounds: 0,
         masses: None,
@@ -108,12 +108,12 @@ impl Evidence {
         let Some(masses) = &self.masses else {
             return Some(servo);
         };
-        if self.doubt.is_some() || (masses.resonance.is_some() && masses.is_known()) {
+        if self.unexplained_reason.is_some() || (masses.resonance.is_some() && masses.is_known()) {
             masses.improve(&mut servo);
         } else if masses.is_one_mass() {
             masses.combine(&mut servo);
         }
-        if self.doubt.is_some()
+        if self.unexplained_reason.is_some()
             && let Some([coulomb, load]) = self.balance
         {
             (servo.parameters.coulomb, servo.parameters.load) = (coulomb, load);
@@ -137,7 +137,7 @@ impl Evidence {
             servo.standard_error(IdentifiedServo::B) / b,
             masses.gain_error,
         );
-        let is_sure = self.doubt.is_none();
+        let is_sure = self.unexplained_reason.is_none();
         is_sure.then(|| [libm::log(masses.gain / b), error])
     }
 
@@ -146,14 +146,14 @@ impl Evidence {
     }
 
     fn asks_for_lines(&self) -> bool {
-        let is_doubted = self.doubt.is_some();
-        let shows_too_little = self.masses.map_or(is_doubted, |masses| {
+        let is_uncertain = self.unexplained_reason.is_some();
+        let shows_too_little = self.masses.map_or(is_uncertain, |masses| {
             let is_apart = self.apart().is_some_and(|[ratio, error]| {
                 let ratio = libm::fabs(ratio);
                 ratio > libm::log(Self::APART) && ratio > Self::ERRORS_APART * error
             });
             is_apart
-                || (is_doubted && !masses.is_explained())
+                || (is_uncertain && !masses.is_explained())
                 || masses.may_hide_a_resonance()
                 || self.gain_error() > Self::WELL_KNOWN
         });
@@ -161,7 +161,7 @@ impl Evidence {
     }
 
     fn is_within_tolerance(&self) -> bool {
-        let is_explained = match (self.masses, self.doubt) {
+        let is_explained = match (self.masses, self.unexplained_reason) {
             (Some(masses), Some(_)) => masses.is_explained(),
             (None, Some(_)) => false,
             (_, None) => self.agrees(),
@@ -178,7 +178,7 @@ impl Evidence {
     /// Why there are no gains to look for.
     pub(super) fn outcome(&self) -> Reason {
         let has_resonance = self.masses.is_some_and(|masses| masses.resonance.is_some());
-        match self.doubt {
+        match self.unexplained_reason {
             Some(_) if has_resonance => Reason::ResonanceOrBacklash,
             Some(_) if self.masses.is_some() => Reason::PartlyExplained,
             Some(reason) => reason,

@@ -1,9 +1,9 @@
 //! The rounds of frequency-response motions, and the masses that they show.
 
 use super::super::Phase;
+use super::super::frequency_response::{Lines, ResponsePlan};
 use super::super::message::DecisionKind;
 use super::super::response::ResponseEstimate;
-use super::super::sliding::{Lines, SlidePlan};
 use super::order::Evidence;
 use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
@@ -31,7 +31,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let Evidence {
             masses,
             rounds,
-            doubt,
+            unexplained_reason,
             ..
         } = self.evidence;
         let time = self.settings.sample_time;
@@ -40,18 +40,18 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let lines = match masses {
             Some(masses) if masses.may_hide_a_resonance() => Lines::between(time, 0.0),
             Some(masses) if is_low && (masses.is_explained() || rounds > 1) => Lines::low(time),
-            _ => Lines::survey(time),
+            _ => Lines::first_pass(time),
         };
         let is_between = masses.is_some_and(|masses| masses.may_hide_a_resonance());
         // Friction and gain of a doubted servo are learnt before its lines.
-        let is_doubted = doubt.is_some() && masses.is_none();
+        let is_uncertain = unexplained_reason.is_some() && masses.is_none();
         let motions = if rounds == 0 {
             Self::FIRST_ROUND
         } else {
             Self::ROUND
         };
         let servo = self.evidence.servo()?;
-        let plan = SlidePlan::new(&self.settings, &servo, is_doubted, mode.as_ref(), &lines);
+        let plan = ResponsePlan::new(&self.settings, &servo, is_uncertain, mode.as_ref(), &lines);
         let Some(plan) = plan else {
             if rounds == 0 {
                 self.evidence.has_room = false;
@@ -60,7 +60,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             return None;
         };
         self.begin_round(&lines, !is_between);
-        Some(DecisionKind::Slide(plan.with_motions(motions)))
+        Some(DecisionKind::ResponseMotion(plan.with_motions(motions)))
     }
 
     /// Measures the frequency response a last time, with lines between the others. The reason is a resonance that these
@@ -72,10 +72,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let servo = self.evidence.servo()?;
         let lines = Lines::between(self.settings.sample_time, Self::ABOVE * bandwidth);
         let mode = self.designed_resonance().map(|resonance| resonance.mode);
-        let plan = SlidePlan::new(&self.settings, &servo, false, mode.as_ref(), &lines)?;
+        let plan = ResponsePlan::new(&self.settings, &servo, false, mode.as_ref(), &lines)?;
         self.begin_round(&lines, false);
         self.evidence.rounds = Evidence::MAX_ROUNDS;
-        Some(DecisionKind::Slide(plan.with_motions(Self::ROUND)))
+        Some(DecisionKind::ResponseMotion(plan.with_motions(Self::ROUND)))
     }
 
     fn begin_round(&mut self, lines: &Lines, replaces: bool) {
@@ -89,7 +89,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let servo = self.evidence.servo();
         let fit = servo
             .filter(|_| self.response.has_lines())
-            .and_then(|servo| self.response.fit(&servo, self.evidence.doubt.is_some()));
+            .and_then(|servo| {
+                self.response
+                    .fit(&servo, self.evidence.unexplained_reason.is_some())
+            });
         self.work = fit.map_or(Work::Decide, Work::Masses);
     }
 

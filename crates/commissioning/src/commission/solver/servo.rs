@@ -1,6 +1,6 @@
 //! The servo by its motions.
 
-use super::super::corrected::know_alone;
+use super::super::corrected::set_one_known;
 use super::super::message::{DecisionKind, Identified};
 use super::super::{CommissionSettings, RoughModel};
 use super::{CommissionSolver, Work};
@@ -28,7 +28,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             unexplained: 0.0,
         };
         for (place, value) in rough.values().into_iter().enumerate() {
-            know_alone(&mut rough, place, value);
+            set_one_known(&mut rough, place, value);
         }
         Some(rough).filter(|_| noise == 0.0)
     }
@@ -40,7 +40,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     ) -> Option<DecisionKind<N>> {
         self.work = Work::Decide;
         let evidence = &mut self.evidence;
-        evidence.doubt = match fitted {
+        evidence.unexplained_reason = match fitted {
             Ok(servo) => {
                 let most = Self::UNEXPLAINED * self.settings.resolution;
                 evidence.fitted = Some(servo);
@@ -48,7 +48,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             Err(reason) => Some(reason),
         };
-        match evidence.doubt {
+        match evidence.unexplained_reason {
             None => self.publish(DecisionKind::Identified),
             Some(_) => None,
         }

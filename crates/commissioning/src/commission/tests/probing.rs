@@ -246,16 +246,16 @@ fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
         let progress = probing.learn(&mut state, (count - last) as f32);
         last = count;
         let push = b * f64::from(command);
-        let way = if velocity == 0.0 { push } else { velocity }.signum();
-        let slides = velocity != 0.0 || push.abs() > coulomb;
+        let motion_direction = if velocity == 0.0 { push } else { velocity }.signum();
+        let response_motions = velocity != 0.0 || push.abs() > coulomb;
         let pushed = velocity
-            + if slides {
-                (push - coulomb * way) * time
+            + if response_motions {
+                (push - coulomb * motion_direction) * time
             } else {
                 0.0
             };
         // It stops where it would turn.
-        velocity = if pushed * way < 0.0 {
+        velocity = if pushed * motion_direction < 0.0 {
             0.0
         } else {
             ratchet(pushed)
@@ -351,7 +351,11 @@ fn a_stated_gain_bounds_how_far_a_stuck_encoder_lets_an_axis_go() {
     assert_eq!(unseen(&settings), None);
     settings.max_gain = Some(400.0);
     // ½ b u t², t being 0.15 s.
-    assert!(unseen(&settings).is_some_and(|way| (way - 9.0).abs() < 1e-9));
+    assert!(
+        unseen(&settings).is_some_and(|motion_direction| (motion_direction - 9.0).abs() < 1e-9)
+    );
     settings.limits.duration = 0.1;
-    assert!(unseen(&settings).is_some_and(|way| (way - 4.0).abs() < 1e-9));
+    assert!(
+        unseen(&settings).is_some_and(|motion_direction| (motion_direction - 4.0).abs() < 1e-9)
+    );
 }

@@ -108,7 +108,7 @@ fn a_sound_servo_in_rough_operation_raises_no_alarm() {
         let drive = random.one_of(&[Drive::Steps, Drive::Shake, Drive::Hold]);
         axis.servo.load *= 0.5;
         let authority = axis.servo.b * axis.limit;
-        let swing = [
+        let half_cycle = [
             authority * random.uniform(0.0, 0.3),
             log_uniform(&mut random, 0.3, 8.0),
         ];
@@ -123,7 +123,7 @@ fn a_sound_servo_in_rough_operation_raises_no_alarm() {
                 used_for: Use::Operation,
                 ..axis.settings()
             },
-            swing,
+            half_cycle,
             ..Run::new(axis, drive, knowledge, &[])
         };
         if let Some(found) = run.run() {

@@ -169,26 +169,26 @@ fn a_jump_is_found_in_its_sample_and_a_smaller_one_is_motion() {
 
 /// A motor that swings ever faster on its spring is too fast, and its encoder right; one that swings and jumps is not.
 #[test]
-fn swings_that_grow_are_no_jump_and_a_jump_amid_swings_is_one() {
+fn oscillates_that_grow_are_no_jump_and_a_jump_amid_oscillates_is_one() {
     for rate in RATES {
         let settings = settings(rate);
         let watch = ServoWatch::<f64>::new(&settings).expect("allowed");
         let far = watch.detection_times(&watch.start()).smallest_jump;
-        let swinging = |k: u32, size: f64, growth: f64| Observation {
+        let oscillating = |k: u32, size: f64, growth: f64| Observation {
             increment: Some((size * growth.powi(k as i32) * f64::from(k).sin()).round()),
             command: 1.0,
             setpoint: None,
             ..REST
         };
-        let (seen, _) = found(&settings, |k| swinging(k, 0.01 * far, 1.3));
+        let (seen, _) = found(&settings, |k| oscillating(k, 0.01 * far, 1.3));
         let (reason, _) = seen.expect("it is too fast");
         assert_eq!(reason, Reason::SpeedExceeded, "{rate}");
-        let (seen, _) = found(&settings, |k| match swinging(k, 0.1 * far, 1.0) {
-            swings if k == 100 => Observation {
-                increment: swings.increment.map(|small| small + 1.2 * far),
-                ..swings
+        let (seen, _) = found(&settings, |k| match oscillating(k, 0.1 * far, 1.0) {
+            half_cycles if k == 100 => Observation {
+                increment: half_cycles.increment.map(|small| small + 1.2 * far),
+                ..half_cycles
             },
-            swings => swings,
+            half_cycles => half_cycles,
         });
         assert_eq!(seen, Some((Reason::EncoderJumped, 101)), "{rate}");
     }
@@ -208,7 +208,7 @@ const SERVO: IdentifiedServo = IdentifiedServo {
 
 /// A loop that swings about its setpoint with this amplitude in counts, growing by a factor from swing to
 /// swing, and a command with it; a half swing takes 20 ms.
-fn swinging(amplitude: f64, growth: f64, command: f64, sample: u32) -> Observation<f64> {
+fn oscillating(amplitude: f64, growth: f64, command: f64, sample: u32) -> Observation<f64> {
     let phase = f64::from(sample) * 1e-3 / 20e-3;
     let size = amplitude * growth.powf(phase);
     let (sine, _) = (phase * core::f64::consts::PI).sin_cos();
@@ -250,19 +250,19 @@ fn six_half_cycles_that_do_not_decay_are_an_oscillation() {
     let watch = ServoWatch::<f64>::new(&settings).expect("allowed");
     let stated = watch.detection_times(&watch.start());
     for growth in [0.9, 1.0, 1.2] {
-        let (seen, _) = found(&settings, |k| swinging(40.0, growth, 3.0, k));
+        let (seen, _) = found(&settings, |k| oscillating(40.0, growth, 3.0, k));
         let (reason, sample) = seen.expect("it oscillates");
         assert_eq!(reason, Reason::Oscillating);
         // The swing in which it begins is not a whole one.
-        assert!(sample <= (stated.swings + 1) * 20 + 10, "{sample}");
+        assert!(sample <= (stated.half_cycles + 1) * 20 + 10, "{sample}");
     }
     for (amplitude, growth, command) in [(4000.0, 0.6, 3.0), (3.0, 1.0, 3.0), (40.0, 1.0, 0.3)] {
-        let (seen, _) = found(&settings, |k| swinging(amplitude, growth, command, k));
+        let (seen, _) = found(&settings, |k| oscillating(amplitude, growth, command, k));
         assert_eq!(seen, None, "{amplitude} {growth} {command}");
     }
     // The same swings are the setpoint's own where it makes them.
     let (seen, _) = found(&settings, |k| {
-        let seen = swinging(40.0, 1.0, 3.0, k);
+        let seen = oscillating(40.0, 1.0, 3.0, k);
         let setpoint = if (k / 20) % 2 == 0 { 90.0 } else { -90.0 };
         Observation {
             setpoint: Some(setpoint),
@@ -272,7 +272,7 @@ fn six_half_cycles_that_do_not_decay_are_an_oscillation() {
     assert_eq!(seen, None);
     let (seen, _) = found(&settings, |k| Observation {
         setpoint: None,
-        ..swinging(40.0, 1.0, 3.0, k)
+        ..oscillating(40.0, 1.0, 3.0, k)
     });
     assert_eq!(seen, None, "a relay's");
 }

@@ -113,7 +113,7 @@ pub(crate) struct Run<'f> {
     pub(crate) settings: WatchSettings,
     pub(crate) faults: &'f [InjectedFault],
     /// A load that swings: by how much, rad/s², and how often, Hz.
-    pub(crate) swing: [f64; 2],
+    pub(crate) half_cycle: [f64; 2],
     /// S.
     pub(crate) duration: f64,
     /// The amplitude of relay and steps, rad.
@@ -136,7 +136,7 @@ impl<'f> Run<'f> {
             knowledge,
             settings: axis.settings(),
             faults,
-            swing: [0.0; 2],
+            half_cycle: [0.0; 2],
             duration: 1.0,
             amplitude: axis.amplitude(drive),
         }
@@ -179,7 +179,7 @@ impl<'f> Run<'f> {
         let (mut last, mut acted) = (None, controller.integral);
         for sample in 0..samples {
             let now = faults.begin_sample(&mut servo);
-            let [load, frequency] = self.swing;
+            let [load, frequency] = self.half_cycle;
             if load != 0.0 {
                 let phase = TAU * frequency * sample as f64 * sample_time;
                 servo.disturb(load * phase.sin(), 0.0);
@@ -278,7 +278,7 @@ impl Control {
         let smoothing = 1.0 - (-sample_time * 5.0 * bandwidth).exp();
         self.velocity += smoothing * (step / sample_time - self.velocity);
         match self.setpoint() {
-            None => self.wiggle(position),
+            None => self.probe(position),
             Some(setpoint) => {
                 let error = setpoint - position;
                 let kp = bandwidth * bandwidth / servo.b;
@@ -294,7 +294,7 @@ impl Control {
     }
 
     /// A ramp to 2 % of the limit in a millisecond, then a relay about the command that holds the servo.
-    fn wiggle(&mut self, position: f64) -> f64 {
+    fn probe(&mut self, position: f64) -> f64 {
         let hold = -self.axis.servo.load / self.axis.servo.b;
         let time = self.samples as f64 * self.axis.sample_time;
         let moved = (8.0 * self.axis.units()).max(0.05 * self.amplitude);

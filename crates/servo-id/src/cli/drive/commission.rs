@@ -247,15 +247,15 @@ mod tests {
 
     #[test]
     fn gains_count_as_applied_only_where_the_drive_keeps_them() {
-        assert_eq!(end(Phase::Applied, None, true, State::Released), Ok(()));
+        assert_eq!(end(Phase::Applied, None, true, State::Disabled), Ok(()));
         assert_eq!(end(Phase::Applied, None, false, State::Running), Ok(()));
-        let lost = end(Phase::Applied, None, false, State::Released);
+        let lost = end(Phase::Applied, None, false, State::Disabled);
         assert!(lost.is_err_and(|why| why.contains("until the power is lost")));
         // The drive tried them and could not use them.
         let unusable = Some(Reason::NoGains);
-        assert!(end(Phase::RolledBack, unusable, false, State::Released).is_err());
-        assert!(end(Phase::Applied, unusable, true, State::Released).is_err());
-        assert!(end(Phase::Idle, None, false, State::Released).is_err());
+        assert!(end(Phase::RolledBack, unusable, false, State::Disabled).is_err());
+        assert!(end(Phase::Applied, unusable, true, State::Disabled).is_err());
+        assert!(end(Phase::Idle, None, false, State::Disabled).is_err());
     }
 
     #[test]
@@ -264,7 +264,7 @@ mod tests {
         let disabled = "the previous gains are in force; the servo is disabled)";
         for (state, told) in [
             (State::Running, held),
-            (State::Released, disabled),
+            (State::Disabled, disabled),
             (State::Faulted(Reason::EncoderLost), disabled),
         ] {
             let aborted = end(Phase::Aborted, Some(Reason::EncoderStuck), false, state);

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use commissioning::{CommissionIsr, CommissionSettings, HoldingGains, LargestMotion};
-use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, Status};
+use drive_link::{Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, Status};
 use host_sim::provenance::ScenarioText;
 use host_sim::scenario::{Purpose, Scenario};
 
@@ -132,7 +132,7 @@ fn unconfigured(
     Settings {
         closed_loop: LoopSettings {
             core,
-            law: Law::GaussNewton,
+            law: Estimator::GaussNewton,
         },
         dither: Dither {
             amplitude: 0.0,

@@ -57,13 +57,13 @@ impl Arguments {
         let is_over = |time: f64| begin.elapsed().as_secs_f64() >= time;
         follow(client, |client, event| match event {
             Some(Event::Fault(fault)) => Err(Fault::Other(fault.to_string())),
-            Some(Event::Status(status)) if status.state == State::Released => Ok(Some(())),
+            Some(Event::Status(status)) if status.state == State::Disabled => Ok(Some(())),
             _ if self.time.is_some_and(is_over) => client.stop().map_err(fault).map(Some),
             Some(Event::Status(Status {
-                obstacle: Some(obstacle),
+                rejection_reason: Some(rejection_reason),
                 ..
             })) => {
-                let line = show!("{}", no_first_fit(obstacle));
+                let line = show!("{}", no_first_fit(rejection_reason));
                 printed = std::mem::replace(&mut printed, Ok(())).and(line);
                 Ok(None)
             }

@@ -90,8 +90,12 @@ pub(super) fn estimates_line(estimates: &Estimates) -> String {
 }
 
 /// Why there is no first fit, on one line.
-pub(super) fn no_first_fit(obstacle: Reason) -> String {
-    format!("no first fit: {}; {}", obstacle.cause(), obstacle.remedy())
+pub(super) fn no_first_fit(rejection_reason: Reason) -> String {
+    format!(
+        "no first fit: {}; {}",
+        rejection_reason.cause(),
+        rejection_reason.remedy()
+    )
 }
 
 /// The change of the servo, on one line.
@@ -106,8 +110,8 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
         Some(estimates) => show!("estimates: {}", estimates_line(estimates))?,
         None => show!("the servo is not identified yet")?,
     }
-    if let Some(obstacle) = &status.obstacle {
-        show!("{}", no_first_fit(*obstacle))?;
+    if let Some(rejection_reason) = &status.rejection_reason {
+        show!("{}", no_first_fit(*rejection_reason))?;
     }
     if let Some(noise) = status.noise {
         show!("encoder noise {noise:.2} counts in motion (0.29: quantisation only)")?;

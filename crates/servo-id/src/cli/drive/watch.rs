@@ -55,7 +55,7 @@ impl Arguments {
                     }
                 }
                 Some(Event::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
-                Some(Event::Status(status)) if status.state == State::Released => {
+                Some(Event::Status(status)) if status.state == State::Disabled => {
                     return Err(Fault::Other(
                         "the servo is disabled: there is nothing to report".to_owned(),
                     ));

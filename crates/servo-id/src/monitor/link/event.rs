@@ -15,7 +15,7 @@ pub enum AtEnd {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
     /// It was released already.
-    WasReleased,
+    WasDisabled,
     /// It was released for the end.
     Stopped,
     /// It stays driven.

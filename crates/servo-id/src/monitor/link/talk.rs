@@ -148,11 +148,11 @@ impl Talk {
                 if self.drives {
                     Ending::Stopped
                 } else {
-                    Ending::WasReleased
+                    Ending::WasDisabled
                 }
             }
             AtEnd::Leave if is_driven(self.client.status()?.state) => Ending::Left,
-            AtEnd::Leave => Ending::WasReleased,
+            AtEnd::Leave => Ending::WasDisabled,
         };
         self.client.ask(Command::Watch(0))?;
         Ok(ending)

@@ -80,8 +80,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
         None,
     );
     let acting = state.history.signal(Signal::Command);
-    let is_released = matches!(state.status().state, Does::Released | Does::Faulted(_));
-    let title = match (state.command_limit(), is_released) {
+    let is_disabled = matches!(state.status().state, Does::Disabled | Does::Faulted(_));
+    let title = match (state.command_limit(), is_disabled) {
         (_, true) => "command [u], now disabled".to_owned(),
         (Some([low, high]), false) => {
             format!("command [u], limits {} to {}", plain(low), plain(high))

@@ -16,7 +16,7 @@ const BOLD: Style = Style::new().add_modifier(Modifier::BOLD);
 
 pub(super) fn head(frame: &mut Frame<'_>, area: Rect, state: &State) {
     let (name, style) = match state.status().state {
-        Does::Released => ("DISABLED", Style::new()),
+        Does::Disabled => ("DISABLED", Style::new()),
         Does::Running => ("RUNNING", Style::new().fg(Color::Green)),
         Does::Commissioning => ("COMMISSIONING", Style::new().fg(Color::Yellow)),
         Does::Faulted(_) => ("FAULT", Style::new().fg(Color::Red)),

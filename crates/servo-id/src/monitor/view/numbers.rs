@@ -46,8 +46,10 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
         }
         _ => {
             let mut lines = known("the drive's estimates", state.status().estimates.as_ref());
-            let obstacle = state.status().obstacle;
-            lines.extend(obstacle.map(|of| Line::from(format!("  no first fit: {}", of.name()))));
+            let rejection_reason = state.status().rejection_reason;
+            lines.extend(
+                rejection_reason.map(|of| Line::from(format!("  no first fit: {}", of.name()))),
+            );
             let noise = state.status().noise;
             lines.extend(noise.map(|noise| Line::from(format!("noise {noise:.2} counts"))));
             let change = state.status().servo_change.map(|change| change.reason);

@@ -89,10 +89,10 @@ fn verdict(of: &Commissioned<'_>) -> Verdict {
     let outcome = of.outcome;
     let detail = detail(outcome);
     let phase = outcome.end.map(|end| end.phase);
-    let is_held = outcome.end.is_some_and(|end| end.released.is_none());
+    let is_held = outcome.end.is_some_and(|end| end.disabled.is_none());
     let (tone, headline) = match (phase, &outcome.tuning) {
         (Some(Phase::Applied), Some(tuning)) => {
-            let rise = 1e3 * tuning.promise.rise_time;
+            let rise = 1e3 * tuning.predicted_response.rise_time;
             let measured = outcome
                 .trial
                 .and_then(|trial| trial.rise_time)
@@ -132,7 +132,7 @@ fn detail(outcome: &Outcome) -> String {
     match end.reason {
         None => format!("the new gains are in force since {:.4} s", end.time),
         Some(reason) => {
-            let (state, since) = match end.released {
+            let (state, since) = match end.disabled {
                 None => ("the previous gains are in force", end.time),
                 Some(time) => ("the servo is disabled", time),
             };
@@ -171,12 +171,12 @@ fn phases(outcome: &Outcome) -> Table {
         Column::figures("fastest [rad/s]"),
         Column::figures("command, rms"),
     ];
-    let rows = outcome.course.phases.iter().map(|stretch| {
-        let lasting = match stretch.phase.is_end() {
+    let rows = outcome.course.phases.iter().map(|time_span| {
+        let lasting = match time_span.phase.is_end() {
             true => dash(),
-            false => fixed(stretch.end - stretch.begin, 4),
+            false => fixed(time_span.end - time_span.begin, 4),
         };
-        let motion = stretch.excursion.map_or_else(
+        let motion = time_span.excursion.map_or_else(
             || [dash(), dash(), dash(), dash()],
             |went| {
                 let [lowest, highest] = went.position;
@@ -189,8 +189,8 @@ fn phases(outcome: &Outcome) -> Table {
                 ]
             },
         );
-        let name = stretch.phase.name().to_owned();
-        let times = [name, fixed(stretch.begin, 4), lasting];
+        let name = time_span.phase.name().to_owned();
+        let times = [name, fixed(time_span.begin, 4), lasting];
         times.into_iter().chain(motion).collect()
     });
     Table::new("Phases", columns, rows.collect())
@@ -274,7 +274,7 @@ pub fn found_servo(
                 Column::figures("measured"),
                 Column::words("unit"),
             ],
-            promise_rows(tuning, trial).map(Vec::from).into(),
+            predicted_rows(tuning, trial).map(Vec::from).into(),
         )));
     }
     blocks
@@ -312,9 +312,9 @@ fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
 }
 
 /// A row for each figure: its name, the prediction, the measurement, its unit.
-fn promise_rows(tuning: &Tuning, trial: Option<&TrialResult>) -> [[String; 4]; 9] {
-    let promise = &tuning.promise;
-    let [least, most] = promise.gain_margins;
+fn predicted_rows(tuning: &Tuning, trial: Option<&TrialResult>) -> [[String; 4]; 9] {
+    let predicted_response = &tuning.predicted_response;
+    let [least, most] = predicted_response.gain_margins;
     let measured =
         |of: &dyn Fn(&TrialResult) -> Option<f64>| trial.and_then(of).map_or_else(dash, figure);
     let rise = measured(&|trial| trial.rise_time.map(|time| 1e3 * time));
@@ -325,41 +325,48 @@ fn promise_rows(tuning: &Tuning, trial: Option<&TrialResult>) -> [[String; 4]; 9
     };
     [
         ("bandwidth", bandwidth, dash(), "rad/s"),
-        ("step", figure(promise.step), dash(), "rad"),
-        ("rise time", figure(1e3 * promise.rise_time), rise, "ms"),
+        ("step", figure(predicted_response.step), dash(), "rad"),
+        (
+            "rise time",
+            figure(1e3 * predicted_response.rise_time),
+            rise,
+            "ms",
+        ),
         (
             "overshoot",
-            figure(100.0 * promise.overshoot),
+            figure(100.0 * predicted_response.overshoot),
             overshoot,
             "%",
         ),
         (
             "settling time",
-            figure(1e3 * promise.settling_time),
+            figure(1e3 * predicted_response.settling_time),
             dash(),
             "ms",
         ),
         (
             "largest sensitivity",
-            figure(promise.sensitivity),
+            figure(predicted_response.sensitivity),
             dash(),
             "",
         ),
         ("gain margins", format!("{least:.2}, {most:.2}"), dash(), ""),
         (
             "command of the step",
-            figure(100.0 * promise.command_share),
+            figure(100.0 * predicted_response.command_share),
             dash(),
             "% of the limit",
         ),
         (
             "noise of the command",
-            figure(promise.noise),
+            figure(predicted_response.noise),
             dash(),
             "command units",
         ),
     ]
-    .map(|(name, promised, measured, unit)| [name.to_owned(), promised, measured, unit.to_owned()])
+    .map(|(name, predicted, measured, unit)| {
+        [name.to_owned(), predicted, measured, unit.to_owned()]
+    })
 }
 
 fn how_sure(of: &Commissioned<'_>) -> Vec<Block> {

@@ -8,7 +8,7 @@ use identifier_core::tuning::{Tuner, TuningSettings};
 
 use super::Commissioned;
 use crate::present::sensitivity::sensitivity;
-use crate::present::{Envelope, Figure, Stretch, TIME, Trace};
+use crate::present::{Envelope, Figure, TIME, TimeSpan, Trace};
 
 /// Room beyond the limits, a part of their distance.
 const ROOM: f64 = 0.08;
@@ -70,19 +70,19 @@ pub(super) fn figures(of: &Commissioned<'_>, traces: &CommissionTraces) -> Vec<F
         outcome,
         ..
     } = of;
-    let phases = outcome.course.phases.iter().map(|stretch| {
-        let duration = stretch.end - stretch.begin;
-        let name = stretch.phase.name();
-        Stretch {
-            name: match stretch.phase.is_end() {
+    let phases = outcome.course.phases.iter().map(|time_span| {
+        let duration = time_span.end - time_span.begin;
+        let name = time_span.phase.name();
+        TimeSpan {
+            name: match time_span.phase.is_end() {
                 true => name.to_owned(),
                 false => format!("{name}, {duration:.3} s"),
             },
-            extent: [stretch.begin, stretch.end],
-            colour: colour(stretch.phase),
+            extent: [time_span.begin, time_span.end],
+            colour: colour(time_span.phase),
         }
     });
-    let phases: Vec<Stretch> = phases.collect();
+    let phases: Vec<TimeSpan> = phases.collect();
     let position = vec![
         traces.position.trace("servo"),
         traces.reference.trace("reference"),
@@ -101,10 +101,12 @@ pub(super) fn figures(of: &Commissioned<'_>, traces: &CommissionTraces) -> Vec<F
             &phases,
         ),
     ];
-    let promised = StepResponse::promised(scenario, outcome);
-    let steps = promised.iter().zip(&outcome.tuning);
+    let predicted = StepResponse::predicted(scenario, outcome);
+    let steps = predicted.iter().zip(&outcome.tuning);
     figures.extend(
-        steps.map(|(step, tuning)| trial(&traces.step, tuning.promise.settling_time, step)),
+        steps.map(|(step, tuning)| {
+            trial(&traces.step, tuning.predicted_response.settling_time, step)
+        }),
     );
     let measured = outcome.response.iter().zip(outcome.servo());
     figures.extend(
@@ -131,7 +133,7 @@ fn margins(scenario: &Scenario, outcome: &Outcome) -> Option<Figure> {
             sample_time,
             resolution,
             most.min(-least),
-            tuning.promise.step,
+            tuning.predicted_response.step,
         )
     };
     let (lines, resonance) = match &outcome.response {
@@ -158,14 +160,14 @@ fn limited(
     axis: &str,
     traces: Vec<Trace>,
     limits: &[f64],
-    phases: &[Stretch],
+    phases: &[TimeSpan],
 ) -> Figure {
     let lowest = limits.iter().copied().fold(0.0, f64::min);
     let highest = limits.iter().copied().fold(0.0, f64::max);
     let room = ROOM * (highest - lowest);
     let mut figure =
         Figure::new(title, TIME, axis, traces).within(Some([lowest - room, highest + room]));
-    figure.stretches = phases.to_vec();
+    figure.time_spans = phases.to_vec();
     let with_limit = |figure: Figure, limit: &f64| figure.with_level("limit", *limit);
     limits.iter().fold(figure, with_limit)
 }
@@ -197,7 +199,7 @@ fn bode(response: &FrequencyResponse, servo: &ServoParameters, sample_time: f64)
 }
 
 /// The step of the trial until the servo is disturbed, beside the predicted one with the tolerance of its overshoot.
-fn trial(step: &Step, settling_time: f64, promised: &StepResponse) -> Figure {
+fn trial(step: &Step, settling_time: f64, predicted: &StepResponse) -> Figure {
     /// Settling times that are shown: the disturbance comes later.
     const SHOWN: f64 = 1.5;
     /// Tolerance of the overshoot, a part of the step.
@@ -205,15 +207,15 @@ fn trial(step: &Step, settling_time: f64, promised: &StepResponse) -> Figure {
     let is_shown = |(time, _): &(f64, f64)| *time <= SHOWN * settling_time;
     let mut servo = step.servo.trace("servo");
     servo.points.retain(is_shown);
-    let points: Vec<_> = promised.points().filter(is_shown).collect();
+    let points: Vec<_> = predicted.points().filter(is_shown).collect();
     let end = points.last().map_or(0.0, |(time, _)| *time);
-    let reference = vec![(0.0, 0.0), (0.0, promised.step()), (end, promised.step())];
+    let reference = vec![(0.0, 0.0), (0.0, predicted.step()), (end, predicted.step())];
     let traces = vec![
         servo,
         Trace::new("reference", reference),
         Trace {
             name: "predicted ± 3 % of the step".to_owned(),
-            band: vec![TOLERANCE * promised.step().abs(); points.len()],
+            band: vec![TOLERANCE * predicted.step().abs(); points.len()],
             points,
         },
     ];

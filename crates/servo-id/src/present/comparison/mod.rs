@@ -198,9 +198,9 @@ fn methods(result: &ComparisonResult) -> Table {
     });
     let columns = vec![
         Column::words("method"),
-        Column::words("from").dispensable(0),
-        Column::words("loop").dispensable(1),
-        Column::words("known beforehand").dispensable(2),
+        Column::words("from").drop_order(0),
+        Column::words("loop").drop_order(1),
+        Column::words("known beforehand").drop_order(2),
         Column::figures("operations per sample"),
     ];
     Table::new("", columns, rows.collect())
@@ -208,7 +208,7 @@ fn methods(result: &ComparisonResult) -> Table {
 
 fn each_case(result: &ComparisonResult, duration: f64) -> Vec<Block> {
     let mut blocks = Vec::new();
-    blocks.extend(result.assumed_box.map(|within| {
+    blocks.extend(result.assumed_range.map(|within| {
         let [[a_min, a_max], [b_min, b_max]] = [within.a, within.b].map(|ends| ends.map(figure));
         Block::Text(format!(
             "The scenario states no plant_box. Methods that need a parameter range get a from {a_min} to {a_max} 1/s \
@@ -234,9 +234,9 @@ fn errors(case: &CaseResult) -> Table {
         Column::words("method"),
         Column::figures("â − a [1/s]"),
         Column::figures("b̂/b − 1"),
-        Column::figures("ĉ − c [rad/s²]").dispensable(0),
-        Column::figures("d̂ − d [rad/s²]").dispensable(1),
-        Column::figures("settled a, b [s]").dispensable(2),
+        Column::figures("ĉ − c [rad/s²]").drop_order(0),
+        Column::figures("d̂ − d [rad/s²]").drop_order(1),
+        Column::figures("settled a, b [s]").drop_order(2),
         Column::words("status"),
     ];
     let error = |error: Option<f64>, places| error.map_or_else(dash, |error| signed(error, places));

@@ -337,7 +337,7 @@ fn left_over(residual: &Residual, summary: &Summary) -> String {
         )
     } else if !residual.is_large() {
         "no larger than the encoder's noise, and no effect stands out.".to_owned()
-    } else if residual.is_coloured() {
+    } else if residual.is_autocorrelated() {
         "the model lacks something, and no effect stands out.".to_owned()
     } else {
         "white like sensor noise, and no effect stands out.".to_owned()

@@ -2,7 +2,7 @@
 
 use super::canvas::{Canvas, SMALL};
 use super::font::width;
-use super::plot::{BAND_OPACITY, LEVEL, STRETCH_OPACITY, trace_stroke};
+use super::plot::{BAND_OPACITY, LEVEL, SPAN_OPACITY, trace_stroke};
 use super::surface::{Align, Colour, Frame, Stroke};
 use crate::present::Figure;
 
@@ -22,7 +22,7 @@ enum Mark {
     /// A level.
     Level,
     /// A stretch of this colour.
-    Stretch(usize),
+    TimeSpan(usize),
 }
 
 impl Mark {
@@ -49,9 +49,9 @@ pub(super) struct Legend {
 impl Legend {
     /// That of a figure: stretches, traces if there is more to one than the axis says, and levels.
     pub(super) fn of_figure(figure: &Figure) -> Self {
-        let stretches = figure.stretches.iter().map(|stretch| Entry {
-            mark: Mark::Stretch(stretch.colour),
-            text: stretch.name.clone(),
+        let time_spans = figure.time_spans.iter().map(|time_span| Entry {
+            mark: Mark::TimeSpan(time_span.colour),
+            text: time_span.name.clone(),
         });
         let is_told = figure.traces.len() > 1 || figure.traces.iter().any(|t| !t.band.is_empty());
         let traces = figure.traces.iter().enumerate().filter(|_| is_told);
@@ -64,7 +64,7 @@ impl Legend {
             text: level.name.clone(),
         });
         let mut legend = Self::default();
-        stretches
+        time_spans
             .chain(traces)
             .chain(levels)
             .for_each(|entry| legend.add(entry));
@@ -83,7 +83,7 @@ impl Legend {
         shared.entries.sort_by_key(is_level);
         let conflict = |one: &Entry| {
             let of_one_mark = |other: &&Entry| one.mark.is_like(other.mark);
-            !matches!(one.mark, Mark::Stretch(_))
+            !matches!(one.mark, Mark::TimeSpan(_))
                 && shared.entries.iter().filter(of_one_mark).count() > 1
         };
         (own.len() > 1 && !shared.entries.iter().any(conflict)).then_some(shared)
@@ -142,8 +142,8 @@ impl Legend {
                     sample(canvas, stroke);
                 }
                 Mark::Level => sample(canvas, LEVEL),
-                Mark::Stretch(colour) => {
-                    canvas.rectangle(area, Colour::Stretch(colour), STRETCH_OPACITY);
+                Mark::TimeSpan(colour) => {
+                    canvas.rectangle(area, Colour::TimeSpan(colour), SPAN_OPACITY);
                 }
             }
             let at = (x + SAMPLE + BEHIND_SAMPLE, y + BASE);

@@ -23,7 +23,7 @@ use crate::present::Figure;
 
 /// Number of colours of traces and of stretches.
 pub(super) const TRACE_COLOURS: usize = surface::TRACES.len();
-pub(super) const STRETCH_COLOURS: usize = surface::STRETCHES.len();
+pub(super) const SPAN_COLOURS: usize = surface::SPANS.len();
 
 /// Format of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,7 +80,7 @@ impl Size {
 
 /// Heights of a figure's frame, and of one under shaded ranges of time if several are one below the other, points.
 const HEIGHT: f64 = 82.0;
-const HEIGHT_UNDER_STRETCHES: f64 = 62.0;
+const HEIGHT_UNDER_SPANS: f64 = 62.0;
 /// Room between figures side by side, below those whose axis is continued, and around the picture.
 const BETWEEN: f64 = 10.0;
 const GAP: f64 = 8.0;
@@ -155,9 +155,9 @@ impl<'a> Row<'a> {
         let legends: Vec<Legend> = legends.collect();
         let heights = figures
             .iter()
-            .map(|figure| match figure.stretches.is_empty() {
+            .map(|figure| match figure.time_spans.is_empty() {
                 true => HEIGHT,
-                false => HEIGHT_UNDER_STRETCHES,
+                false => HEIGHT_UNDER_SPANS,
             });
         let is_continued = below.is_some_and(|below| {
             let mut pairs = below.iter().zip(figures);

@@ -24,7 +24,7 @@ const GRID: Stroke = Stroke::solid(Colour::Grid, 0.5);
 
 /// Opacity of bands and stretches.
 pub(super) const BAND_OPACITY: f64 = 0.25;
-pub(super) const STRETCH_OPACITY: f64 = 0.35;
+pub(super) const SPAN_OPACITY: f64 = 0.35;
 
 /// Widths of traces in their order, points: one that lies under the first is seen beside it.
 const WIDTHS: [f64; 4] = [0.7, 1.4, 2.2, 0.7];
@@ -184,15 +184,15 @@ impl<'a> Plot<'a> {
 
     fn ground(&self, canvas: &mut Canvas) {
         let frame = self.frame;
-        for stretch in &self.figure.stretches {
+        for time_span in &self.figure.time_spans {
             let inside = |place| self.x(place).clamp(frame.left, frame.right());
-            let [left, right] = stretch.extent.map(inside);
+            let [left, right] = time_span.extent.map(inside);
             let part = Frame {
                 left,
                 width: right - left,
                 ..frame
             };
-            canvas.rectangle(part, Colour::Stretch(stretch.colour), STRETCH_OPACITY);
+            canvas.rectangle(part, Colour::TimeSpan(time_span.colour), SPAN_OPACITY);
         }
         self.grid(canvas);
     }

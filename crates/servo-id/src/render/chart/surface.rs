@@ -12,7 +12,7 @@ pub(super) enum Colour {
     /// The trace of this number.
     Trace(usize),
     /// The stretch of this number.
-    Stretch(usize),
+    TimeSpan(usize),
     /// A value.
     Value([u8; 3]),
 }
@@ -23,7 +23,7 @@ pub(in crate::render) const TRACES: [[u8; 3]; 4] =
 
 /// Colours of stretches. (Paul Tol, "Colour schemes", 2021, light: told apart by colour-blind readers, and under
 /// lines.)
-pub(in crate::render) const STRETCHES: [[u8; 3]; 9] = [
+pub(in crate::render) const SPANS: [[u8; 3]; 9] = [
     [221, 221, 221],
     [238, 136, 102],
     [153, 221, 255],
@@ -43,7 +43,7 @@ impl Colour {
             Self::Paper => [255; 3],
             Self::Grid => [228; 3],
             Self::Trace(number) => TRACES[number % TRACES.len()],
-            Self::Stretch(number) => STRETCHES[number % STRETCHES.len()],
+            Self::TimeSpan(number) => SPANS[number % SPANS.len()],
             Self::Value(rgb) => rgb,
         }
     }
@@ -55,7 +55,7 @@ impl Colour {
             Self::Paper => "var(--paper)".to_owned(),
             Self::Grid => "var(--grid)".to_owned(),
             Self::Trace(number) => format!("var(--trace-{})", number % TRACES.len()),
-            Self::Stretch(number) => format!("var(--stretch-{})", number % STRETCHES.len()),
+            Self::TimeSpan(number) => format!("var(--stretch-{})", number % SPANS.len()),
             Self::Value(_) => self.hexadecimal(),
         }
     }

@@ -3,7 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use crate::present::number::sentence;
-use crate::present::{Block, Figure, Stretch, Table, Tone, Verdict};
+use crate::present::{Block, Figure, Table, TimeSpan, Tone, Verdict};
 use crate::render::chart;
 
 /// A block; `name` is unlike those of the other blocks of a page.
@@ -22,7 +22,7 @@ pub(super) fn block(block: &Block, name: &str) -> Markup {
         Block::Figures(figures) => html! {
             (toolbar())
             noscript { p { "Without scripts the plots are drawings: they neither zoom nor switch traces." } }
-            (stretches(figures))
+            (time_spans(figures))
             div.figures {
                 @for (place, figure) in figures.iter().enumerate() {
                     (plot(figure, &format!("{name}-{place}-")))
@@ -143,19 +143,20 @@ fn lines_by_name(figure: &Figure) -> Vec<(&str, String, String)> {
 }
 
 /// Meaning of the shades.
-fn stretches(figures: &[Figure]) -> Markup {
-    let mut stretches: Vec<&Stretch> = Vec::new();
-    for stretch in figures.iter().flat_map(|figure| &figure.stretches) {
-        if stretches.iter().all(|known| known.name != stretch.name) {
-            stretches.push(stretch);
+fn time_spans(figures: &[Figure]) -> Markup {
+    let mut time_spans: Vec<&TimeSpan> = Vec::new();
+    for time_span in figures.iter().flat_map(|figure| &figure.time_spans) {
+        if time_spans.iter().all(|known| known.name != time_span.name) {
+            time_spans.push(time_span);
         }
     }
-    let class = |stretch: &Stretch| format!("stretch-{}", stretch.colour % chart::STRETCH_COLOURS);
+    let class =
+        |time_span: &TimeSpan| format!("stretch-{}", time_span.colour % chart::SPAN_COLOURS);
     html! {
-        @if !stretches.is_empty() {
+        @if !time_spans.is_empty() {
             ul.legend {
-                @for stretch in stretches {
-                    li.key { span.sample.(class(stretch)) aria-hidden="true" {} (stretch.name) }
+                @for time_span in time_spans {
+                    li.key { span.sample.(class(time_span)) aria-hidden="true" {} (time_span.name) }
                 }
             }
         }

@@ -11,8 +11,8 @@ const STYLE: TableStyle = TableStyle::new().header_separator(LineStyle::new('─
 /// The table in at most `width` characters a line, if possible. Columns that were left out are named below.
 pub(super) fn within(table: &Table, width: u16) -> String {
     let mut leaving: Vec<usize> = (0..table.columns.len()).collect();
-    leaving.retain(|&place| table.columns[place].dispensable.is_some());
-    leaving.sort_by_key(|&place| table.columns[place].dispensable);
+    leaving.retain(|&place| table.columns[place].drop_order.is_some());
+    leaving.sort_by_key(|&place| table.columns[place].drop_order);
     let mut left_out = Vec::new();
     loop {
         let lines = lines(table, &left_out);

@@ -7,7 +7,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{Dither, Law, LoopSettings, Protection, ServoChanges, Settings, TargetSource};
+use drive_link::{
+    Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+};
 use drive_logic::{Chip, Lines, OutputStage};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
@@ -36,7 +38,7 @@ pub(crate) const SERVO: ServoParameters = ServoParameters {
 };
 
 /// The settings of a drive that was never configured, for an estimator.
-pub(crate) fn built_in(law: Law) -> Settings {
+pub(crate) fn built_in(law: Estimator) -> Settings {
     let mut core = identifier_core::Settings {
         cutoff: 500.0,
         controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),

@@ -103,7 +103,7 @@ fn conclude(session: Session, ended: Result<(), End>) -> Result<(), Fault> {
     match servo {
         Ok(Ending::Stopped) => show!("the servo was disabled")?,
         Ok(Ending::Left) => show!("the drive keeps running")?,
-        Ok(Ending::WasReleased) | Err(_) => {}
+        Ok(Ending::WasDisabled) | Err(_) => {}
     }
     if let Ok(Some(kept)) = &files {
         show!("{kept}")?;

@@ -3,14 +3,14 @@
 use crate::fit::{Column, Fitted, Fitter, MAX_UNKNOWNS, Matrix, Row, Vector, segments};
 
 /// Gram matrices of the rows of each segment: of all columns and, last, of the innovation.
-pub(super) struct Grams {
+pub(super) struct NormalBlocks {
     columns: usize,
     segments: Vec<Vec<f64>>,
     /// Deviations of the columns, which are scaled to one.
     pub(super) scales: Vec<f64>,
 }
 
-impl Grams {
+impl NormalBlocks {
     /// The normal equations of a pass, with the `free` columns of the model first and those of candidates at `places`
     /// behind them. It has no products of candidates with one another, which would be most of the work. None if the
     /// model diverges.
@@ -210,19 +210,20 @@ mod tests {
         let fitted = fitter.fit(&values, &FREE, horizon, none).expect("a fit");
         assert!(rows_together(&fitter, &fitted) > 4);
         let columns = FREE.map(Column::from);
-        let grams = Grams::new(&fitter, &fitted, &columns, FREE.len(), &[]).expect("it runs");
-        let (matrix, right) = grams.sum(&[0, 1, 2], 0..grams.count());
+        let normal_blocks =
+            NormalBlocks::new(&fitter, &fitted, &columns, FREE.len(), &[]).expect("it runs");
+        let (matrix, right) = normal_blocks.sum(&[0, 1, 2], 0..normal_blocks.count());
         let sums = &fitted.sums;
         let size = |i: usize| sums.hessian[i][i].sqrt();
         for i in 0..FREE.len() {
-            let [of_rows, of_sums] = [right[i] * grams.scales[i], sums.gradient[i]];
+            let [of_rows, of_sums] = [right[i] * normal_blocks.scales[i], sums.gradient[i]];
             let least = 0.01 * size(i) * sums.squares.sqrt();
             assert!(
                 (of_rows - of_sums).abs() < least,
                 "{i}: {of_rows} {of_sums}"
             );
             for j in 0..FREE.len() {
-                let of_rows = matrix[i][j] * grams.scales[i] * grams.scales[j];
+                let of_rows = matrix[i][j] * normal_blocks.scales[i] * normal_blocks.scales[j];
                 let off = (of_rows - sums.hessian[i][j]) / (size(i) * size(j));
                 assert!(off.abs() < 0.01, "{i} {j}: {off}");
             }

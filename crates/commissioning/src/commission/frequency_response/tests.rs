@@ -1,7 +1,7 @@
 use core::f64::consts::TAU;
 use std::vec::Vec;
 
-use super::{LineSums, Lines, Slide, SlidePlan, SlideProgress, Sliding};
+use super::{LineSums, Lines, ResponseMotion, ResponsePlan, ResponseProgress, ResponseWindows};
 use crate::commission::conservative_pid::ConservativePid;
 use crate::commission::holding::Holding;
 use crate::commission::message::EventKind;
@@ -64,7 +64,7 @@ struct Sums(Vec<(f64, [f64; 2], [f64; 2], u32)>);
 
 impl Sums {
     fn new(time: f64) -> Self {
-        let lines = Lines::survey(time);
+        let lines = Lines::first_pass(time);
         Self(
             lines
                 .frequencies()
@@ -74,22 +74,23 @@ impl Sums {
     }
 
     fn add(&mut self, line: &LineSums<f32>) {
-        let (_, position, command, slides) = &mut self.0[usize::from(line.line)];
+        let (_, position, command, response_motions) = &mut self.0[usize::from(line.line)];
         let sign = if line.inverted { -1.0 } else { 1.0 };
         for part in 0..2 {
             position[part] += sign * f64::from(line.position[part]);
             command[part] += sign * f64::from(line.command[part]);
         }
-        *slides += 1;
+        *response_motions += 1;
     }
 
     fn response(&self, time: f64, resolution: f64) -> Vec<(f64, Complex, u32)> {
         let complex = |[re, im]: [f64; 2]| Complex { re, im };
-        let of = |&(omega, position, command, slides): &(f64, [f64; 2], [f64; 2], u32)| {
-            let delay = complex([libm::cos(omega * time), -libm::sin(omega * time)]);
-            let gain = complex(position) / complex(command) / (Complex::ONE - delay);
-            (omega, gain.scaled(resolution), slides)
-        };
+        let of =
+            |&(omega, position, command, response_motions): &(f64, [f64; 2], [f64; 2], u32)| {
+                let delay = complex([libm::cos(omega * time), -libm::sin(omega * time)]);
+                let gain = complex(position) / complex(command) / (Complex::ONE - delay);
+                (omega, gain.scaled(resolution), response_motions)
+            };
         self.0.iter().map(of).collect()
     }
 }
@@ -119,7 +120,7 @@ impl Axis {
         CommissionSettings::new(self.sample_time, TAU / self.counts, self.limits)
     }
 
-    fn slide(&self) -> Course {
+    fn response_motion(&self) -> Course {
         const LONGEST: f64 = 30.0;
         let time = self.sample_time;
         let resolution = TAU / self.counts;
@@ -167,12 +168,12 @@ impl Axis {
     }
 
     /// Slides of an axis at rest, planned for what is known of it.
-    fn slide_alone(&self, known: ServoParameters) -> Course {
-        self.slide_planned(known, false)
+    fn response_motion_only(&self, known: ServoParameters) -> Course {
+        self.response_motion_planned(known, false)
     }
 
     /// The same of one that may not be as it is known.
-    fn slide_planned(&self, known: ServoParameters, is_doubted: bool) -> Course {
+    fn response_motion_planned(&self, known: ServoParameters, is_uncertain: bool) -> Course {
         let (time, resolution) = (self.sample_time, TAU / self.counts);
         let settings = self.settings();
         let units = Units::new(time, resolution).expect("allowed");
@@ -182,12 +183,18 @@ impl Axis {
             covariance: [[0.0; 5]; 5],
             unexplained: resolution,
         };
-        let plan = SlidePlan::new(&settings, &known, is_doubted, None, &Lines::survey(time))
-            .expect("room")
-            .with_motions(4);
-        let mut slide = Slide::<f32>::NONE;
-        slide.plan(&plan);
-        let (rough, delay, bandwidth) = slide.loop_plan();
+        let plan = ResponsePlan::new(
+            &settings,
+            &known,
+            is_uncertain,
+            None,
+            &Lines::first_pass(time),
+        )
+        .expect("room")
+        .with_motions(4);
+        let mut response_motion = ResponseMotion::<f32>::NONE;
+        response_motion.plan(&plan);
+        let (rough, delay, bandwidth) = response_motion.loop_plan();
         let conservative = ConservativePid::new(&units, &self.limits);
         let controller = conservative.around(rough, delay, bandwidth);
         let last = ControlSample {
@@ -199,7 +206,7 @@ impl Axis {
         let limit = self.limits.command.map(|end| end as f32);
         let controller = controller.expect("it can be held");
         let mut holding = Holding::take_over(controller, limit, 0.0, &last, 1.0, 10);
-        slide.begin(&mut holding);
+        response_motion.begin(&mut holding);
         let mut servo = Servo::at_rest(&self.servo, &self.effects, time, 1).expect("allowed");
         let encoder = Encoder::new(self.counts);
         let (mut sums, mut course) = (Sums::new(time), Course::begun());
@@ -210,17 +217,17 @@ impl Axis {
             before = count;
             velocity += 0.2 * (increment - velocity);
             let command = holding.process(position, increment).expect("near");
-            let sample = Sliding {
+            let sample = ResponseWindows {
                 position,
                 increment,
                 velocity,
                 command,
             };
-            match slide.process(&mut holding, &sample) {
-                SlideProgress::Going => {}
-                SlideProgress::Balance(_) => {}
-                SlideProgress::Line(line) => sums.add(&line),
-                SlideProgress::Over => break,
+            match response_motion.process(&mut holding, &sample) {
+                ResponseProgress::Going => {}
+                ResponseProgress::Balance(_) => {}
+                ResponseProgress::Line(line) => sums.add(&line),
+                ResponseProgress::Over => break,
             }
             servo.advance(f64::from(command));
             course.take(&servo, time);
@@ -259,7 +266,7 @@ fn error(axis: &Axis, course: &Course, [low, high]: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn a_rigid_servo_slides_within_travel_and_speed_and_its_response_is_measured() {
+fn a_rigid_servo_moves_within_travel_and_speed_and_its_response_is_measured() {
     for (sample_time, counts) in [
         (4e-3, 131_072.0),
         (1e-3, 131_072.0),
@@ -273,7 +280,7 @@ fn a_rigid_servo_slides_within_travel_and_speed_and_its_response_is_measured() {
             ..Axis::ordinary()
         };
         axis.effects.delay = if sample_time > 2e-3 { 0.0 } else { 1e-3 };
-        let course = axis.slide();
+        let course = axis.response_motion();
         // Next to half of the sampling frequency a held command hardly moves the samples.
         let off = error(&axis, &course, [5.0, (0.42 / sample_time).min(200.0)]);
         let above = error(&axis, &course, [200.0, 400.0]);
@@ -284,7 +291,12 @@ fn a_rigid_servo_slides_within_travel_and_speed_and_its_response_is_measured() {
             ..
         } = course;
         std::println!("{sample_time}: {off:.4} {above:.4} {low:.3} {high:.3} {speed:.2} {time:.2}");
-        assert!(course.lines.iter().all(|&(_, _, slides)| slides == 2));
+        assert!(
+            course
+                .lines
+                .iter()
+                .all(|&(_, _, response_motions)| response_motions == 2)
+        );
         // 1 % by the four motions of a further round; the first has half of them.
         assert!(off < 0.01 * core::f64::consts::SQRT_2, "{off}");
         assert!(low > -0.45 && high < 0.45 && high - low > 0.7);
@@ -293,12 +305,12 @@ fn a_rigid_servo_slides_within_travel_and_speed_and_its_response_is_measured() {
 }
 
 #[test]
-fn a_slow_axis_slides_at_two_fifths_of_its_speed() {
+fn a_slow_axis_moves_at_two_fifths_of_its_speed() {
     let mut axis = Axis::ordinary();
     axis.counts = 65_536.0;
     axis.sample_time = 1e-4;
     axis.limits.speed = 1.5;
-    let course = axis.slide();
+    let course = axis.response_motion();
     let off = error(&axis, &course, [5.0, 100.0]);
     std::println!("{off:.4} {:?} {}", course.travel, course.speed);
     assert!(off < 0.02, "{off}");
@@ -317,11 +329,16 @@ fn gravity_of_a_fifth_of_the_authority_keeps_a_tenth_of_a_radian_of_travel() {
         axis.servo.load = 0.0;
         let most = 0.19 * 10.0 * axis.servo.b;
         axis.effects.gravity = [most * libm::sin(angle), most * libm::cos(angle)];
-        let course = axis.slide();
+        let course = axis.response_motion();
         let off = error(&axis, &course, [10.0, 60.0]);
         let [low, high] = course.travel;
         std::println!("{angle}: {off:.4} {low:.4} {high:.4} {:.2}", course.time);
-        assert!(course.lines.iter().all(|&(_, _, slides)| slides == 2));
+        assert!(
+            course
+                .lines
+                .iter()
+                .all(|&(_, _, response_motions)| response_motions == 2)
+        );
         assert!(low > -0.09 && high < 0.09, "{low} {high}");
         // One mass without gravity may not explain the first motion: then it slides both ways before, to be learnt.
         assert!(course.time < 3.5 + LEARNING, "{}", course.time);
@@ -331,7 +348,7 @@ fn gravity_of_a_fifth_of_the_authority_keeps_a_tenth_of_a_radian_of_travel() {
 }
 
 #[test]
-fn an_axis_with_too_little_for_slides_gets_no_plan() {
+fn an_axis_with_too_little_for_response_motions_gets_no_plan() {
     let axis = Axis::ordinary();
     let known = IdentifiedServo {
         parameters: axis.servo,
@@ -342,12 +359,12 @@ fn an_axis_with_too_little_for_slides_gets_no_plan() {
     let plan = |change: &dyn Fn(&mut CommissionSettings)| {
         let mut settings = axis.settings();
         change(&mut settings);
-        SlidePlan::<f32>::new(
+        ResponsePlan::<f32>::new(
             &settings,
             &known,
             false,
             None,
-            &Lines::survey(settings.sample_time),
+            &Lines::first_pass(settings.sample_time),
         )
     };
     assert!(plan(&|_| {}).is_some());
@@ -358,7 +375,7 @@ fn an_axis_with_too_little_for_slides_gets_no_plan() {
 }
 
 #[test]
-fn a_resonance_that_friction_hides_shows_while_the_servo_slides() {
+fn a_resonance_that_friction_hides_shows_while_the_servo_moves() {
     for (frequency, damping, share) in [(40.0, 0.05, 0.3), (150.0, 0.02, 0.5), (300.0, 0.01, 0.6)] {
         let mut axis = Axis::ordinary();
         axis.counts = 65_536.0;
@@ -372,8 +389,13 @@ fn a_resonance_that_friction_hides_shows_while_the_servo_slides() {
         let mut known = axis.servo;
         known.b *= 1.2;
         known.coulomb *= 0.9;
-        let course = axis.slide_alone(known);
-        assert!(course.lines.iter().all(|&(_, _, slides)| slides == 4));
+        let course = axis.response_motion_only(known);
+        assert!(
+            course
+                .lines
+                .iter()
+                .all(|&(_, _, response_motions)| response_motions == 4)
+        );
         let [low, high] = course.travel;
         assert!(low > -0.45 && high < 0.45 && course.time < 4.5);
         // With β = share/(1 − share), b (1/(s (s + a)) + β/(s² + 2 ζ ω₂ s + ω₂²)); the hold takes the same from both.
@@ -396,7 +418,7 @@ fn a_resonance_that_friction_hides_shows_while_the_servo_slides() {
 }
 
 #[test]
-fn a_compliant_axis_shows_no_fault_while_it_slides() {
+fn a_compliant_axis_shows_no_fault_while_it_moves() {
     // Servos of which the motor's response under the multisine is far from that of one mass.
     for (seed, frequency, share, damping) in [
         (2, 234.0, 0.74, 0.037),
@@ -417,16 +439,20 @@ fn a_compliant_axis_shows_no_fault_while_it_slides() {
             sample_time: unknown.sample_time,
             limits: unknown.limits,
         };
-        let course = axis.slide();
-        let slides = course.lines.iter().map(|&(_, _, slides)| slides).min();
-        assert_eq!((course.reason, slides), (None, Some(2)), "{seed}");
+        let course = axis.response_motion();
+        let response_motions = course
+            .lines
+            .iter()
+            .map(|&(_, _, response_motions)| response_motions)
+            .min();
+        assert_eq!((course.reason, response_motions), (None, Some(2)), "{seed}");
     }
 }
 
 /// What is not known of friction and gain is learnt in the first two slides: the lines of the others are those of a servo that
 /// was known from the first.
 #[test]
-fn a_servo_that_is_doubted_is_learnt_before_its_lines_are_measured() {
+fn a_servo_that_is_uncertain_is_learnt_before_its_lines_are_measured() {
     let axis = Axis {
         counts: 65_536.0,
         ..Axis::ordinary()
@@ -438,14 +464,19 @@ fn a_servo_that_is_doubted_is_learnt_before_its_lines_are_measured() {
             coulomb: friction * axis.servo.coulomb,
             load: -axis.servo.load,
         };
-        let course = axis.slide_planned(taken_for, true);
+        let course = axis.response_motion_planned(taken_for, true);
         let off = error(&axis, &course, [10.0, 150.0]);
         let [low, high] = course.travel;
         std::println!(
             "{gain} {friction}: {off:.4} {low:.3} {high:.3} {:.2}",
             course.time
         );
-        assert!(course.lines.iter().all(|&(_, _, slides)| slides == 4));
+        assert!(
+            course
+                .lines
+                .iter()
+                .all(|&(_, _, response_motions)| response_motions == 4)
+        );
         assert!(off < 0.02, "{off}");
         let [lowest, highest] = axis.limits.travel;
         assert!(low > lowest && high < highest);
@@ -466,22 +497,25 @@ fn low_lines_have_a_slow_loop() {
         unexplained: 0.0,
     };
     let loop_of = |lines: &Lines| {
-        let plan = SlidePlan::<f32>::new(&axis.settings(), &known, false, None, lines);
-        let mut slide = Slide::NONE;
-        slide.plan(&plan.expect("room"));
-        let (_, _, bandwidth) = slide.loop_plan();
+        let plan = ResponsePlan::<f32>::new(&axis.settings(), &known, false, None, lines);
+        let mut response_motion = ResponseMotion::NONE;
+        response_motion.plan(&plan.expect("room"));
+        let (_, _, bandwidth) = response_motion.loop_plan();
         f64::from(bandwidth) / axis.sample_time
     };
     let lowest = lines.frequencies().next().expect("lines");
     assert!(
         lowest
             < 0.6
-                * Lines::survey(axis.sample_time)
+                * Lines::first_pass(axis.sample_time)
                     .frequencies()
                     .next()
                     .expect("lines")
     );
-    let (slow, fast) = (loop_of(&lines), loop_of(&Lines::survey(axis.sample_time)));
+    let (slow, fast) = (
+        loop_of(&lines),
+        loop_of(&Lines::first_pass(axis.sample_time)),
+    );
     assert!(slow < 3.1 * lowest, "{slow} {lowest}");
     assert!(slow < 0.9 * fast, "{slow} {fast}");
 }

@@ -8,7 +8,7 @@ use crate::experiment::{Abort, AbortCause, Outcome, Sample};
 use crate::loops::{Measurement, SimLoop};
 
 /// The servo that a loop is closed around.
-pub(crate) struct Rig<'a> {
+pub(crate) struct SimulatedAxis<'a> {
     pub(super) sample_time: f64,
     /// Rad.
     pub(super) position_unit: f64,
@@ -34,7 +34,7 @@ pub(crate) struct Update {
     pub(crate) condition: Condition,
 }
 
-impl Rig<'_> {
+impl SimulatedAxis<'_> {
     /// Begins a sample with its readings; inlined as is [`Summariser::add`](crate::analysis::Summariser::add).
     #[inline(always)]
     pub(crate) fn sense(&mut self) -> Update {
@@ -164,9 +164,9 @@ mod tests {
         }
     }
 
-    fn rig<'a>(servo: &ServoParameters, samples: u64, sensor: Sensor) -> Rig<'a> {
+    fn rig<'a>(servo: &ServoParameters, samples: u64, sensor: Sensor) -> SimulatedAxis<'a> {
         let mut reference = 0.0;
-        Rig {
+        SimulatedAxis {
             sample_time: SAMPLE_TIME,
             position_unit: UNIT,
             samples,

@@ -3,13 +3,13 @@
 /// The load is at standstill while the motor is within the backlash. The end of the backlash at the motor takes it
 /// along (in mathematics the play operator of hysteresis).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Play {
+pub(crate) struct Backlash {
     half: f64,
     position: f64,
     taken_along: bool,
 }
 
-impl Play {
+impl Backlash {
     /// So much from end to end, rad, the motor in the middle.
     pub(crate) fn new(width: f64) -> Self {
         Self {

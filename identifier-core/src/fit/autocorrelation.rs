@@ -2,14 +2,14 @@ use crate::number::Number;
 
 /// The autocorrelation of errors from one to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Colour<N> {
+pub(crate) struct Autocorrelation<N> {
     /// The last error.
     last: N,
     /// Sum of the products of successive errors.
     pub(crate) products: N,
 }
 
-impl<N: Number> Colour<N> {
+impl<N: Number> Autocorrelation<N> {
     /// No error yet.
     pub(crate) const NONE: Self = Self {
         last: N::ZERO,
@@ -27,7 +27,7 @@ impl<N: Number> Colour<N> {
 /// The variance of white errors with the same information as autocorrelated errors of this variance. `products` is the
 /// sum of products of successive errors, `squares` that of their squares. An autocorrelation ρᵏ reduces the information
 /// by (1 + ρ)/(1 − ρ). It is limited to `largest`: beyond that it cannot be distinguished from one.
-pub(crate) fn coloured<N: Number>(variance: N, products: N, squares: N, largest: f64) -> N {
+pub(crate) fn autocorrelated<N: Number>(variance: N, products: N, squares: N, largest: f64) -> N {
     let correlation = if squares > N::ZERO {
         (products * squares.reciprocal()).limited(N::ZERO, N::from_f64(largest))
     } else {
@@ -38,18 +38,18 @@ pub(crate) fn coloured<N: Number>(variance: N, products: N, squares: N, largest:
 
 #[cfg(test)]
 mod tests {
-    use super::{Colour, coloured};
+    use super::{Autocorrelation, autocorrelated};
 
     #[test]
     fn correlated_errors_say_less_and_no_more_than_white_ones() {
         let of = |errors: &[f64]| {
-            let mut colour = Colour::NONE;
+            let mut autocorrelation = Autocorrelation::NONE;
             let mut squares = 0.0;
             for &error in errors {
-                colour.add(error);
+                autocorrelation.add(error);
                 squares += error * error;
             }
-            coloured(2.0, colour.products, squares, 0.9)
+            autocorrelated(2.0, autocorrelation.products, squares, 0.9)
         };
         let half = [1.0, 0.5, 0.25, 0.125, 0.0625];
         assert!((of(&half) / 6.0 - 1.0).abs() < 0.01, "{}", of(&half));

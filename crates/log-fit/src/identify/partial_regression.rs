@@ -3,10 +3,10 @@
 
 use crate::fit::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
 
-use super::grams::Grams;
+use super::normal_blocks::NormalBlocks;
 
 /// A model's own unknowns in a scan.
-pub(super) struct Own {
+pub(super) struct ModelColumns {
     pub(super) places: Vec<usize>,
     /// Matrices and right sides of the segments.
     segments: Vec<(Matrix, Vector)>,
@@ -15,12 +15,12 @@ pub(super) struct Own {
     step: Vector,
 }
 
-impl Own {
-    pub(super) fn new(grams: &Grams, places: Vec<usize>) -> Self {
-        let count = grams.count();
-        let (matrix, right) = grams.sum(&places, 0..count);
+impl ModelColumns {
+    pub(super) fn new(normal_blocks: &NormalBlocks, places: Vec<usize>) -> Self {
+        let count = normal_blocks.count();
+        let (matrix, right) = normal_blocks.sum(&places, 0..count);
         let spectrum = Spectrum::new(&matrix, places.len());
-        let one = |segment| grams.sum(&places, std::iter::once(segment));
+        let one = |segment| normal_blocks.sum(&places, std::iter::once(segment));
         Self {
             segments: (0..count).map(one).collect(),
             step: spectrum.solve(&right, 0.0),
@@ -30,13 +30,21 @@ impl Own {
     }
 
     /// The remainder of a candidate's columns beside the model.
-    pub(super) fn beside(&self, grams: &Grams, candidate: &[usize]) -> Beside {
+    pub(super) fn partial_regression(
+        &self,
+        normal_blocks: &NormalBlocks,
+        candidate: &[usize],
+    ) -> PartialRegression {
         let own = self.places.len();
-        let count = grams.count();
+        let count = normal_blocks.count();
         let mut taken = [[0.0; MAX_UNKNOWNS]; 2];
         let mut whole = [0.0; 2];
         for ((taken, whole), &column) in taken.iter_mut().zip(&mut whole).zip(candidate) {
-            let sum = |row| (0..count).map(|k| grams.entry(k, row, column)).sum::<f64>();
+            let sum = |row| {
+                (0..count)
+                    .map(|k| normal_blocks.entry(k, row, column))
+                    .sum::<f64>()
+            };
             let mut right = [0.0; MAX_UNKNOWNS];
             for (right, &row) in right.iter_mut().zip(&self.places) {
                 *right = sum(row);
@@ -55,25 +63,26 @@ impl Own {
                     let mut along = [0.0; MAX_UNKNOWNS];
                     for (j, along) in along.iter_mut().enumerate().take(own) {
                         let of_own: f64 = (0..own).map(|i| taken[k][i] * matrix[i][j]).sum();
-                        *along = grams.entry(segment, self.places[j], column) - of_own;
+                        *along = normal_blocks.entry(segment, self.places[j], column) - of_own;
                     }
-                    part.right[k] = grams.entry(segment, column, grams.innovation())
-                        - (0..own)
-                            .map(|i| taken[k][i] * right[i] + along[i] * self.step[i])
-                            .sum::<f64>();
+                    part.right[k] =
+                        normal_blocks.entry(segment, column, normal_blocks.innovation())
+                            - (0..own)
+                                .map(|i| taken[k][i] * right[i] + along[i] * self.step[i])
+                                .sum::<f64>();
                     for (l, &other) in candidate.iter().enumerate() {
                         let product = (0..own)
                             .map(|i| {
-                                taken[k][i] * grams.entry(segment, self.places[i], other)
+                                taken[k][i] * normal_blocks.entry(segment, self.places[i], other)
                                     + taken[l][i] * along[i]
                             })
                             .sum::<f64>();
-                        part.matrix[k][l] = grams.entry(segment, column, other) - product;
+                        part.matrix[k][l] = normal_blocks.entry(segment, column, other) - product;
                     }
                 }
                 part
             });
-        Beside {
+        PartialRegression {
             sizes: candidate.len(),
             parts: parts.collect(),
             taken,
@@ -84,7 +93,7 @@ impl Own {
 
 /// A candidate's columns after partial regression on the model's own unknowns (Frisch and Waugh, "Partial time
 /// regressions as compared with individual trends", Econometrica 1(4), 1933).
-pub(super) struct Beside {
+pub(super) struct PartialRegression {
     sizes: usize,
     parts: Vec<Part>,
     /// The step of the model's unknowns that a unit of each column is worth.
@@ -124,7 +133,7 @@ impl Part {
     }
 }
 
-impl Beside {
+impl PartialRegression {
     /// The sum of every `every`-th part.
     pub(super) fn sum(&self, first: usize, every: usize) -> Part {
         let mut sum = Part::default();
@@ -137,16 +146,16 @@ impl Beside {
     /// The inverse of a sum's matrix, with a ridge over its diagonal.
     pub(super) fn inverse(&self, sum: &Part, ridge: f64) -> [[f64; 2]; 2] {
         /// The share of its squares that rounding leaves of a column that the model has already.
-        const ROUNDING: f64 = 1e-12;
+        const RANK_TOLERANCE: f64 = 1e-12;
         let m = &sum.matrix;
         let [a, d] = [0, 1].map(|k| {
-            m[k][k].max(0.0) * (1.0 + ridge) + ROUNDING * self.whole[k] + f64::MIN_POSITIVE
+            m[k][k].max(0.0) * (1.0 + ridge) + RANK_TOLERANCE * self.whole[k] + f64::MIN_POSITIVE
         });
         if self.sizes == 1 {
             return [[1.0 / a, 0.0], [0.0, 0.0]];
         }
         let cross = 0.5 * (m[0][1] + m[1][0]);
-        let determinant = (a * d - cross * cross).max(ROUNDING * a * d);
+        let determinant = (a * d - cross * cross).max(RANK_TOLERANCE * a * d);
         [
             [d / determinant, -cross / determinant],
             [-cross / determinant, a / determinant],

@@ -8,10 +8,10 @@ use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Parameter, Unknowns};
 use identifier_core::settings::SettingsError;
 
-use super::{Rig, Simulation};
+use super::{SimulatedAxis, Simulation};
 use crate::experiment::Outcome;
 use crate::loops::{DynIdentifier, PidLoop, Running, WholeRecord};
-use crate::scenario::{Arithmetic, Fault, Law, Scenario, Velocity};
+use crate::scenario::{Arithmetic, Estimator, Fault, Scenario, Velocity};
 
 impl Simulation {
     /// Builds the experiment of a scenario.
@@ -26,7 +26,7 @@ impl Simulation {
         let controller: Controller<f32, LowPass<f32>> =
             (settings.build()).map_err(|error| scenario.fault(&error))?;
         Ok(Self {
-            rig: Rig::build::<f32>(scenario)?,
+            rig: SimulatedAxis::build::<f32>(scenario)?,
             closed: Box::new(PidLoop::new(controller, identifier, 0)),
         })
     }
@@ -47,8 +47,8 @@ pub(crate) fn identifier(
         return Err(absent("controller.velocity_filter.kind"));
     }
     match chosen.law {
-        Law::Fit => return Ok(Box::new(WholeRecord)),
-        Law::GaussNewton => {}
+        Estimator::Fit => return Ok(Box::new(WholeRecord)),
+        Estimator::GaussNewton => {}
         _ => return Err(absent("identifier.law")),
     }
     if chosen.arithmetic != Arithmetic::F32 {
@@ -65,5 +65,5 @@ pub(crate) fn identifier(
     }
     let built: Result<Identifier, SettingsError> = settings.build();
     let built = built.map_err(|error| scenario.fault(&error))?;
-    Ok(Box::new(Running::<f32, _>::new(built, Outcome::default())))
+    Ok(Box::new(Running::<f32, _>::new(built, None, Outcome::default())))
 }

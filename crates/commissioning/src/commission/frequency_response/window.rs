@@ -1,10 +1,10 @@
-use super::SlideBalance;
+use super::FrictionBalance;
 use super::line::product;
 use identifier_core::number::Number;
 
 /// A sample of the servo.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::commission) struct Sliding<N> {
+pub(in crate::commission) struct ResponseWindows<N> {
     pub(in crate::commission) position: N,
     pub(in crate::commission) increment: N,
     /// A smoothed velocity.
@@ -43,7 +43,12 @@ impl<N: Number> Window<N> {
     /// Takes a sample of a servo that moves `forward` at this velocity; its increment and its command, weighted. `rotation`
     /// is e^(j2π/n).
     #[inline(always)]
-    pub(super) fn take(&mut self, sample: &Sliding<N>, forward: N, rotation: [N; 2]) -> [N; 2] {
+    pub(super) fn take(
+        &mut self,
+        sample: &ResponseWindows<N>,
+        forward: N,
+        rotation: [N; 2],
+    ) -> [N; 2] {
         if forward < self.slowest {
             self.slowest = forward;
         }
@@ -58,11 +63,11 @@ impl<N: Number> Window<N> {
     }
 
     /// The balance of a window of n samples that is over: ∑ h_k = n, and the mean of h_k v̇_k is that of −ḣ_k v_k.
-    pub(super) fn balance(&self, samples: u32) -> SlideBalance<N> {
+    pub(super) fn balance(&self, samples: u32) -> FrictionBalance<N> {
         let [distance, change, command] = self.beneath;
         let per_sample = N::from_count(samples as i32).reciprocal();
         let angle = N::from_f64(-core::f64::consts::TAU) * per_sample;
-        SlideBalance {
+        FrictionBalance {
             velocity: distance * per_sample,
             acceleration: angle * change * per_sample,
             command: command * per_sample,
@@ -86,7 +91,7 @@ mod tests {
         window.begin(first);
         for k in 0..SAMPLES {
             let velocity = first + acceleration * f64::from(k);
-            let sample = Sliding {
+            let sample = ResponseWindows {
                 position: 0.0,
                 increment: velocity,
                 velocity,

@@ -1,15 +1,15 @@
 use super::following::Following;
 use super::line::LineState;
 use super::plan::Motion;
-use super::window::{Sliding, Window};
-use super::{LineSums, Lines, SlideBalance, SlidePlan};
+use super::window::{ResponseWindows, Window};
+use super::{FrictionBalance, LineSums, Lines, ResponsePlan};
 use crate::commission::RoughModel;
 use crate::commission::holding::Holding;
 use identifier_core::number::Number;
 
 /// Slides under way: motion, oscillators and sums. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::commission) struct Slide<N> {
+pub(in crate::commission) struct ResponseMotion<N> {
     motion: Motion<N>,
     lines: [LineState<N>; Lines::MAX],
     count: u8,
@@ -55,17 +55,17 @@ enum Handed {
 
 /// The state of the slides after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::commission) enum SlideProgress<N> {
+pub(in crate::commission) enum ResponseProgress<N> {
     Going,
     /// The sums of a line, of a slide that is over.
     Line(LineSums<N>),
     /// After them the motion beneath the lines.
-    Balance(SlideBalance<N>),
+    Balance(FrictionBalance<N>),
     /// The servo is about to stand again and all sums were handed over, or a load pushes it.
     Over,
 }
 
-impl<N: Number> Slide<N> {
+impl<N: Number> ResponseMotion<N> {
     /// Speeds of the first half of the slides and of the others, as parts of the plan's: the rounding's harmonics of the speed fall on
     /// other lines.
     const SPEEDS: [f64; 2] = [1.0, 0.8];
@@ -75,7 +75,7 @@ impl<N: Number> Slide<N> {
 
     /// The part of the slide's speed at which it has stopped, but for a count of the smoothed velocity.
     const STANDS: f64 = 0.2;
-    const ROUNDING: f64 = 0.3;
+    const QUANTISATION_SIGMA: f64 = 0.3;
 
     /// Without a plan.
     pub(in crate::commission) const NONE: Self = Self {
@@ -99,7 +99,7 @@ impl<N: Number> Slide<N> {
     };
 
     /// Takes in a plan.
-    pub(in crate::commission) fn plan(&mut self, plan: &SlidePlan<N>) {
+    pub(in crate::commission) fn plan(&mut self, plan: &ResponsePlan<N>) {
         self.motion = plan.motion;
         self.count = plan.count;
         let lines = self.lines.iter_mut().zip(&plan.lines);
@@ -126,12 +126,12 @@ impl<N: Number> Slide<N> {
     pub(in crate::commission) fn process(
         &mut self,
         holding: &mut Holding<N>,
-        sample: &Sliding<N>,
-    ) -> SlideProgress<N> {
+        sample: &ResponseWindows<N>,
+    ) -> ResponseProgress<N> {
         let error = holding.reference() - sample.position;
         let follows = self.following.take(error, &self.motion);
         if self.following.is_over(&self.motion) && self.stage != Stage::Stopping {
-            self.measured = self.motion.slides;
+            self.measured = self.motion.response_motions;
             self.enter(Stage::Stopping);
         }
         if follows || self.stage == Stage::Window {
@@ -143,7 +143,7 @@ impl<N: Number> Slide<N> {
         let learning = self.learning;
         self.proceed(holding.reference());
         if Following::is_pushed(error, sample.velocity, &self.motion) {
-            return SlideProgress::Over;
+            return ResponseProgress::Over;
         }
         if self.learning < learning {
             self.learn(holding);
@@ -155,16 +155,16 @@ impl<N: Number> Slide<N> {
         let velocity = if follows { self.velocity } else { N::ZERO };
         holding.lead(velocity, feed_forward + injection);
         if let Some(sums) = self.hand_over() {
-            return SlideProgress::Line(sums);
+            return ResponseProgress::Line(sums);
         }
         if core::mem::take(&mut self.is_balanced) {
-            return SlideProgress::Balance(self.window.balance(self.motion.window));
+            return ResponseProgress::Balance(self.window.balance(self.motion.window));
         }
         let stands = self.stage == Stage::Stopping && self.velocity == N::ZERO;
         if stands && self.line >= self.count {
-            SlideProgress::Over
+            ResponseProgress::Over
         } else {
-            SlideProgress::Going
+            ResponseProgress::Going
         }
     }
 
@@ -222,8 +222,8 @@ impl<N: Number> Slide<N> {
 
     /// Has the sums handed over, unless the servo stopped, and turns it round.
     fn end_window(&mut self) {
-        let least =
-            N::from_f64(Self::STANDS) * self.heading.magnitude() - N::from_f64(Self::ROUNDING);
+        let least = N::from_f64(Self::STANDS) * self.heading.magnitude()
+            - N::from_f64(Self::QUANTISATION_SIGMA);
         self.line = 0;
         let has_stopped = self.window.slowest < least;
         if self.learning > 0 {
@@ -238,7 +238,7 @@ impl<N: Number> Slide<N> {
             self.is_balanced = true;
             self.measured += 1;
         }
-        if self.measured >= self.motion.slides {
+        if self.measured >= self.motion.response_motions {
             self.enter(Stage::Stopping);
             return;
         }
@@ -257,19 +257,19 @@ impl<N: Number> Slide<N> {
     fn learn(&mut self, holding: &mut Holding<N>) {
         let balance = self.window.balance(self.motion.window);
         let change = self.motion.servo.learn(&balance);
-        holding.relieve(change);
+        holding.subtract_from_integral(change);
         if self.learning == 0 {
-            holding.give_way(self.motion.learnt_bandwidth);
+            holding.reduce_bandwidth(self.motion.learnt_bandwidth);
         }
     }
 
     /// True if the next slide is one of the last half, whose injection is inverted.
     fn is_half_done(&self) -> bool {
-        self.measured >= self.motion.slides / 2
+        self.measured >= self.motion.response_motions / 2
     }
 
     /// Takes a sample into the sums of every line.
-    fn gather(&mut self, sample: &Sliding<N>) {
+    fn gather(&mut self, sample: &ResponseWindows<N>) {
         let forward = if self.heading > N::ZERO {
             sample.velocity
         } else {

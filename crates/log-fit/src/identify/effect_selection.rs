@@ -3,7 +3,7 @@
 
 use crate::fit::{Effect, Fitted, Fitter, MAX_COLUMNS, Search, Values, segments};
 
-use super::candidate::{Answer, Candidate, Range, Usual};
+use super::candidate::{Answer, Candidate, Range, TypicalMagnitudes};
 use super::model::{Entered, Model};
 use super::scan::scan;
 use crate::cause::Cause;
@@ -23,12 +23,12 @@ const SEARCH: Search = Search {
     tolerance: 1e-7,
 };
 
-pub(super) struct Tournament<'a> {
+pub(super) struct EffectSelection<'a> {
     pub(super) fitter: &'a Fitter<'a>,
     pub(super) range: &'a Range,
 }
 
-impl Tournament<'_> {
+impl EffectSelection<'_> {
     /// A round: false if no effect enters.
     pub(super) fn round(&self, model: &mut Model) -> bool {
         // A model that is not at its best yet would let any effect gain.
@@ -58,7 +58,7 @@ impl Tournament<'_> {
                 - fitted.sums.minus_two_log_likelihood();
             let added = (free.len() - model.free.len()) as f64;
             let gain = change / model.rows_per_row - added * price;
-            let usual = Usual::new(self.fitter, &fitted.values);
+            let usual = TypicalMagnitudes::new(self.fitter, &fitted.values);
             if gain.is_finite() && answer.candidate.matters(&fitted.values, &usual) {
                 fits.push((gain, answer.candidate.cause, fitted, free));
             }
@@ -74,7 +74,7 @@ impl Tournament<'_> {
         model.free.clone_from(free);
         model.fitted = *fitted;
         model.entered.push(Entered {
-            runner_up: best_but(Some(*cause)).map(|(gain, other, ..)| (*other, *gain)),
+            alternative: best_but(Some(*cause)).map(|(gain, other, ..)| (*other, *gain)),
             ..Entered::certain(*cause, *gain)
         });
         true

@@ -4,7 +4,7 @@ use super::Record;
 
 /// Figures of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Survey {
+pub struct RecordStatistics {
     /// Deviation of the noise of the positions, counts: by third differences, in which no motion is left.
     pub noise: f64,
     /// A large velocity of the motion: two standard deviations, counts/sample.
@@ -52,13 +52,14 @@ pub(super) fn windows(
 ) {
     let width = half_width as f64;
     // A direction is distinguished from noise by the means over a quarter of the half width to either side.
-    let beside = (half_width / 4).max(1);
-    let threshold = beside as f64 * (2.8 * noise / libm::sqrt(beside as f64) + 0.35);
+    let partial_regression = (half_width / 4).max(1);
+    let threshold =
+        partial_regression as f64 * (2.8 * noise / libm::sqrt(partial_regression as f64) + 0.35);
     let positions = record.positions;
     let step = (half_width / 3).max(1);
     for (first, end) in record.motions() {
-        let mut centre = first + half_width + beside + 1;
-        while centre + half_width + beside + 1 < end {
+        let mut centre = first + half_width + partial_regression + 1;
+        while centre + half_width + partial_regression + 1 < end {
             let mut sum = 0.0;
             let mut window = Window {
                 acceleration: 0.0,
@@ -71,7 +72,7 @@ pub(super) fn windows(
             };
             // Sum of the positions ahead of a sample less that behind.
             let begin = centre - half_width + 1;
-            let mut moved: f64 = (1..=beside)
+            let mut moved: f64 = (1..=partial_regression)
                 .map(|k| positions[begin + k] - positions[begin - k])
                 .sum();
             for sample in begin..centre + half_width {
@@ -92,8 +93,10 @@ pub(super) fn windows(
                     window.direction += weight * moved.signum();
                     window.moving += weight;
                 }
-                moved += positions[sample + 1 + beside] - positions[sample + 1] - positions[sample]
-                    + positions[sample - beside];
+                moved += positions[sample + 1 + partial_regression]
+                    - positions[sample + 1]
+                    - positions[sample]
+                    + positions[sample - partial_regression];
             }
             let per = 1.0 / sum;
             observe(&Window {
@@ -110,7 +113,7 @@ pub(super) fn windows(
     }
 }
 
-impl Survey {
+impl RecordStatistics {
     /// The survey of a record; none without motion.
     #[must_use]
     pub fn new(record: &Record<'_>) -> Option<Self> {
@@ -137,9 +140,9 @@ impl Survey {
         if rows < 10.0 || path == 0.0 || command == 0.0 {
             return None;
         }
-        let noise = libm::sqrt(third / rows / THIRD_DIFFERENCE).max(super::ROUNDING_DEVIATION);
+        let noise = libm::sqrt(third / rows / THIRD_DIFFERENCE).max(super::QUANTISATION_SIGMA);
         let mut half_width = 6;
-        let mut survey = Self {
+        let mut statistics = Self {
             noise,
             velocity: 0.0,
             command,
@@ -159,14 +162,14 @@ impl Survey {
             let speed = libm::sqrt((vv / count - v * v / (count * count)).max(0.0));
             let acceleration = libm::sqrt(aa / count);
             let [slow, quick] = window_noise(half_width).map(|per| per * noise);
-            survey.velocity = survey.velocity.max(2.0 * libm::sqrt(vv / count));
+            statistics.velocity = statistics.velocity.max(2.0 * libm::sqrt(vv / count));
             if speed > CLEAR * slow && acceleration > CLEAR * quick {
-                survey.bandwidth = acceleration / speed;
+                statistics.bandwidth = acceleration / speed;
                 break;
             }
             half_width = half_width * 7 / 5;
         }
-        (survey.velocity > 0.0).then_some(survey)
+        (statistics.velocity > 0.0).then_some(statistics)
     }
 
     /// Standard deviation of the position of a motion of one frequency, counts.

@@ -24,13 +24,14 @@ pub struct Tuning {
     /// The cap that limits the bandwidth; none if it is as high as requested.
     pub cap: Option<Cap>,
     /// Its predicted response.
-    pub promise: Promise,
+    #[cfg_attr(feature = "serde", serde(rename = "promise"))]
+    pub predicted_response: PredictedResponse,
 }
 
 /// Predicted behaviour of a loop, for the identified servo and the worst within its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Promise {
+pub struct PredictedResponse {
     /// The step of the reference that it is for, rad.
     pub step: f64,
     /// From 10 to 90 % of the step, s. The integral holds only the load.
@@ -38,13 +39,13 @@ pub struct Promise {
     /// The least of three rise times: that one, and those after a motion in the direction of the step or against it.
     /// Such a motion leaves the integral with all that friction can hold on that side.
     pub quickest_rise_time: f64,
-    /// The longest of the three. If it takes longer, [`Promise::MAX_TIME`].
+    /// The longest of the three. If it takes longer, [`PredictedResponse::MAX_TIME`].
     pub slowest_rise_time: f64,
     /// Overshoot as a part of the step, at the worst corner, with friction balanced by the integral before the step. A
     /// count is added, since the position within a count is not known.
     pub overshoot: f64,
     /// Time until the position stays within 2 % of the step, at least two counts, s. If friction keeps it outside, it
-    /// is the longest time simulated, [`Promise::MAX_TIME`].
+    /// is the longest time simulated, [`PredictedResponse::MAX_TIME`].
     pub settling_time: f64,
     /// Mₛ, the largest sensitivity, at the worst corner.
     pub sensitivity: f64,
@@ -58,7 +59,7 @@ pub struct Promise {
     pub compliance: f64,
 }
 
-impl Promise {
+impl PredictedResponse {
     /// Time for which a step is simulated, 1/ω. A quarter of it is enough if friction does not hold the servo.
     pub const MAX_TIME: f64 = 25.0;
 

@@ -6,7 +6,7 @@ pub(crate) const MIN_TRAVEL_COUNTS: f64 = 8.0;
 
 /// Figures of the record without a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Survey<N> {
+pub(super) struct RecordStatistics<N> {
     pub(super) path: N,
     command: N,
     command_square: N,
@@ -20,7 +20,7 @@ pub(super) struct Survey<N> {
     travel_product: N,
 }
 
-impl<N: Number> Survey<N> {
+impl<N: Number> RecordStatistics<N> {
     pub(super) const NONE: Self = Self {
         path: N::ZERO,
         command: N::ZERO,

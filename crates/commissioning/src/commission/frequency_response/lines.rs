@@ -36,7 +36,7 @@ impl Lines {
 
     /// Logarithmic, from the lowest frequency to the highest.
     #[must_use]
-    pub(crate) fn survey(sample_time: f64) -> Self {
+    pub(crate) fn first_pass(sample_time: f64) -> Self {
         let mut lines = Self::none(sample_time, Self::WINDOW);
         lines.fill([Self::LOWEST, f64::INFINITY]);
         lines
@@ -46,8 +46,8 @@ impl Lines {
     #[must_use]
     pub(crate) fn between(sample_time: f64, lowest: f64) -> Self {
         let mut lines = Self::none(sample_time, Self::WINDOW);
-        let survey = Self::survey(sample_time);
-        let bins = survey.bins.get(..survey.count).unwrap_or_default();
+        let first_pass = Self::first_pass(sample_time);
+        let bins = first_pass.bins.get(..first_pass.count).unwrap_or_default();
         for pair in bins.windows(2) {
             let bin = pair.iter().map(|&bin| 0.5 * f64::from(bin)).sum();
             if bin * TAU > lowest * lines.window_time() {
@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn lines_reach_from_6_hz_to_half_of_the_sampling_frequency_and_are_two_bins_apart() {
         for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
-            let lines = Lines::survey(sample_time);
+            let lines = Lines::first_pass(sample_time);
             let hertz: Vec<f64> = lines.frequencies().map(|omega| omega / TAU).collect();
             let bin = 1.0 / lines.window_time();
             assert!(
@@ -205,17 +205,17 @@ mod tests {
             assert!((0.48..0.4951).contains(&last), "{last}");
             assert_eq!(hertz.len(), lines.count());
         }
-        assert_eq!(Lines::survey(0.1).count(), 0);
-        assert_eq!(Lines::survey(10.0).count(), 0);
+        assert_eq!(Lines::first_pass(0.1).count(), 0);
+        assert_eq!(Lines::first_pass(10.0).count(), 0);
     }
 
     #[test]
     fn further_lines_stand_between_those_of_a_survey_above_a_frequency() {
         for sample_time in [4e-3, 1e-3, 1e-4, 5e-5] {
-            let survey: Vec<f64> = Lines::survey(sample_time).frequencies().collect();
-            let lowest = survey[9] + 1.0;
+            let first_pass: Vec<f64> = Lines::first_pass(sample_time).frequencies().collect();
+            let lowest = first_pass[9] + 1.0;
             let between: Vec<f64> = Lines::between(sample_time, lowest).frequencies().collect();
-            let gaps: Vec<_> = survey.windows(2).skip(9).collect();
+            let gaps: Vec<_> = first_pass.windows(2).skip(9).collect();
             assert_eq!(between.len(), gaps.len());
             for (line, gap) in between.iter().zip(gaps) {
                 let part = (line - gap[0]) / (gap[1] - gap[0]);
@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn rotations_are_those_of_the_frequencies() {
         for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
-            let lines = Lines::survey(sample_time);
+            let lines = Lines::first_pass(sample_time);
             let both = lines.rotations().zip(lines.frequencies());
             let mut compared = 0;
             for (rotation, omega) in both {

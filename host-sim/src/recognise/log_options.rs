@@ -8,7 +8,7 @@ use crate::scenario::{
 /// The user's statements about a log. Each option is the key of `[log]`, `[encoder]`, `[inner]` or `[physical]` of its
 /// name.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Stated {
+pub struct LogOptions {
     /// Column of the time, by name or number from 1; `none` if the rows are the samples.
     pub time: Option<String>,
     /// Unit of the time: s, ms, us, ns, samples or iso-8601.
@@ -67,7 +67,7 @@ pub struct Stated {
     pub cut: Vec<[f64; 2]>,
 }
 
-impl Stated {
+impl LogOptions {
     /// The stated settings of a log with this column of the position. The other columns and the units of time and
     /// position are not among them.
     pub(super) fn settings(&self, position: Column) -> LogSettings {

@@ -1,27 +1,28 @@
 use super::{Settings, SettingsError};
 use crate::error::OutOfRange;
 use crate::interval::Interval;
-use crate::stability::PlantBox;
+use crate::stability::ParameterRange;
 
 /// The smallest b̂, SI, if no bound is given.
 pub(super) const SMALLEST_GAIN: f64 = 1e-6;
 
 /// The parameter range of a configuration.
-pub(crate) fn plant_box(settings: &Settings) -> Result<Option<PlantBox>, OutOfRange> {
-    let Some(given) = settings.identifier.plant_box else {
+pub(crate) fn parameter_range(settings: &Settings) -> Result<Option<ParameterRange>, OutOfRange> {
+    let Some(given) = settings.identifier.parameter_range else {
         return Ok(None);
     };
     let side = |name, [min, max]: [f64; 2]| Interval::new(name, min, max);
-    let plant_box = PlantBox::new(side("plant_box.a", given.a)?, side("plant_box.b", given.b)?)?;
-    Ok(Some(plant_box))
+    let parameter_range =
+        ParameterRange::new(side("plant_box.a", given.a)?, side("plant_box.b", given.b)?)?;
+    Ok(Some(parameter_range))
 }
 
 /// The parameter range, or the servo of the initial estimates.
 ///
 /// # Errors
 /// [`SettingsError::NotGiven`] if there are neither.
-pub(crate) fn nominal_box(settings: &Settings) -> Result<PlantBox, SettingsError> {
-    if let Some(given) = plant_box(settings)? {
+pub(crate) fn nominal_range(settings: &Settings) -> Result<ParameterRange, SettingsError> {
+    if let Some(given) = parameter_range(settings)? {
         return Ok(given);
     }
     let point = |name, value| Interval::new(name, value, value);
@@ -31,7 +32,7 @@ pub(crate) fn nominal_box(settings: &Settings) -> Result<PlantBox, SettingsError
         });
     };
     let a = settings.identifier.initial.a.unwrap_or(0.0).max(0.0);
-    Ok(PlantBox::new(
+    Ok(ParameterRange::new(
         point("initial.a", a)?,
         point("initial.b", b)?,
     )?)

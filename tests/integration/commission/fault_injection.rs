@@ -106,7 +106,7 @@ impl Kind {
     }
 
     /// It is injected at any time of the commissioning that the servo would have had.
-    fn strike(&self, servo: &Scenario, sound: &Judged, random: &mut Random) -> InjectedFault {
+    fn injection(&self, servo: &Scenario, sound: &Judged, random: &mut Random) -> InjectedFault {
         let phases = &sound.outcome.course.phases;
         let from = phases
             .iter()
@@ -147,7 +147,7 @@ impl Kind {
 /// Outcomes of one kind of fault injection.
 #[derive(Debug, Clone, Default)]
 struct Tally {
-    struck: usize,
+    fault_injection: usize,
     applied: usize,
     /// Named rightly: a fault by its name, an event of operation by none of a fault.
     right: usize,
@@ -184,7 +184,7 @@ fn is_of_hardware(reason: Reason) -> bool {
 }
 
 /// A servo with its injected fault, judged; none if it is not commissioned without the fault.
-fn struck(drawn: &(Drawn, Kind, u32)) -> Option<(Scenario, Judged)> {
+fn fault_injection(drawn: &(Drawn, Kind, u32)) -> Option<(Scenario, Judged)> {
     let (drawn, kind, seed) = drawn;
     let mut servo = drawn.scenario().ok()?;
     let sound = commission(&servo);
@@ -192,7 +192,7 @@ fn struck(drawn: &(Drawn, Kind, u32)) -> Option<(Scenario, Judged)> {
         return None;
     }
     let mut random = Random::new(*seed);
-    servo.faults = vec![kind.strike(&servo, &sound, &mut random)];
+    servo.faults = vec![kind.injection(&servo, &sound, &mut random)];
     let judged = commission(&servo);
     Some((servo, judged))
 }
@@ -200,14 +200,14 @@ fn struck(drawn: &(Drawn, Kind, u32)) -> Option<(Scenario, Judged)> {
 #[test]
 fn nothing_is_applied_after_a_fault_before_its_trial() {
     let mut random = Random::new(environment("CAMPAIGN_SEED").unwrap_or(19));
-    let strikes = environment("STRUCK").unwrap_or(70);
-    let drawn: Vec<(Drawn, Kind, u32)> = (0..strikes)
+    let injections = environment("STRUCK").unwrap_or(70);
+    let drawn: Vec<(Drawn, Kind, u32)> = (0..injections)
         .map(|place| {
             let servo = unknown(&mut random, place);
             (servo, KINDS[place % KINDS.len()], random.seed())
         })
         .collect();
-    let judged = in_parallel(&drawn, struck);
+    let judged = in_parallel(&drawn, fault_injection);
     let mut tallies: BTreeMap<&str, Tally> = BTreeMap::new();
     let mut wrong = Vec::new();
     for ((_, kind, _), judged) in drawn.iter().zip(&judged) {
@@ -223,7 +223,7 @@ fn nothing_is_applied_after_a_fault_before_its_trial() {
         };
         let [travel, speed] = reach(judged, servo);
         let left = travel > 1.0 + TRAVEL || speed > 1.0 + SPEED;
-        tally.struck += 1;
+        tally.fault_injection += 1;
         tally.applied += usize::from(applied);
         tally.right += usize::from(is_named);
         tally.left += usize::from(left);
@@ -231,10 +231,10 @@ fn nothing_is_applied_after_a_fault_before_its_trial() {
             .reasons
             .entry(reason.map_or("applied", Reason::name))
             .or_default() += 1;
-        let strike = servo.faults[0];
+        let injection = servo.faults[0];
         let within = judged.outcome.end.map(|end| (end.within.name(), end.time));
         let line = format!(
-            "{} {reason:?} {within:?} travel {travel:.2} speed {speed:.2} {strike:?}",
+            "{} {reason:?} {within:?} travel {travel:.2} speed {speed:.2} {injection:?}",
             kind.name
         );
         if std::env::var("CAMPAIGN_DETAIL").is_ok() && (!is_named || left) {
@@ -247,7 +247,7 @@ fn nothing_is_applied_after_a_fault_before_its_trial() {
             .phases
             .iter()
             .find(|of| of.phase == Phase::Trial);
-        let is_shown = trial.is_some_and(|trial| strike.time < trial.begin);
+        let is_shown = trial.is_some_and(|trial| injection.time < trial.begin);
         if kind.is_fault() && applied && is_shown && kind.fault != FaultKind::ActuatorWeak {
             wrong.push(line);
         }
@@ -255,13 +255,16 @@ fn nothing_is_applied_after_a_fault_before_its_trial() {
     println!("{}", table(&tallies));
     assert!(wrong.is_empty(), "{wrong:#?}");
     let of_faults = KINDS.iter().filter(|kind| kind.is_fault());
-    let (mut struck, mut named) = (0, 0);
+    let (mut fault_injection, mut named) = (0, 0);
     for kind in of_faults {
         let tally = tallies.get(kind.name).expect("every kind strikes");
-        struck += tally.struck;
+        fault_injection += tally.fault_injection;
         named += tally.right;
     }
-    assert!(named as f64 >= NAMED * struck as f64, "{named} of {struck}");
+    assert!(
+        named as f64 >= NAMED * fault_injection as f64,
+        "{named} of {fault_injection}"
+    );
 }
 
 fn table(tallies: &BTreeMap<&str, Tally>) -> String {
@@ -278,7 +281,7 @@ fn table(tallies: &BTreeMap<&str, Tally>) -> String {
         writeln!(
             text,
             "{kind:<18}{:>8}{:>9}{:>7}{:>6}  {}",
-            tally.struck,
+            tally.fault_injection,
             tally.applied,
             tally.right,
             tally.left,

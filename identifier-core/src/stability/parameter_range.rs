@@ -7,16 +7,16 @@ use crate::interval::Interval;
 ///
 /// The range is that of the servo's parameters. Estimates may start and move outside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlantBox {
+pub struct ParameterRange {
     a: Interval,
     b: Interval,
 }
 
 encode! {
-    [] PlantBox as "PlantBox" { a, b }
+    [] ParameterRange as "PlantBox" { a, b }
 }
 
-impl PlantBox {
+impl ParameterRange {
     /// The parameter range.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ struct Row {
     kind: Kind,
     /// The parameters that it can find.
     finds: &'static [Parameter],
-    closing: Closing,
+    closing: LoopKind,
     /// Knowledge that the user needs beforehand.
     prior: &'static str,
     /// Its source: a number is the paper's reference.
@@ -33,7 +33,7 @@ enum Kind {
 
 /// The controller of the loop in which an estimator works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Closing {
+pub enum LoopKind {
     /// The scenario's PID.
     Pid,
     /// The scenario's PID without its integral.
@@ -56,11 +56,11 @@ macro_rules! laws {
     )*) => {
         /// The method that identifies the servo.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        pub enum Law {
+        pub enum Estimator {
             $($(#[$doc])* $law,)*
         }
 
-        impl Law {
+        impl Estimator {
             /// All of them.
             pub const ALL: &'static [Self] = &[$(Self::$law),*];
 
@@ -72,7 +72,7 @@ macro_rules! laws {
                     $(Self::$law => Row {
                         kind: Kind::$kind,
                         finds: $finds,
-                        closing: Closing::$closing,
+                        closing: LoopKind::$closing,
                         prior: $prior,
                         source: $source,
                     },)*
@@ -105,7 +105,7 @@ laws! {
         &["relay", "forgetting", "filter_cutoff"];
 }
 
-impl Law {
+impl Estimator {
     /// The estimator's name in scenarios and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -120,7 +120,7 @@ impl Law {
 
     /// The controller of its loop.
     #[must_use]
-    pub const fn closing(self) -> Closing {
+    pub const fn closing(self) -> LoopKind {
         self.row().closing
     }
 
@@ -139,7 +139,7 @@ impl Law {
     /// True if it can take a log of any controller.
     #[must_use]
     pub fn is_replayable(self) -> bool {
-        self.closing() == Closing::Pid || self == Self::RelayLeastSquares
+        self.closing() == LoopKind::Pid || self == Self::RelayLeastSquares
     }
 
     /// True for a Γ-gradient estimator.
@@ -222,7 +222,7 @@ impl RivalSettings {
 
 impl Identification {
     /// Takes an estimator, with the parameters that it estimates by default.
-    pub fn set_law(&mut self, law: Law) {
+    pub fn set_estimator(&mut self, law: Estimator) {
         self.law = law;
         self.rival = RivalSettings::TYPICAL;
         let default = match law.row().kind {
@@ -235,7 +235,7 @@ impl Identification {
     /// The controller of the loop that the estimator closes, from the declared one.
     pub(super) fn controller(&self, declared: ControllerSettings) -> ControllerSettings {
         match self.law.closing() {
-            Closing::Pd => ControllerSettings {
+            LoopKind::Pd => ControllerSettings {
                 ki: 0.0,
                 ..declared
             },

@@ -14,20 +14,20 @@ mod following;
 mod line;
 mod lines;
 mod plan;
-mod slide;
+mod response_motion;
 #[cfg(test)]
 mod tests;
 mod window;
 
 pub(crate) use lines::{LineRotations, Lines};
-pub(crate) use plan::SlidePlan;
-pub(super) use slide::{Slide, SlideProgress};
-pub(super) use window::Sliding;
+pub(crate) use plan::ResponsePlan;
+pub(super) use response_motion::{ResponseMotion, ResponseProgress};
+pub(super) use window::ResponseWindows;
 
 /// The motion beneath the lines in the window of a slide, means weighted with h: friction and load, as the constant speed
 /// takes their balance. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SlideBalance<N> {
+pub(crate) struct FrictionBalance<N> {
     pub(crate) velocity: N,
     pub(crate) acceleration: N,
     pub(crate) command: N,

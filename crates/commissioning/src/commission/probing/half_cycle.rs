@@ -5,12 +5,12 @@ use identifier_core::reason::Reason;
 
 impl<N: Number> Probing<N> {
     /// Acceleration and amplitude of the next half-cycle: the largest that command, travel and speed permit.
-    pub(super) fn choose_swing(&self, state: &mut ProbingState<N>) {
+    pub(super) fn choose_half_cycle(&self, state: &mut ProbingState<N>) {
         let plan = &self.plan;
         let servo = &state.servo;
         let [least, most] = plan.command;
         let used = N::from_f64(0.85);
-        let mut available = plan.usable_speed * plan.swing_speed.reciprocal();
+        let mut available = plan.usable_speed * plan.half_cycle_speed.reciprocal();
         for direction in [N::ONE, -N::ONE] {
             let without = servo.without_command(direction);
             let up = (servo.gain * most + without) * used;
@@ -24,12 +24,12 @@ impl<N: Number> Probing<N> {
         let half_room = plan.half_room;
         let floor = N::from_f64(0.02) * servo.gain * most;
         let mut acceleration = available.larger(floor);
-        let mut amplitude = acceleration * plan.swing;
+        let mut amplitude = acceleration * plan.half_cycle;
         if amplitude > half_room {
             amplitude = half_room;
-            acceleration = half_room * plan.swing.reciprocal();
-        } else if amplitude < plan.least_swing {
-            amplitude = plan.least_swing.limited(N::ZERO, half_room);
+            acceleration = half_room * plan.half_cycle.reciprocal();
+        } else if amplitude < plan.least_half_cycle {
+            amplitude = plan.least_half_cycle.limited(N::ZERO, half_room);
             let most =
                 plan.usable_speed * plan.usable_speed * N::from_f64(0.5) * amplitude.reciprocal();
             acceleration = acceleration.limited(N::ZERO, most);
@@ -54,14 +54,14 @@ impl<N: Number> Probing<N> {
 
     /// The command of a half-cycle. Beyond the planned travel the servo is not pushed outwards. A load that moves on a
     /// spring makes the friction estimate too large, which would soften every brake.
-    pub(super) fn swing(&self, state: &mut ProbingState<N>) -> N {
+    pub(super) fn half_cycle(&self, state: &mut ProbingState<N>) -> N {
         let command = match state.stage {
             ProbingStage::Brake => self.brake(state),
             ProbingStage::Stop => self.stop(state),
             _ => self.push(state),
         };
-        let way = if command < N::ZERO { -N::ONE } else { N::ONE };
-        if self.is_beyond(state, way) {
+        let motion_direction = if command < N::ZERO { -N::ONE } else { N::ONE };
+        if self.is_beyond(state, motion_direction) {
             N::ZERO
         } else {
             command
@@ -116,7 +116,7 @@ impl<N: Number> Probing<N> {
     fn hit_end_stop(&self, state: &mut ProbingState<N>, command: N) -> N {
         let direction = state.direction;
         let Some(blocked) = state.blocked.replace(direction) else {
-            self.swing_back(state);
+            self.turn_back(state);
             return command;
         };
         state.ending = Some(Err(if blocked == direction {
@@ -174,15 +174,15 @@ impl<N: Number> Probing<N> {
             state.enter(ProbingStage::Hold);
             return self.hold(state);
         }
-        self.swing_back(state);
+        self.turn_back(state);
         self.push(state)
     }
 
     /// From the next push on it moves in the other direction.
-    fn swing_back(&self, state: &mut ProbingState<N>) {
+    fn turn_back(&self, state: &mut ProbingState<N>) {
         state.extra = N::ZERO;
         state.aim(-state.direction);
-        self.choose_swing(state);
+        self.choose_half_cycle(state);
         state.enter(ProbingStage::Push);
     }
 
@@ -192,7 +192,7 @@ impl<N: Number> Probing<N> {
         /// The largest standard error of an acceleration, over it.
         const KNOWN: f64 = 0.008;
         /// Standard deviation of an equation's error, counts.
-        const ROUNDING: f64 = 0.3;
+        const QUANTISATION_SIGMA: f64 = 0.3;
         if state.reversals.iter().any(|&count| count < 2) {
             return false;
         }
@@ -200,8 +200,8 @@ impl<N: Number> Probing<N> {
             // The fit judges whether the motion was informative, or it is there to be predicted.
             return true;
         }
-        let speed = state.acceleration * self.plan.swing_speed * N::from_f64(0.5);
-        let most = N::from_f64(KNOWN / ROUNDING) * state.acceleration;
+        let speed = state.acceleration * self.plan.half_cycle_speed * N::from_f64(0.5);
+        let most = N::from_f64(KNOWN / QUANTISATION_SIGMA) * state.acceleration;
         let accelerated = [N::ONE, -N::ONE].map(|direction| {
             let acceleration = direction * state.acceleration;
             let command = state.servo.command(acceleration, direction);
@@ -214,7 +214,7 @@ impl<N: Number> Probing<N> {
     /// Brakes for good.
     pub(super) fn stop(&self, state: &mut ProbingState<N>) -> N {
         if state.samples == state.stage_since {
-            state.aim(state.way);
+            state.aim(state.motion_direction);
         }
         if state.has_turned() {
             state.held_at = state.position;
@@ -276,12 +276,12 @@ mod tests {
                     state.position = at_part(&probing, side, part);
                     // It creeps outwards.
                     state.aim(side);
-                    state.way = side;
+                    state.motion_direction = side;
                     state.observed.velocity = 0.01 * side;
                     state.samples = 1;
                     state.enter(stage);
                     state.samples = 2;
-                    side * probing.swing(&mut state)
+                    side * probing.half_cycle(&mut state)
                 };
                 assert!(outwards(0.999) > 0.0, "{side} {stage:?}");
                 assert!(outwards(1.001) <= 0.0, "{side} {stage:?}");
@@ -299,7 +299,7 @@ mod tests {
                 state.aim(-side);
                 state.extreme -= side;
                 state.enter(ProbingStage::Brake);
-                let command = probing.swing(&mut state);
+                let command = probing.half_cycle(&mut state);
                 (side * state.direction, side * command, state.reversals)
             };
             let (direction, command, reversals) = turned(0.999);

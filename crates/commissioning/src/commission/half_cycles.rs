@@ -4,8 +4,8 @@ use identifier_core::number::Number;
 
 /// The present half-cycle. Positions in counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Swings<N> {
-    way: N,
+pub(super) struct HalfCycles<N> {
+    motion_direction: N,
     /// Its beginning, and the samples since then.
     turned_at: N,
     since: u32,
@@ -16,13 +16,13 @@ pub(super) struct Swings<N> {
 
 /// A half-cycle that has ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Swing<N> {
+pub(super) struct HalfCycle<N> {
     /// Counts, without a sign, and samples.
     pub(super) length: N,
     pub(super) samples: u32,
 }
 
-impl<N: Number> Swings<N> {
+impl<N: Number> HalfCycles<N> {
     /// The longest distance that is no half-cycle, counts. It is an edge of the encoder to either side, and the
     /// rounding.
     const TURNED: f64 = 2.5;
@@ -30,7 +30,7 @@ impl<N: Number> Swings<N> {
     /// From a place.
     pub(super) fn from(position: N) -> Self {
         Self {
-            way: N::ONE,
+            motion_direction: N::ONE,
             turned_at: position,
             since: 0,
             farthest: position,
@@ -39,34 +39,34 @@ impl<N: Number> Swings<N> {
     }
 
     /// Takes a sample and returns the half-cycle that has ended, if any.
-    pub(super) fn take(&mut self, position: N) -> Option<Swing<N>> {
+    pub(super) fn take(&mut self, position: N) -> Option<HalfCycle<N>> {
         self.since = self.since.saturating_add(1);
         self.ago = self.ago.saturating_add(1);
-        let on = self.way * (position - self.farthest);
+        let on = self.motion_direction * (position - self.farthest);
         if on > N::ZERO {
             (self.farthest, self.ago) = (position, 0);
         }
-        let swing = Swing {
+        let half_cycle = HalfCycle {
             length: (self.farthest - self.turned_at).magnitude(),
             samples: self.since - self.ago,
         };
         let least = N::from_f64(Self::TURNED);
-        let is_swing = swing.length > least;
-        if on >= N::ZERO || !is_swing && on >= -least {
+        let is_half_cycle = half_cycle.length > least;
+        if on >= N::ZERO || !is_half_cycle && on >= -least {
             return None;
         }
         *self = Self {
-            way: -self.way,
+            motion_direction: -self.motion_direction,
             turned_at: self.farthest,
             since: self.ago,
             farthest: position,
             ago: 0,
         };
-        is_swing.then_some(swing)
+        is_half_cycle.then_some(half_cycle)
     }
 }
 
-impl<N: Number> Swing<N> {
+impl<N: Number> HalfCycle<N> {
     /// True if its mean speed exceeded this one, counts a sample. It must also be shorter than the half period of a
     /// bandwidth, ω T.
     pub(super) fn is_faster(&self, speed: N, bandwidth: N) -> bool {
@@ -91,8 +91,8 @@ mod tests {
 
     /// The ends of the half-cycles of a sine with an amplitude in counts and a period in samples. The drift is in
     /// counts a sample.
-    fn swings(amplitude: f64, period: f64, drift: f64) -> Vec<Swing<f32>> {
-        let mut swings = Swings::from(0.0_f32);
+    fn half_cycles(amplitude: f64, period: f64, drift: f64) -> Vec<HalfCycle<f32>> {
+        let mut half_cycles = HalfCycles::from(0.0_f32);
         let position = |sample: u32| {
             let time = f64::from(sample);
             let angle = core::f64::consts::TAU * time / period;
@@ -100,46 +100,46 @@ mod tests {
         };
         let samples = (10.0 * period) as u32;
         (0..samples)
-            .filter_map(|sample| swings.take(position(sample)))
+            .filter_map(|sample| half_cycles.take(position(sample)))
             .collect()
     }
 
     #[test]
-    fn a_swing_lasts_from_one_turning_point_to_the_next_at_every_rate() {
+    fn a_half_cycle_lasts_from_one_turning_point_to_the_next_at_every_rate() {
         for (period, bandwidth) in [(20.0, 0.1), (80.0, 0.02), (400.0, 5e-3)] {
-            let ended = swings(100.0, period, 0.0);
+            let ended = half_cycles(100.0, period, 0.0);
             // The first begins in the middle, and the last has not ended.
             assert!((17..=20).contains(&ended.len()), "{}", ended.len());
-            for swing in &ended[1..] {
-                assert!((f64::from(swing.samples) / (0.5 * period) - 1.0).abs() < 0.15);
-                assert!((swing.length - 200.0).abs() < 6.0);
+            for half_cycle in &ended[1..] {
+                assert!((f64::from(half_cycle.samples) / (0.5 * period) - 1.0).abs() < 0.15);
+                assert!((half_cycle.length - 200.0).abs() < 6.0);
                 let speed = 400.0 / period as f32;
-                assert!(swing.is_faster(0.8 * speed, bandwidth));
-                assert!(!swing.is_faster(1.2 * speed, bandwidth));
+                assert!(half_cycle.is_faster(0.8 * speed, bandwidth));
+                assert!(!half_cycle.is_faster(1.2 * speed, bandwidth));
                 // As long as the half period of the bandwidth, or longer.
-                assert!(!swing.is_faster(0.8 * speed, 5.0 * bandwidth));
+                assert!(!half_cycle.is_faster(0.8 * speed, 5.0 * bandwidth));
                 // As if by a constant acceleration: 4 L/t².
                 let acceleration = 3200.0 / (period * period) as f32;
-                assert!(swing.is_harder(0.7 * acceleration));
-                assert!(!swing.is_harder(1.4 * acceleration));
+                assert!(half_cycle.is_harder(0.7 * acceleration));
+                assert!(!half_cycle.is_harder(1.4 * acceleration));
             }
         }
     }
 
     #[test]
-    fn an_edge_to_either_side_is_no_swing() {
-        assert!(swings(1.0, 20.0, 0.0).is_empty());
+    fn an_edge_to_either_side_is_no_half_cycle() {
+        assert!(half_cycles(1.0, 20.0, 0.0).is_empty());
         // Nor on a motion one way.
-        assert!(swings(1.0, 20.0, 0.5).is_empty());
+        assert!(half_cycles(1.0, 20.0, 0.5).is_empty());
     }
 
     #[test]
-    fn a_swing_ends_by_coming_back_whichever_way_it_begins() {
-        let mut swings = Swings::from(0.0_f32);
-        assert_eq!(swings.take(-10.0), None);
-        assert_eq!(swings.take(-20.0), None);
-        let swing = swings.take(-5.0).expect("it came back");
-        assert!((swing.length - 20.0).abs() < 1e-6);
-        assert_eq!(swing.samples, 2);
+    fn a_half_cycle_ends_by_coming_back_whichever_way_it_begins() {
+        let mut half_cycles = HalfCycles::from(0.0_f32);
+        assert_eq!(half_cycles.take(-10.0), None);
+        assert_eq!(half_cycles.take(-20.0), None);
+        let half_cycle = half_cycles.take(-5.0).expect("it came back");
+        assert!((half_cycle.length - 20.0).abs() < 1e-6);
+        assert_eq!(half_cycle.samples, 2);
     }
 }

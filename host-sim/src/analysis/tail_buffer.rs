@@ -9,12 +9,12 @@ use crate::experiment::Sample;
 /// The last samples of a run: position and the command that acted from there on. A shorter run is kept whole. A longer
 /// one is judged by its end, where the estimates are best.
 #[derive(Debug, Clone)]
-pub(super) struct Stretch {
+pub(super) struct TailBuffer {
     samples: VecDeque<Logged>,
     most: usize,
 }
 
-impl Stretch {
+impl TailBuffer {
     /// Keeps a number of samples at most.
     pub(super) fn new(most: usize) -> Self {
         Self {

@@ -7,7 +7,7 @@ use identifier_core::tuning::Mode;
 /// The plan of slides over a servo that is known as one mass, machine units: made by the solver, carried out by the
 /// interrupt.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SlidePlan<N> {
+pub(crate) struct ResponsePlan<N> {
     pub(super) motion: Motion<N>,
     pub(super) lines: [PlannedLine<N>; Lines::MAX],
     pub(super) count: u8,
@@ -31,7 +31,7 @@ pub(super) struct Motion<N> {
     pub(super) start: N,
     /// Slides before them that show friction, load and amplitudes alone, and slides that are measured.
     pub(super) learning: u8,
-    pub(super) slides: u8,
+    pub(super) response_motions: u8,
     /// Samples from constant speed to the window, and of the window.
     pub(super) settling: u32,
     pub(super) window: u32,
@@ -66,7 +66,7 @@ impl<N: Number> Motion<N> {
         acceleration: N::ZERO,
         start: N::ZERO,
         learning: 0,
-        slides: 0,
+        response_motions: 0,
         settling: 0,
         window: 0,
         window_rotation: [N::ONE, N::ZERO],
@@ -84,11 +84,11 @@ impl<N: Number> PlannedLine<N> {
     };
 }
 
-impl<N: Number> SlidePlan<N> {
+impl<N: Number> ResponsePlan<N> {
     /// Time from constant speed to the window, s, of a servo that is known and of one that is doubted: the transient of the turn
     /// has died down to a part that the inverted slides cancel.
     const SETTLING: f64 = 0.1;
-    const DOUBTED_SETTLING: f64 = 0.2;
+    const UNCERTAIN_SETTLING: f64 = 0.2;
 
     /// Slides, both ways, in which a servo that is doubted is learnt.
     const LEARNING: u8 = 2;
@@ -102,12 +102,12 @@ impl<N: Number> SlidePlan<N> {
     /// The parts of the travel that turning points, those of a servo that is doubted, and the loop's error may take; what is
     /// left brakes a servo that left its reference.
     const TURNS: f64 = 0.8;
-    const DOUBTED_TURNS: f64 = 0.75;
+    const UNCERTAIN_TURNS: f64 = 0.75;
     const ERROR: f64 = 0.15;
 
     /// Time for which a servo may break away late, s, and one that is doubted.
     const PATIENCE: f64 = 0.15;
-    const DOUBTED_PATIENCE: f64 = 1.6;
+    const UNCERTAIN_PATIENCE: f64 = 1.6;
 
     /// The part of the largest speed: the injection adds to it.
     const SPEED: f64 = 0.4;
@@ -132,7 +132,7 @@ impl<N: Number> SlidePlan<N> {
 
     /// The part of the command that compensates friction and load of a servo that is doubted at most: a compensation that is
     /// too large would drive it away.
-    const DOUBTED_FRICTION: f64 = 0.5;
+    const UNCERTAIN_FRICTION: f64 = 0.5;
 
     /// The least command that friction and load must leave to turn and to excite with, as a part of all.
     const MIN_FREE: f64 = 0.1;
@@ -141,7 +141,7 @@ impl<N: Number> SlidePlan<N> {
     /// the part of the travel that this may move the servo: the bandwidth follows from both. More bandwidth would drive
     /// lightly damped resonances.
     const UNKNOWN_LOAD: f64 = 0.02;
-    const DOUBTED_LOAD: f64 = 0.1;
+    const UNCERTAIN_LOAD: f64 = 0.1;
     const YIELD: f64 = 0.05;
 
     /// The largest bandwidth over the lowest of low lines: a loop that is faster leaves nothing of their injection.
@@ -156,7 +156,7 @@ impl<N: Number> SlidePlan<N> {
     pub(crate) fn new(
         settings: &CommissionSettings,
         servo: &IdentifiedServo,
-        is_doubted: bool,
+        is_uncertain: bool,
         mode: Option<&Mode>,
         lines: &Lines,
     ) -> Option<Self> {
@@ -169,9 +169,9 @@ impl<N: Number> SlidePlan<N> {
         let [least, most] = limits.command;
         let command = most.min(-least);
         let mut parameters = servo.parameters;
-        if is_doubted {
+        if is_uncertain {
             let held = (libm::fabs(parameters.load) + parameters.coulomb) / b;
-            let part = (Self::DOUBTED_FRICTION * command / held).min(1.0);
+            let part = (Self::UNCERTAIN_FRICTION * command / held).min(1.0);
             (parameters.a, parameters.load) = (0.0, part * parameters.load);
             parameters.coulomb *= part;
         }
@@ -182,13 +182,13 @@ impl<N: Number> SlidePlan<N> {
         }
         // From turning point to turning point at ±(v T/2 + v²/2 a), no turn shorter than the shortest.
         let acceleration = Self::TURN * free * b;
-        let (settling, turns) = if is_doubted {
-            (Self::DOUBTED_SETTLING, Self::DOUBTED_TURNS)
+        let (settling, turns) = if is_uncertain {
+            (Self::UNCERTAIN_SETTLING, Self::UNCERTAIN_TURNS)
         } else {
             (Self::SETTLING, Self::TURNS)
         };
-        let sliding = settling + lines.window_time();
-        let half = 0.5 * (sliding + 0.5 * Self::SHORTEST_TURN);
+        let frequency_response = settling + lines.window_time();
+        let half = 0.5 * (frequency_response + 0.5 * Self::SHORTEST_TURN);
         let turning = turns * room;
         let root = libm::sqrt(half * half + 2.0 * turning / acceleration);
         let speed = (acceleration * (root - half)).min(Self::SPEED * limits.speed);
@@ -196,13 +196,17 @@ impl<N: Number> SlidePlan<N> {
         if speed.is_nan() || speed * counts < Self::MIN_SPEED_COUNTS {
             return None;
         }
-        let slide = 0.5 * speed * sliding;
-        let turning = slide + 0.5 * speed * speed / acceleration;
+        let response_motion = 0.5 * speed * frequency_response;
+        let turning = response_motion + 0.5 * speed * speed / acceleration;
         // As near to where it stands as the travel permits.
         let margin = (turning / turns).min(room);
         let middle = 0.0_f64.min(high - margin).max(low + margin);
-        let (unknown, patience, learning) = if is_doubted {
-            (Self::DOUBTED_LOAD, Self::DOUBTED_PATIENCE, Self::LEARNING)
+        let (unknown, patience, learning) = if is_uncertain {
+            (
+                Self::UNCERTAIN_LOAD,
+                Self::UNCERTAIN_PATIENCE,
+                Self::LEARNING,
+            )
         } else {
             (Self::UNKNOWN_LOAD, Self::PATIENCE, 0)
         };
@@ -219,9 +223,9 @@ impl<N: Number> SlidePlan<N> {
         let number = N::from_f64;
         let rotation = |of: Complex| [of.re, of.im].map(number);
         let mut planned = [PlannedLine::NONE; Lines::MAX];
-        let survey = lines.frequencies().zip(lines.rotations());
+        let first_pass = lines.frequencies().zip(lines.rotations());
         let mean = lines.frequencies().sum::<f64>() / lines.count() as f64;
-        for (line, (omega, turn)) in planned.iter_mut().zip(survey) {
+        for (line, (omega, turn)) in planned.iter_mut().zip(first_pass) {
             // One mass: its velocity is b/ω of the command.
             let moved = mode.map_or(1.0, |mode| over_one_mass(mode, omega).max(LEAST));
             // The encoder sees less of higher ones.
@@ -240,9 +244,9 @@ impl<N: Number> SlidePlan<N> {
                 bandwidth: number(bandwidth.max(Self::MIN_BANDWIDTH) * time),
                 speed: number(speed * time * counts),
                 acceleration: number(acceleration * time * time * counts),
-                start: number((middle - slide) * counts),
+                start: number((middle - response_motion) * counts),
                 learning,
-                slides: 0,
+                response_motions: 0,
                 settling: libm::ceil(settling / time) as u32,
                 window: lines.window(),
                 window_rotation: rotation(lines.window_rotation()),
@@ -259,7 +263,7 @@ impl<N: Number> SlidePlan<N> {
     /// The same with this many motions that are measured, from now on both ways by turns.
     #[must_use]
     pub(crate) fn with_motions(mut self, motions: u8) -> Self {
-        self.motion.slides = motions;
+        self.motion.response_motions = motions;
         self
     }
 }

@@ -10,7 +10,7 @@ use crate::control::FeedForwardSettings;
 
 /// The limits of a feed-forward for a servo, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Lead {
+pub(super) struct FeedForwardLimits {
     a: f64,
     b: f64,
     coulomb: f64,
@@ -21,7 +21,7 @@ pub(super) struct Lead {
     step: f64,
 }
 
-impl Lead {
+impl FeedForwardLimits {
     /// The largest ω_m over ω. Above it, a servo with the delay that its margins allow overshoots by more than 3 %. The
     /// PID responds to the delay as to an error.
     const MAX_BANDWIDTHS: f64 = 3.0;
