@@ -35,14 +35,12 @@ const SAMPLES: [(&str, &str); 5] = [
 
 /// The phases of a commissioning, the rates at which one is counted whole, and the estimators of a run, in the pages'
 /// words.
-const PHASES: [(&str, &str); 9] = [
-    ("released-check", "`released-check`"),
-    ("wiggle", "`wiggle`"),
+const PHASES: [(&str, &str); 7] = [
+    ("rest", "`rest`"),
+    ("probe", "`probe`"),
     ("fit", "`fit`"),
-    ("refine", "`refine`"),
-    ("verify", "`verify`"),
-    ("slide", "`slide`"),
-    ("tune", "`tune`"),
+    ("frequency-response", "`frequency-response`"),
+    ("gains", "`gains`"),
     ("trial", "`trial`"),
     ("applied", "`applied`, its first sample"),
 ];

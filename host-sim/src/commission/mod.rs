@@ -14,7 +14,7 @@ mod sample;
 
 pub use axis::Axis;
 pub use course::{Course, Excursion, PhaseSpan};
-use explain::{effects, logged};
+pub use explain::Recorded;
 pub use frequency_response::FrequencyResponse;
 pub use record::{End, Known, Outcome};
 pub use response::StepResponse;
@@ -46,8 +46,6 @@ pub struct Commissioning {
     before: Option<HoldingGains>,
     arithmetic: Arithmetic,
     largest: LargestMotion,
-    /// Rad per revolution of the axis.
-    revolution: f64,
 }
 
 impl Commissioning {
@@ -78,7 +76,6 @@ impl Commissioning {
             before,
             arithmetic,
             largest: machine.largest_motion(),
-            revolution: scenario.stated.identifier.terms.revolution,
         })
     }
 
@@ -152,7 +149,6 @@ impl Commissioning {
         let sample_time = self.settings.sample_time;
         let mut course = Course::default();
         let mut known = Vec::new();
-        let mut moved = Vec::new();
         let mut end: Option<End> = None;
         loop {
             let time = course.samples() as f64 * sample_time;
@@ -188,9 +184,6 @@ impl Commissioning {
                     None => end.disabled.or(Some(time)),
                 };
             }
-            if end.is_none() {
-                moved.extend(logged(&sample, moved.is_empty()));
-            }
             course.add(&sample);
             observe(&sample);
             let over = end.as_ref().map_or(MAX_TIME, |end| end.time + AFTERWARDS);
@@ -203,14 +196,6 @@ impl Commissioning {
                     end,
                     known,
                     tuning: state.and_then(CommissionState::tuning).copied(),
-                    effects: end.map_or_else(Vec::new, |end| {
-                        effects(
-                            end.reason,
-                            &moved,
-                            self.settings.resolution,
-                            self.revolution,
-                        )
-                    }),
                     no_gains: tuning_error.map(NoGains::from),
                     trial: done.trial,
                     noise: noise * self.settings.resolution,

@@ -3,7 +3,6 @@ use drive_link::NoGains;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Tuning;
-use log_fit::Cause;
 
 use super::{Course, FrequencyResponse};
 
@@ -40,8 +39,6 @@ pub struct Outcome {
     pub known: Vec<Known>,
     /// The gains that were found, and their predicted response.
     pub tuning: Option<Tuning>,
-    /// The effects that its model lacks, by the fit of all that it recorded.
-    pub effects: Vec<Cause>,
     /// The reason why no gains were found, with the possible value.
     pub no_gains: Option<NoGains>,
     /// Measurements of the trial up to where it ended.

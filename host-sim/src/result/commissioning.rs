@@ -13,6 +13,7 @@ use serde::{Serialize, Serializer};
 use super::Gains;
 use crate::commission::{Excursion, FrequencyResponse, Outcome, PhaseSpan};
 use crate::scenario::Scenario;
+use crate::verdict::Cause;
 
 /// The end of a commissioning, simulated or of a drive.
 #[derive(Debug, Clone, Serialize)]
@@ -166,6 +167,7 @@ impl CommissioningResult {
         largest: &LargestMotion,
         before: Option<&HoldingGains>,
         outcome: &Outcome,
+        effects: &[Cause],
     ) -> Self {
         let end = outcome.end.as_ref();
         let as_of_a_drive = drive_link::Outcome {
@@ -198,7 +200,7 @@ impl CommissioningResult {
             duration: end.map(|end| end.time),
             phases: outcome.course.phases.clone(),
             extremes: outcome.course.excursion(),
-            effects: outcome.effects.iter().map(|cause| cause.name()).collect(),
+            effects: effects.iter().map(|cause| cause.name()).collect(),
             response: outcome.response.clone(),
             truth: commissioned_truth(scenario),
         }

@@ -65,5 +65,9 @@ pub(crate) fn identifier(
     }
     let built: Result<Identifier, SettingsError> = settings.build();
     let built = built.map_err(|error| scenario.fault(&error))?;
-    Ok(Box::new(Running::<f32, _>::new(built, None, Outcome::default())))
+    Ok(Box::new(Running::<f32, _>::new(
+        built,
+        None,
+        Outcome::default(),
+    )))
 }

@@ -4,12 +4,14 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+use host_sim::commission::Recorded;
+use host_sim::scenario::Scenario;
 use host_sim::verdict::Cause;
 use identifier_core::reason::Reason;
 use integration_tests::in_parallel;
 
 use super::campaign::factor;
-use super::judged::{Judged, commission};
+use super::judged::{Judged, observed};
 use super::servos::{KINDS, Kind};
 
 /// Seeds of each servo, for a factor of one.
@@ -128,6 +130,14 @@ fn effects(kind: &Kind) -> Vec<Effect> {
     ]
 }
 
+/// A commissioning, and the effects that the fit of its whole record finds if it ended without gains.
+fn explained(scenario: &Scenario) -> (Judged, Vec<Cause>) {
+    let mut recorded = Recorded::default();
+    let judged = observed(scenario, &mut |sample| recorded.add(sample));
+    let effects = recorded.effects(scenario, judged.outcome.reason());
+    (judged, effects)
+}
+
 /// Outcomes of the servos with an effect.
 #[derive(Default)]
 struct Row {
@@ -138,17 +148,14 @@ struct Row {
 }
 
 impl Row {
-    fn add(&mut self, judged: &Judged, named: &[Cause]) {
+    fn add(&mut self, judged: &Judged, effects: &[Cause], named: &[Cause]) {
         match (&judged.kept, judged.outcome.reason()) {
             (Some(kept), _) if kept.is_kept() => self.kept += 1,
             (Some(_), _) => self.broken += 1,
-            (None, _) if judged.outcome.effects.iter().any(|of| named.contains(of)) => {
-                self.named += 1
-            }
+            (None, _) if effects.iter().any(|of| named.contains(of)) => self.named += 1,
             (None, reason) => {
                 let reason = reason.map_or("no end", Reason::name);
-                self.others
-                    .push(format!("{reason} {:?}", judged.outcome.effects));
+                self.others.push(format!("{reason} {effects:?}"));
             }
         }
     }
@@ -166,23 +173,20 @@ fn a_servo_that_is_not_the_model_is_applied_only_where_the_prediction_is_kept() 
     for kind in &KINDS {
         for effect in effects(kind) {
             let judged = in_parallel(&seeds, |&seed| {
-                commission(&kind.scenario(&effect.plant, seed))
+                explained(&kind.scenario(&effect.plant, seed))
             });
             let what = format!("{}, {} {}", kind.name, effect.name, effect.size);
             let mut row = Row::default();
-            for judged in &judged {
-                row.add(judged, effect.named);
+            for (judged, effects) in &judged {
+                row.add(judged, effects, effect.named);
                 faults.extend(judged.broken.iter().map(|fault| format!("{what}: {fault}")));
                 if let Some(kept) = judged.kept.filter(|kept| !kept.is_kept()) {
                     faults.push(format!("{what}: {kept:?}"));
                 }
             }
             if effect.named.is_empty() {
-                for judged in judged
-                    .iter()
-                    .filter(|judged| !judged.outcome.effects.is_empty())
-                {
-                    faults.push(format!("{what}: {:?}", judged.outcome.effects));
+                for (_, effects) in judged.iter().filter(|(_, effects)| !effects.is_empty()) {
+                    faults.push(format!("{what}: {effects:?}"));
                 }
                 if (row.kept as f64) < APPLIED * seeds.len() as f64 {
                     faults.push(format!(

@@ -1,7 +1,7 @@
 //! A commissioning, judged by the true motion of the servo.
 
 use commissioning::Phase;
-use host_sim::commission::{Commissioning, Outcome, StepResponse};
+use host_sim::commission::{Commissioning, Outcome, Sample, StepResponse};
 use host_sim::scenario::Scenario;
 use integration_tests::Random;
 
@@ -44,6 +44,11 @@ impl Kept {
 /// Commissions a scenario's servo. In each sample the background does a random number of slices of work, whose mean over
 /// those that it should do is random too, a half to two.
 pub(super) fn commission(scenario: &Scenario) -> Judged {
+    observed(scenario, &mut |_| {})
+}
+
+/// The same, with every sample shown to `observe`.
+pub(super) fn observed(scenario: &Scenario, observe: &mut dyn FnMut(&Sample)) -> Judged {
     let commissioning = Commissioning::new(scenario).expect("it was built when it was read");
     let limits = commissioning.settings().limits;
     let before = commissioning.gains_before().copied();
@@ -57,6 +62,7 @@ pub(super) fn commission(scenario: &Scenario) -> Judged {
         |slices: u32| (random.uniform(0.0, 2.0) * speed * f64::from(slices)).round() as u32;
     let outcome = commissioning
         .run_beside(&mut background, &mut |sample| {
+            observe(sample);
             if sample.phase.is_end() {
                 coasts = Some(sample.command.is_none());
             }

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::commission::{Commissioning, Sample};
+use host_sim::commission::{Commissioning, Recorded, Sample};
 use host_sim::provenance::{Kept, Origin, ScenarioText, Task};
 use host_sim::result::CommissioningResult;
 use host_sim::scenario::Purpose;
@@ -77,8 +77,10 @@ pub(super) fn experiment(
     let limits = machine.settings().limits;
     let before = machine.gains_before().copied();
     let progress = Progress::of_a_course();
+    let mut recorded = Recorded::default();
     let mut observe = |sample: &Sample| {
         progress.advance();
+        recorded.add(sample);
         if let Some(rows) = &mut rows {
             rows.write(|rows| rows.commissioning_sample(sample));
         }
@@ -87,9 +89,17 @@ pub(super) fn experiment(
         }
     };
     let outcome = machine.run(&mut observe).map_err(of_scenario)?;
+    let effects = recorded.effects(&scenario, outcome.reason());
     drop(progress);
 
-    let result = CommissioningResult::new(&scenario, &limits, &largest, before.as_ref(), &outcome);
+    let result = CommissioningResult::new(
+        &scenario,
+        &limits,
+        &largest,
+        before.as_ref(),
+        &outcome,
+        &effects,
+    );
     let page = present::commissioning(&Commissioned {
         title: &call::title("Commissioning of", file),
         command: &call::command(),
@@ -97,6 +107,7 @@ pub(super) fn experiment(
         limits: &limits,
         before: before.as_ref(),
         outcome: &outcome,
+        effects: &effects,
         traces: traces.as_ref(),
     });
     let written = [rows.map(|rows| rows.finish(Rows::finish))];

@@ -190,3 +190,34 @@ impl Evidence {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Step;
+    use std::vec::Vec;
+
+    /// What each step does, as the page has it.
+    const fn does(step: Step) -> &'static str {
+        match step {
+            Step::Fit => "the five numbers are fitted",
+            Step::FrequencyResponse => "frequency response, 2 motions",
+            Step::ProbeAgain => "probe again",
+            Step::MoreLines => "frequency response with further lines",
+            Step::Gains => "gains, then the trial",
+            Step::End => "the end, with a reason",
+        }
+    }
+
+    #[test]
+    fn the_page_has_the_steps_in_their_order() {
+        let page = include_str!("../../../../../docs/commissioning.md");
+        let table = page.split("| row | if | then |").nth(1);
+        let rows = table.expect("the table").lines().skip(2);
+        let rows: Vec<_> = rows.take_while(|line| line.starts_with('|')).collect();
+        assert_eq!(rows.len(), Step::ORDER.len());
+        for (row, step) in rows.iter().zip(Step::ORDER) {
+            let then = row.split('|').nth(3).expect("three columns").trim();
+            assert!(then.starts_with(does(step)), "{step:?}: {then}");
+        }
+    }
+}

@@ -12,6 +12,7 @@ use host_sim::commission::Outcome;
 use host_sim::result::commissioning::{COMMISSIONED, commissioned_truth, commissioned_values};
 use host_sim::result::{FeedForward, Gains, KnownForces};
 use host_sim::scenario::Scenario;
+use host_sim::verdict::Cause;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::{Resonance, Tuning};
@@ -36,6 +37,8 @@ pub struct Commissioned<'a> {
     pub before: Option<&'a HoldingGains>,
     /// The outcome.
     pub outcome: &'a Outcome,
+    /// The effects that its five numbers lack.
+    pub effects: &'a [Cause],
     /// Signals over time; none for a page whose brief form is enough.
     pub traces: Option<&'a CommissionTraces>,
 }
@@ -87,7 +90,7 @@ pub fn unseen_motion(motion: &LargestMotion) -> String {
 
 fn verdict(of: &Commissioned<'_>) -> Verdict {
     let outcome = of.outcome;
-    let detail = detail(outcome);
+    let detail = detail(outcome, of.effects);
     let phase = outcome.end.map(|end| end.phase);
     let is_held = outcome.end.is_some_and(|end| end.disabled.is_none());
     let (tone, headline) = match (phase, &outcome.tuning) {
@@ -125,7 +128,7 @@ fn verdict(of: &Commissioned<'_>) -> Verdict {
 }
 
 /// The end, and its reason.
-fn detail(outcome: &Outcome) -> String {
+fn detail(outcome: &Outcome, effects: &[Cause]) -> String {
     let Some(end) = &outcome.end else {
         return "it did not end".to_owned();
     };
@@ -136,7 +139,7 @@ fn detail(outcome: &Outcome) -> String {
                 None => ("the previous gains are in force", end.time),
                 Some(time) => ("the servo is disabled", time),
             };
-            let found = outcome.effects.iter().map(|cause| cause.meaning());
+            let found = effects.iter().map(|cause| cause.meaning());
             let found = match Vec::from_iter(found).join(", ") {
                 none if none.is_empty() => none,
                 found => format!("; the fit of the whole record finds {found}"),
