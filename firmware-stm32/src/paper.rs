@@ -39,8 +39,8 @@ pub fn settings() -> Settings {
                 ..PerParameter::default()
             },
             parameter_range: Some(ParameterRangeSettings {
-                a: identifier::parameter_range::A,
-                b: identifier::parameter_range::B,
+                a: identifier::plant_box::A,
+                b: identifier::plant_box::B,
             }),
             gamma: Some(diagonal([of_a, of_b, 100.0, 0.0])),
             mu: Some(identifier::MU),

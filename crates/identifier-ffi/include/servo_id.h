@@ -160,18 +160,17 @@
 #define SERVO_ID_CAP_UNSEEN_RESONANCE 5
 
 /* Phases of a commissioning; the last three are ends. */
-#define SERVO_ID_PHASE_IDLE             0
-#define SERVO_ID_PHASE_RELEASED_CHECK   1
-#define SERVO_ID_PHASE_PROBING          2
-#define SERVO_ID_PHASE_FIT              3
-#define SERVO_ID_PHASE_REFINE           4
-#define SERVO_ID_PHASE_VERIFY           5
-#define SERVO_ID_PHASE_SLIDE            6
-#define SERVO_ID_PHASE_TUNE             7
-#define SERVO_ID_PHASE_TRIAL            8
-#define SERVO_ID_PHASE_APPLIED          9
-#define SERVO_ID_PHASE_ROLLED_BACK     10
-#define SERVO_ID_PHASE_ABORTED         11
+#define SERVO_ID_PHASE_IDLE                  0
+#define SERVO_ID_PHASE_REST                  1
+#define SERVO_ID_PHASE_PROBE                 2
+#define SERVO_ID_PHASE_FIT                   3
+#define SERVO_ID_PHASE_PROBE_AGAIN           4
+#define SERVO_ID_PHASE_FREQUENCY_RESPONSE    5
+#define SERVO_ID_PHASE_GAINS                 6
+#define SERVO_ID_PHASE_TRIAL                 7
+#define SERVO_ID_PHASE_APPLIED               8
+#define SERVO_ID_PHASE_ROLLED_BACK           9
+#define SERVO_ID_PHASE_ABORTED              10
 
 /* Conditions of a sample of a commissioning, which are added. */
 #define SERVO_ID_NO_COUNT 1  /* the encoder gave no valid reading */

@@ -103,19 +103,18 @@ pub struct CommissionResult {
 }
 
 /// Phases by number.
-pub const PHASES: [(&str, i32); 12] = [
+pub const PHASES: [(&str, i32); 11] = [
     ("PHASE_IDLE", 0),
-    ("PHASE_RELEASED_CHECK", 1),
-    ("PHASE_PROBING", 2),
+    ("PHASE_REST", 1),
+    ("PHASE_PROBE", 2),
     ("PHASE_FIT", 3),
-    ("PHASE_REFINE", 4),
-    ("PHASE_VERIFY", 5),
-    ("PHASE_SLIDE", 6),
-    ("PHASE_TUNE", 7),
-    ("PHASE_TRIAL", 8),
-    ("PHASE_APPLIED", 9),
-    ("PHASE_ROLLED_BACK", 10),
-    ("PHASE_ABORTED", 11),
+    ("PHASE_PROBE_AGAIN", 4),
+    ("PHASE_FREQUENCY_RESPONSE", 5),
+    ("PHASE_GAINS", 6),
+    ("PHASE_TRIAL", 7),
+    ("PHASE_APPLIED", 8),
+    ("PHASE_ROLLED_BACK", 9),
+    ("PHASE_ABORTED", 10),
 ];
 
 /// Conditions of a sample, bits.

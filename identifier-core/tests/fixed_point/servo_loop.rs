@@ -368,18 +368,18 @@ fn settings_out_of_range_are_refused_with_a_value_that_fits() {
         ),
         (
             refusal(|settings| settings.identifier.bounds.coulomb = None),
-            ["bounds.coulomb", "given"],
+            ["bounds.coulomb", "required"],
         ),
         (
             refusal(|settings| settings.identifier.parameter_range = None),
-            ["bounds.b", "given"],
+            ["bounds.b", "required"],
         ),
         (
             refusal(|settings| {
                 settings.controller = None;
                 settings.identifier.correction = Some([9.0, 0.19, 4.0]);
             }),
-            ["ranges", "given"],
+            ["ranges", "required"],
         ),
     ] {
         assert!(parts.iter().all(|part| answer.contains(part)), "{answer}");

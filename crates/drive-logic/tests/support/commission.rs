@@ -99,7 +99,11 @@ pub(crate) fn until(drive: &mut Drive<'_>, phase: Phase) {
             if let Report::Status { status, .. } = report
                 && let Some(stands) = status.commissioning
             {
-                assert!(!stands.phase.is_end(), "{stands} before {phase:?}");
+                assert!(
+                    !stands.phase.is_end(),
+                    "{stands} {:?} before {phase:?}",
+                    drive.supervisor.state()
+                );
                 if stands.phase == phase {
                     return;
                 }

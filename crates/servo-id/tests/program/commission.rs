@@ -36,7 +36,7 @@ fn assert_refused((from, to): (&str, &str), key: &str, figure: &str) {
     let (status, answer, result) = commission(test, &text);
     assert_eq!(status, Some(2), "{test}: {answer}");
     assert!(result.is_none(), "{test}: no partial output");
-    assert!(!answer.contains("released-check"), "{test}: {answer}");
+    assert!(!answer.contains("frequency-response"), "{test}: {answer}");
     let name = key.rsplit('.').next().expect("a key has a name");
     let line = text.lines().position(|line| line.starts_with(name));
     let table = text.lines().position(|line| line == "[commission]");
@@ -65,13 +65,11 @@ fn an_unknown_servo_ends_with_gains_and_their_derivation() {
     assert_eq!(
         names,
         [
-            "released-check",
-            "wiggle",
+            "rest",
+            "probe",
             "fit",
-            "refine",
-            "verify",
-            "slide",
-            "tune",
+            "frequency-response",
+            "gains",
             "trial",
             "applied"
         ]
@@ -138,7 +136,7 @@ fn gains_that_are_not_applied_give_exit_status_one_and_the_reason_by_text_and_nu
     let reason = Reason::DoesNotMove;
     assert_eq!(result["status"], "aborted");
     assert_eq!(result["code"], reason.number());
-    assert_eq!(result["phase"], "wiggle");
+    assert_eq!(result["phase"], "probe");
     assert_eq!(result["reason"]["name"], reason.name());
     assert_eq!(result["reason"]["remedy"], reason.remedy());
     assert_eq!(result["gains"], Value::Null);
@@ -158,7 +156,7 @@ fn the_end_of_a_held_axis_tells_whether_the_stage_is_on() {
         end.is_some_and(|end| end["excursion"].is_object())
     };
     for (kind, size, is_held) in [
-        ("load-step", "size = 60.0", true),
+        ("actuator-weak", "size = 0.3", true),
         ("encoder-lost", "", false),
         ("actuator-dead", "", false),
     ] {
@@ -231,34 +229,21 @@ fn a_scenario_without_limits_is_refused_with_the_lines_to_write() {
 }
 
 #[test]
-fn quick_leaves_the_response_motions_out_and_is_reproduced() {
-    let folder = folder("commission-slides");
-    let [path, result] = ["scenario.toml", "result.json"].map(|name| folder.join(name));
-    // A comment that names the table is not the table.
-    fs::write(&path, format!("# [commission]\n{PAPER}")).expect("the scenario is written");
-    let [file, json] = [&path, &result].map(|file| file.display().to_string());
-    assert_done(&servo_id(&[
-        "commission",
-        &file,
-        "--quick",
-        "--json",
-        &json,
-    ]));
-    assert_done(&servo_id(&["reproduce", &json]));
-    let text = fs::read_to_string(&result).expect("it is written");
-    let result: Value = serde_json::from_str(&text).expect("it is JSON");
-    let phases = result["phases"].as_array().expect("a list");
-    assert!(
-        phases.iter().all(|phase| phase["phase"] != "slide"),
-        "{phases:?}"
-    );
-
-    let both = servo_id(&["commission", &file, "--quick", "--thorough"]);
-    assert_eq!(both.status.code(), Some(2));
+fn what_chose_the_rounds_is_refused_with_what_replaces_it() {
+    let folder = folder("commission-rounds");
+    let path = folder.join("scenario.toml");
+    let file = path.display().to_string();
+    fs::write(&path, PAPER).expect("the scenario is written");
+    for gone in ["--quick", "--thorough"] {
+        let refused = servo_id(&["commission", &file, gone]);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(standard_error(&refused).contains(gone));
+    }
     let stated = PAPER.replace("[commission]", "[commission]\nslide_rounds = 1");
     fs::write(&path, stated).expect("the scenario is written");
-    let twice = servo_id(&["commission", &file, "--quick"]);
-    assert_eq!(twice.status.code(), Some(2));
+    let refused = servo_id(&["commission", &file]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(standard_error(&refused).contains("slide_rounds"));
 }
 
 #[test]
@@ -283,7 +268,7 @@ fn gains_are_led_on_request_and_not_for_a_response_time() {
         let rise = json["trial"]["rise_time"].as_f64().expect("s");
         (json["gains"].clone(), rise)
     };
-    let ((filtered, slow), (led, quick)) = (gains(&[]), gains(&["--feed-forward", "--quick"]));
+    let ((filtered, slow), (led, quick)) = (gains(&[]), gains(&["--feed-forward"]));
     assert!(filtered.get("reference_model").is_none());
     assert!(
         led["reference_model"]["bandwidth"].as_f64() > Some(0.0),

@@ -136,7 +136,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
     begins_at(identifier, state, f64::from, &c, estimates, &with_friction);
     for part in [
         "servo_id_gradient_coulomb_loop_init_from_constants",
-        "static const uint32_t elbow_words[124] = {",
+        "static const uint32_t elbow_words[130] = {",
         "static const float elbow_si[4] = {",
     ] {
         assert!(c.contains(part), "{part}: {c}");

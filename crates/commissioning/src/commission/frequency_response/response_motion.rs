@@ -263,7 +263,7 @@ impl<N: Number> ResponseMotion<N> {
         }
     }
 
-    /// True if the next slide is one of the last half, whose injection is inverted.
+    /// True if the next motion is one of the last half, whose injection is inverted.
     fn is_half_done(&self) -> bool {
         self.measured >= self.motion.response_motions / 2
     }
