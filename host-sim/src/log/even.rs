@@ -217,7 +217,6 @@ impl EvenRows {
                 position: between(from.position, to.position),
                 command: both(from.command, to.command),
                 injection: between(from.injection, to.injection),
-                known_torque: both(from.known_torque, to.known_torque),
                 velocity: both(from.velocity, to.velocity),
                 bridged: true,
                 begins: false,

@@ -192,9 +192,10 @@ impl Log {
                 }
             }
         }
-        for row in &mut self.rows {
-            let torque = row.known_torque.unwrap_or(0.0);
-            row.command = row.command.map(|command| command + torque);
+        if self.settings.known_torque.is_some() {
+            for row in &mut self.rows {
+                row.command = row.command.map(|command| command + row.injection);
+            }
         }
         let mut was_bridged = false;
         for row in &self.rows {
@@ -284,12 +285,15 @@ fn is_backwards(rows: &[Row]) -> bool {
 /// Holds commands, references and known torques over rows without one. Before the first number the command is zero.
 fn hold(rows: &mut [Row]) {
     let commanded = rows.iter().any(|row| row.command.is_some());
-    let (mut command, mut reference, mut torque) = (commanded.then_some(0.0), None, None);
+    let (mut command, mut reference, mut torque) = (commanded.then_some(0.0), None, 0.0);
     for row in rows {
         command = row.command.or(command);
         reference = row.reference.or(reference);
-        torque = row.known_torque.or(torque);
-        (row.command, row.reference, row.known_torque) = (command, reference, torque);
+        (row.command, row.reference) = (command, reference);
+        if row.injection.is_nan() {
+            row.injection = torque;
+        }
+        torque = row.injection;
     }
 }
 

@@ -16,10 +16,9 @@ pub struct Row {
     pub position: f64,
     /// The command that acted from here to the next sample, where the log has one.
     pub command: Option<f64>,
-    /// Known signal behind the controller; zero where the log has none.
+    /// Known signal behind the controller, or known torque beside the command; zero where the log has none. A log has added
+    /// a torque to its commands.
     pub injection: f64,
-    /// Known torque beside the command, where the log has one. A log has added it to its commands.
-    pub known_torque: Option<f64>,
     /// Measured velocity, where the log has one.
     pub velocity: Option<f64>,
     /// True if a straight line replaces samples that were not recorded.
@@ -39,7 +38,6 @@ impl Row {
             position: 0.0,
             command: None,
             injection: 0.0,
-            known_torque: None,
             velocity: None,
             bridged: false,
             begins: false,
@@ -53,8 +51,7 @@ impl Row {
             LogQuantity::Reference => self.reference = Some(value),
             LogQuantity::Position => self.position = value,
             LogQuantity::Command => self.command = Some(value),
-            LogQuantity::Injection => self.injection = value,
-            LogQuantity::KnownTorque => self.known_torque = Some(value),
+            LogQuantity::Injection | LogQuantity::KnownTorque => self.injection = value,
             LogQuantity::Velocity => self.velocity = Some(value),
         }
     }
@@ -108,6 +105,9 @@ pub(super) fn rows(
         }
         let mut row = Row::at(u64::from(*line), at);
         row.position = f64::NAN;
+        if settings.known_torque.is_some() {
+            row.injection = f64::NAN;
+        }
         for (quantity, column, of, scale) in &places {
             let number = of.values[index];
             let other = || of.others.iter().find(|(row, _)| *row == index);

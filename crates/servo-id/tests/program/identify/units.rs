@@ -245,7 +245,7 @@ fn a_known_torque_is_added_to_the_command() {
         ("--known-torque gravity --torque-constant 1", "gravity"),
         (
             "--known-torque u --torque-constant 1",
-            "u is --command already",
+            "u is already --command",
         ),
     ] {
         let call = ["identify", &of_torque, "--command", "u"]
