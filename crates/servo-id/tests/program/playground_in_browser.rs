@@ -459,7 +459,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
         ),
         (
             "new File([new Uint8Array([137, 80, 78, 71, 13, 10, 26, 10, 0, 0, 0, 13])], 'picture.png')",
-            "not a text",
+            "not text",
         ),
         ("new File([], 'nothing.csv')", "empty"),
         ("new File(['t,q\\n'], 'heading.csv')", "no samples"),

@@ -103,6 +103,11 @@ impl ResponseEstimate {
         }
     }
 
+    /// True if a second mass explains a part of the errors of one mass alone, as it may of noise.
+    pub(in crate::commission) fn may_be_noise(&self) -> bool {
+        self.resonance.is_some() && self.left >= ResponseFit::NEARLY_ALL
+    }
+
     /// True if one mass leaves so much of the lines that a narrow resonance may lie between them.
     pub(in crate::commission) fn may_hide_a_resonance(&self) -> bool {
         self.resonance.is_none() && self.misfit > ResponseFit::CLEAR

@@ -155,6 +155,7 @@ impl Evidence {
             is_apart
                 || (is_uncertain && !masses.is_explained())
                 || masses.may_hide_a_resonance()
+                || (self.rounds < 2 && !is_uncertain && masses.may_be_noise())
                 || self.gain_error() > Self::WELL_KNOWN
         });
         self.rounds < Self::MAX_ROUNDS && self.agrees() && shows_too_little
