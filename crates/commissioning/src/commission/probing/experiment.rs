@@ -294,11 +294,7 @@ impl<N: Number> Probing<N> {
         if state.position < low || state.position > high {
             Some(Reason::TravelLeft)
         } else if state.samples > self.plan.longest && state.ending.is_none() {
-            Some(if state.servo.is_known() {
-                Reason::TooLittleEvidence
-            } else {
-                Reason::TooLittleEvidence
-            })
+            Some(Reason::TooLittleEvidence)
         } else {
             None
         }

@@ -115,15 +115,11 @@ impl<N: Number> Probing<N> {
     /// again does not come back, it may move in one direction only. If not, nothing moves it.
     fn hit_end_stop(&self, state: &mut ProbingState<N>, command: N) -> N {
         let direction = state.direction;
-        let Some(blocked) = state.blocked.replace(direction) else {
+        if state.blocked.replace(direction).is_none() {
             self.turn_back(state);
             return command;
-        };
-        state.ending = Some(Err(if blocked == direction {
-            Reason::DoesNotMove
-        } else {
-            Reason::DoesNotMove
-        }));
+        }
+        state.ending = Some(Err(Reason::DoesNotMove));
         state.held_at = state.position;
         state.enter(ProbingStage::Hold);
         self.hold(state)
