@@ -1,6 +1,6 @@
 //! Commissioning of the simulated drive.
 
-use host_sim::commission::Commissioning;
+use host_sim::commission::{Commissioning, Recorded};
 use host_sim::provenance::Task;
 use host_sim::result::CommissioningResult;
 use host_sim::scenario::Purpose;
@@ -21,9 +21,18 @@ pub(crate) fn commission(py: Python<'_>, file: &str, text: &str) -> PyResult<Str
         let largest = machine.largest_motion();
         let limits = machine.settings().limits;
         let before = machine.gains_before().copied();
-        let outcome = machine.run(&mut |_| ()).map_err(of_scenario)?;
-        let result =
-            CommissioningResult::new(&read.scenario, &limits, &largest, before.as_ref(), &outcome);
+        let mut recorded = Recorded::default();
+        let outcome = machine
+            .run(&mut |sample| recorded.add(sample))
+            .map_err(of_scenario)?;
+        let result = CommissioningResult::new(
+            &read.scenario,
+            &limits,
+            &largest,
+            before.as_ref(),
+            &outcome,
+            &recorded.effects(&read.scenario, outcome.reason()),
+        );
         read.json(Task::Commission, &result)
     })
 }

@@ -170,10 +170,10 @@ class Identification(unittest.TestCase):
         for wrong, keywords, said in [
             (goals, {}, "a goal needs inner="),
             (log, {"inner": {"kp": 20.0}}, "has no goal"),
-            (dict(goals, command=goal), {"inner": {"kp": 20.0}}, "in place of a command"),
+            (dict(goals, command=goal), {"inner": {"kp": 20.0}}, "goal: a log has either"),
             (goals, {"inner": {"kp": 20.0, "ki": 1.0}}, "inner.ki"),
             (goals, {"inner": {"kd": 20.0}}, "inner.kp"),
-            (goals, {"inner": {"kp": 20.0, "sample_time": 0.0007}}, "whole number of them"),
+            (goals, {"inner": {"kp": 20.0, "sample_time": 0.0007}}, "whole multiple"),
         ]:
             with self.subTest(said), self.assertRaisesRegex(ValueError, re.escape(said)):
                 servo_id.identify(wrong, sample_time=1e-3, **keywords)
@@ -368,7 +368,7 @@ class Presentation(unittest.TestCase):
             words = [program, "identify", str(LOG), "--quiet", "--plot", "-"]
             its = subprocess.run(words, check=True, capture_output=True, text=True).stdout
             self.assertEqual(drawn.svg, its)
-        for title in ["Position", "What the model leaves", "Friction over inertia", "coherence", "95 %", "Predicted step", "Sensitivity"]:
+        for title in ["Position", "Residual", "Friction over inertia", "coherence", "95 %", "Predicted step", "Sensitivity"]:
             self.assertIn(title, drawn.svg)
         with tempfile.TemporaryDirectory() as folder:
             drawn.save(Path(folder, "axis.svg"))
