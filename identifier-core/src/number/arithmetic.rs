@@ -1,7 +1,7 @@
 use core::fmt::Debug;
 use core::ops::{Add, Neg, Sub};
 
-use super::{Number, RunningSum};
+use super::{Number, RunningSum, within};
 use crate::constants::Encode;
 
 /// The arithmetic of a sample of controller and gradient: that of any [`Number`], and of the word of fixed point.
@@ -167,13 +167,7 @@ pub trait Arithmetic:
     #[inline]
     #[must_use]
     fn bounded(self, low: Self, high: Self) -> Self {
-        if self < low {
-            low
-        } else if self > high {
-            high
-        } else {
-            self
-        }
+        within(self, low, high)
     }
 
     /// The signal, negative where `forward` is false.

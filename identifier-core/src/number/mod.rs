@@ -79,13 +79,7 @@ pub trait Number:
     #[inline]
     #[must_use]
     fn limited(self, low: Self, high: Self) -> Self {
-        if self < low {
-            low
-        } else if self > high {
-            high
-        } else {
-            self
-        }
+        within(self, low, high)
     }
 
     /// The larger of two; the other where one is not a number.
@@ -105,6 +99,18 @@ pub trait Number:
     /// |x|.
     #[must_use]
     fn magnitude(self) -> Self;
+}
+
+/// A value moved into `[low, high]`.
+#[inline]
+fn within<T: PartialOrd>(value: T, low: T, high: T) -> T {
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
 }
 
 impl Number for f32 {

@@ -75,7 +75,7 @@ impl Tuner {
         resonance: Option<&Resonance>,
     ) -> Result<Self, TuningError> {
         settings.check()?;
-        // The promise knows no second mass, which a reference model would swing.
+        // The promise knows no second mass, which a reference model would excite.
         let settings = &TuningSettings {
             feed_forward: settings.feed_forward && resonance.is_none(),
             ..*settings

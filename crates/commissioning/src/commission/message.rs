@@ -38,11 +38,11 @@ pub(super) enum EventKind<N> {
     Begins(Phase),
     /// A piece of its record.
     Block(NumberedBlock<N>),
-    /// The motion beneath the lines of a slide that is over, after the sums of its lines.
+    /// The mean motion of a frequency-response motion that is over, after the sums of its lines.
     Balance(FrictionBalance<N>),
-    /// The sums of a line over a slide that is over, line after line and slide after slide.
+    /// The sums of a line over a frequency-response motion that is over: line after line, motion after motion.
     Line(LineSums<N>),
-    /// It has ended and was recorded, the motion or all slides: study it. The servo as it moved by then.
+    /// The recorded motion has ended, or all frequency-response motions: study them. The servo as it moved by then.
     Ended(RoughModel<N>),
     /// The motion was over before there was enough evidence. The servo is the estimate by then.
     Inconclusive(RoughModel<N>),

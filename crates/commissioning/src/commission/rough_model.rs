@@ -155,7 +155,7 @@ impl<N: Number> RoughModel<N> {
         self.gain * command + self.without_command(velocity) - self.viscous * velocity
     }
 
-    /// Takes over the friction and load that balance a slide. The result is the change of the command for it.
+    /// Takes over the friction and load that balance a motion. The result is the change of the command for it.
     pub(crate) fn learn(&mut self, response_motion: &FrictionBalance<N>) -> N {
         let FrictionBalance {
             velocity,

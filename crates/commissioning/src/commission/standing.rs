@@ -71,10 +71,10 @@ impl<N: Number> StandingTest<N> {
     const LEAST: f64 = 0.015;
     const BEHIND: f64 = 0.1;
 
-    /// The times for which the push is as large as what should move the servo, at least and until it should have moved it by twice
-    /// the counts of a motion, and in which it then grows to twice the command's limit, slowly at first, as friction may have
-    /// risen, s.
+    /// The push begins as large as what should move the servo. It stays so for this time, s, and until it should have moved
+    /// the servo by twice the counts of a motion.
     const STEADY: f64 = 4e-3;
+    /// The time in which it then grows to twice the command's limit, s: slowly at first, as friction may have risen.
     const GROWS: f64 = 0.014;
 
     /// For a command up to a limit and a travel (counts), at a sample time (s); a command may act this late (samples).

@@ -33,7 +33,7 @@ pub struct CommissionState<N: Number> {
     pub(super) held: N,
     /// The largest ω T of the loops that hold the servo while it is studied.
     pub(super) bandwidth: N,
-    /// The swings under the loop that acts, and how many of them it drove.
+    /// The half-cycles under the loop that acts, and how many of them it drove.
     pub(super) half_cycles: HalfCycles<N>,
     pub(super) driven: u32,
     /// The same as the caller gets it: none where the stage is disabled.
@@ -45,7 +45,7 @@ pub struct CommissionState<N: Number> {
     pub(super) watch: ServoWatchState<N>,
     recorder: Recorder<N>,
     recording: Recording<N>,
-    /// The event of a slide, for the solver.
+    /// The event of a frequency-response motion, for the solver.
     pub(super) response_event: Option<EventKind<N>>,
     /// In place, as it is too large to be moved in a sample.
     pub(super) response_motion: ResponseMotion<N>,
@@ -105,7 +105,7 @@ pub(super) enum Next<N> {
     Stay,
     /// The next motion after this many samples of its record.
     PreRoll(u32),
-    /// The slides once it is at rest.
+    /// The frequency-response motions once it is at rest.
     ResponseMotion,
     /// Gains are looked for.
     Tune,

@@ -56,7 +56,7 @@ enum TrialStage {
     Stepping,
     /// The step back. An axis at rest shows no fault. This step shows those that came since the first.
     Returning,
-    /// All was as predicted. It must stay at rest for as long as a transient takes: backlash may swing later.
+    /// All was as predicted. It must stay at rest for as long as a transient takes: backlash may oscillate later.
     Kept,
 }
 

@@ -14,15 +14,15 @@
 //! | actuator dead, at rest | no motion under a command that must move the servo | no; sooner when known |
 //! | actuator dead or weak, in motion | the motion changes less than the command says | yes |
 //! | encoder or actuator reversed | the motion changes against the command | no; sooner when known |
-//! | loop oscillating | swings about the setpoint that do not decay, the command with them | no |
+//! | loop oscillating | half-cycles about the setpoint that do not decay, the command with them | no |
 //!
 //! A servo that stands when encoder or actuator fails shows the same for both: no motion under a command
 //! that must move it. That is called a dead actuator. A reversed encoder and a reversed actuator are the
 //! same to a loop, and have one reason.
 //!
-//! A load may step by 0.3 of the command limit without being taken for a fault. In operation,
-//! [`Use::Operation`], loads may act at any time and inertia may change: there a command that does not act as the model
-//! says is a fault only where the servo does not follow its setpoint, and no fault at all of a servo that is not known.
+//! A load may step by 0.3 of the command limit without being taken for a fault. In operation
+//! ([`Use::Operation`]) loads may act at any time, and inertia may change. There a command that does not act as the model
+//! says is a fault only if the servo does not follow its setpoint. For an unknown servo it is none.
 
 mod blocks;
 mod bounds;

@@ -1,8 +1,8 @@
 //! Detection of an oscillating loop.
 //!
-//! The error of a loop that settles swings about zero and decays, and the command with it. Six swings
+//! The error of a loop that settles oscillates about zero and decays, and the command with it. Six half-cycles
 //! running that do not decay, each with a good part of the command behind it, are an oscillation (after
-//! T. Hägglund, "A control-loop performance monitor", Control Engineering Practice 3, 1995). Swings that
+//! T. Hägglund, "A control-loop performance monitor", Control Engineering Practice 3, 1995). Half-cycles that
 //! the setpoint makes are its own.
 
 use super::{Use, WatchSettings};
@@ -10,36 +10,36 @@ use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 use identifier_core::units::Units;
 
-/// Limits of a swing.
+/// Limits of a half-cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Oscillation<N> {
     /// The command's range in it, at least, command units.
     command: N,
     /// Its length, at most, samples.
     pub(super) longest: i32,
-    /// Minimum ratio of a swing to the one before.
+    /// Minimum ratio of a half-cycle to the one before.
     min_ratio: N,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OscillationState<N> {
-    /// True if the error is positive in this swing.
+    /// True if the error is positive in this half-cycle.
     positive: bool,
     /// Samples that it lasts.
     age: i32,
     /// Its largest error, counts.
     peak: N,
-    /// That of the swing before.
+    /// That of the half-cycle before.
     before: N,
     /// Lowest and highest command.
     command: [N; 2],
-    /// Where the setpoint was when the swings began.
+    /// Where the setpoint was when the half-cycles began.
     setpoint: N,
     half_cycles: u32,
 }
 
 impl<N: Number> OscillationState<N> {
-    /// Swings running that have not decayed.
+    /// Half-cycles running that have not decayed.
     pub(super) fn half_cycles(&self) -> u32 {
         self.half_cycles
     }
@@ -50,15 +50,15 @@ impl<N: Number> OscillationState<N> {
 }
 
 impl<N: Number> Oscillation<N> {
-    /// Swings running that are an oscillation.
+    /// Half-cycles running that are an oscillation.
     pub(super) const HALF_CYCLES: u32 = 6;
     /// The smallest, counts.
     pub(super) const MIN_PEAK: i32 = 8;
-    /// Half of it: the error must pass this on the other side to begin a new swing.
+    /// Half of it: the error must pass this on the other side to begin a new half-cycle.
     const TURN_COUNTS: i32 = 4;
-    /// Minimum ratio of a swing to the one before,
+    /// Minimum ratio of a half-cycle to the one before,
     const MIN_DECAY_RATIO: f64 = 0.7;
-    /// and in operation, where a load that swings makes the loop swing evenly: there a loop must grow by itself.
+    /// and in operation, where a load that oscillates makes the loop oscillate evenly: there a loop must grow by itself.
     const MIN_GROWTH_RATIO: f64 = 1.1;
     /// The share of the command's limit that it moves through at least.
     const MIN_COMMAND_SHARE: f64 = 0.2;
@@ -143,7 +143,7 @@ impl<N: Number> Oscillation<N> {
         Ok(())
     }
 
-    /// True if the swing that has ended is one of an oscillation.
+    /// True if the half-cycle that has ended is one of an oscillation.
     fn is_oscillation(&self, state: &OscillationState<N>) -> bool {
         let [low, high] = state.command;
         state.age <= self.longest

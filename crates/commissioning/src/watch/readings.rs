@@ -112,7 +112,7 @@ impl<N: Number> Readings<N> {
         // One that was nearly as fast a sample before is a motion, however fast; noise moves nothing on the average.
         let is_fast = speed.magnitude() > N::from_f64(Self::FAST) * self.farthest
             && change <= N::from_f64(Self::SUDDEN) * increment.magnitude();
-        // A motor that swings on its spring is that fast to and fro.
+        // A motor that oscillates on its spring is that fast to and fro.
         let half_cycles =
             command != N::ZERO && change <= N::from_f64(Self::GROWTH) * state.half_cycle;
         let is_motion = near(last) && (is_fast || half_cycles);

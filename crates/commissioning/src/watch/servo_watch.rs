@@ -263,7 +263,7 @@ impl<N: Number> ServoWatch<N> {
 }
 
 impl<N: Number> ServoWatchState<N> {
-    /// Swings about the setpoint running that have not decayed.
+    /// Half-cycles about the setpoint running that have not decayed.
     pub(crate) fn half_cycles(&self) -> u32 {
         self.oscillation.half_cycles()
     }

@@ -109,7 +109,7 @@ pub(crate) struct DetectionTimes {
     pub standing: u32,
     /// Samples of motion in which the command changes enough.
     pub response: u32,
-    /// Swings of an oscillation,
+    /// Half-cycles of an oscillation,
     pub half_cycles: u32,
     /// none longer than this many samples.
     pub longest_half_cycle: u32,

@@ -177,7 +177,7 @@ impl<N: Number> StandstillWatch<N> {
     ) -> AccelerationLimits<N> {
         // The share of the command's limit beyond breakaway that a command which must move the servo has: in operation
         // a load may change a little in any moment.
-        // It may also swing from a step to one side to a step to the other.
+        // It may also turn from a step to one side to a step to the other.
         let (push_share, load_steps) = match settings.used_for {
             Use::Commissioning => (0.05, 1.0),
             Use::Operation => (0.08, 2.0),

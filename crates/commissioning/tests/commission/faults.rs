@@ -62,7 +62,7 @@ fn allowed(kind: FaultKind, phase: Phase) -> (&'static [Reason], f64, u64) {
             };
             (&[Reversed], time, 0)
         }
-        // In slides resonances explain much: it shows in the trial.
+        // In frequency-response motions resonances explain much: it shows in the trial.
         FaultKind::ActuatorWeak if matches!(phase, Phase::Fit | Phase::FrequencyResponse) => {
             (&[ActuatorWeak, PredictionMissed], 5.0, 0)
         }
@@ -164,7 +164,7 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
 }
 
 /// A load of half of the command that comes and stays is held, and the commissioning goes on: while the axis rests, and in
-/// slides where its travel is large enough for the loop to hold it in.
+/// motions where its travel is large enough for the loop to hold it in.
 #[test]
 fn a_load_that_steps_by_half_of_the_command_is_no_fault() {
     for (name, bench) in servos() {

@@ -342,7 +342,7 @@ fn a_loop_that_drives_a_resonance_gives_way_while_its_reference_moves() {
     }
 }
 
-/// The loop that holds an axis whose command is late by ten samples, which nothing declares, swings at first, as one of a
+/// The loop that holds an axis whose command is late by ten samples, which nothing declares, oscillates at first, as one of a
 /// second mass does that nothing has shown yet.
 #[test]
 fn a_servo_that_oscillates_while_it_is_studied_is_held_more_slowly() {

@@ -1,7 +1,7 @@
 use super::plan::Motion;
 use identifier_core::number::Number;
 
-/// Whether a servo follows the reference of a slide, which waits for one that breaks away late.
+/// Whether a servo follows the reference of a motion, which waits for one that breaks away late.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Following {
     /// Samples in which it has not followed.
@@ -39,7 +39,7 @@ impl Following {
         self.left > motion.patience
     }
 
-    /// True if the servo runs away from its reference, as no friction makes it: a load that the loop of the slides is too slow
+    /// True if the servo runs away from its reference, as no friction makes it: a load that the loop of the motions is too slow
     /// for.
     pub(super) fn is_pushed<N: Number>(error: N, velocity: N, motion: &Motion<N>) -> bool {
         let fast = N::from_f64(Self::PUSHED_SPEED) * motion.speed;

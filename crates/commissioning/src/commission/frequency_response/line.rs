@@ -14,7 +14,7 @@ pub(super) struct LineState<N> {
 }
 
 impl<N: Number> LineState<N> {
-    /// By how much an amplitude may change after a slide.
+    /// By how much an amplitude may change after a motion.
     const ADAPTATION: [f64; 2] = [0.15, 2.0];
 
     /// The part of the largest amplitude with which a servo is excited at first, of which nothing but one mass is known.

@@ -1,14 +1,14 @@
-//! The slide: a multisine on top of a motion at constant speed, both ways, under the loop that holds the servo.
+//! The frequency-response motion: a multisine on top of constant speed, both ways, under the loop that holds the servo.
 //!
-//! Friction hides a resonance from a motor that stands, and shows it to one that slides. For each line of the multisine the
+//! Friction hides a resonance from a motor at standstill, and shows it in motion. For each line of the multisine the
 //! interrupt sums increments Δq and commands u over a window,
 //!
 //! Y = ∑ h_k Δq_k e^(−jω k T), U = ∑ h_k u_k e^(−jω k T), h_k = 1 − cos(2π k/n),
 //!
-//! with a phase that is the same in every slide relative to the line's injection, by amplitude and sign of which the sums
+//! with a phase that is the same in every motion relative to the line's injection, by amplitude and sign of which the sums
 //! are weighted. The response from command to position is then, in closed loop without bias by what else moves the servo,
 //!
-//! G(ω) = ∑ ±Y / ∑ ±U / (1 − e^(−jωT)), over the slides, minus where the injection was inverted.
+//! G(ω) = ∑ ±Y / ∑ ±U / (1 − e^(−jωT)), over the motions, minus where the injection was inverted.
 
 mod following;
 mod line;
@@ -24,7 +24,7 @@ pub(crate) use plan::ResponsePlan;
 pub(super) use response_motion::{ResponseMotion, ResponseProgress};
 pub(super) use window::ResponseWindows;
 
-/// The motion beneath the lines in the window of a slide, means weighted with h: friction and load, as the constant speed
+/// The mean motion in the window, means weighted with h: friction and load, as the constant speed
 /// takes their balance. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FrictionBalance<N> {
@@ -33,7 +33,7 @@ pub(crate) struct FrictionBalance<N> {
     pub(crate) command: N,
 }
 
-/// The sums of a line over the window of a slide, machine units.
+/// The sums of a line over the window of a motion, machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LineSums<N> {
     /// Its place among the [`Lines`].

@@ -4,7 +4,7 @@ use identifier_core::number::{Complex, Number};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::Mode;
 
-/// The plan of slides over a servo that is known as one mass, machine units: made by the solver, carried out by the
+/// The plan of frequency-response motions of a servo that is known as one mass, machine units: made by the solver, carried out by the
 /// interrupt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ResponsePlan<N> {
@@ -27,9 +27,9 @@ pub(super) struct Motion<N> {
     /// Speed and acceleration of the reference.
     pub(super) speed: N,
     pub(super) acceleration: N,
-    /// Where the first slide begins.
+    /// Where the first motion begins.
     pub(super) start: N,
-    /// Slides before them that show friction, load and amplitudes alone, and slides that are measured.
+    /// Motions before them that show friction, load and amplitudes alone, and motions that are measured.
     pub(super) learning: u8,
     pub(super) response_motions: u8,
     /// Samples from constant speed to the window, and of the window.
@@ -39,7 +39,7 @@ pub(super) struct Motion<N> {
     pub(super) window_rotation: [N; 2],
     /// Growth of the injection in a sample, until it is whole.
     pub(super) fade: N,
-    /// The error of the loop up to which the servo follows, and samples without that after which the slides are given
+    /// The error of the loop up to which the servo follows, and samples without that after which the motions are given
     /// up.
     pub(super) max_error: N,
     pub(super) patience: u32,
@@ -86,11 +86,11 @@ impl<N: Number> PlannedLine<N> {
 
 impl<N: Number> ResponsePlan<N> {
     /// Time from constant speed to the window, s, of a servo that is known and of one that is doubted: the transient of the turn
-    /// has died down to a part that the inverted slides cancel.
+    /// has died down to a part that the inverted motions cancel.
     const SETTLING: f64 = 0.1;
     const UNCERTAIN_SETTLING: f64 = 0.2;
 
-    /// Slides, both ways, in which a servo that is doubted is learnt.
+    /// Motions, both ways, that teach friction and gain of a servo that its fit does not explain.
     const LEARNING: u8 = 2;
 
     /// Time in which the injection grows, s.
@@ -137,9 +137,8 @@ impl<N: Number> ResponsePlan<N> {
     /// The least command that friction and load must leave to turn and to excite with, as a part of all.
     const MIN_FREE: f64 = 0.1;
 
-    /// An unknown part of the command that the loop must balance, of a servo that is known and of one that is doubted, and
-    /// the part of the travel that this may move the servo: the bandwidth follows from both. More bandwidth would drive
-    /// lightly damped resonances.
+    /// An unknown part of the command that the loop must balance, of a servo that its fit explains and of another. With the
+    /// part of the travel that this may move the servo the bandwidth follows. More would drive lightly damped resonances.
     const UNKNOWN_LOAD: f64 = 0.02;
     const UNCERTAIN_LOAD: f64 = 0.1;
     const YIELD: f64 = 0.05;
@@ -150,8 +149,8 @@ impl<N: Number> ResponsePlan<N> {
     /// The least bandwidth, rad/s, of a settling that is over by the window.
     const MIN_BANDWIDTH: f64 = 12.0;
 
-    /// With these lines, for a servo that may not be as it is known (`is_doubted`), of two masses where their mode is known; none if the axis has too little travel,
-    /// speed, resolution or command for slides.
+    /// With these lines, for a servo that its fit may not explain (`is_uncertain`). `mode` is that of two masses, if they are
+    /// known. None if the axis has too little travel, speed, resolution or command for frequency-response motions.
     #[must_use]
     pub(crate) fn new(
         settings: &CommissionSettings,

@@ -7,7 +7,7 @@ use crate::commission::RoughModel;
 use crate::commission::holding::Holding;
 use identifier_core::number::Number;
 
-/// Slides under way: motion, oscillators and sums. Counts and samples.
+/// Frequency-response motions under way: reference, oscillators and sums. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) struct ResponseMotion<N> {
     motion: Motion<N>,
@@ -26,11 +26,11 @@ pub(in crate::commission) struct ResponseMotion<N> {
     window: Window<N>,
     /// True if its balance is to be handed over after the lines.
     is_balanced: bool,
-    /// Slides in which the servo is still to be learnt, that were measured, and those that were not as the servo stopped.
+    /// Motions in which the servo is still to be learnt, that were measured, and those that were not as the servo stopped.
     learning: u8,
     measured: u8,
     stopped: u8,
-    /// The slide whose sums are handed over, and the next line of it.
+    /// The motion whose sums are handed over, and the next line of it.
     handed: Handed,
     line: u8,
 }
@@ -47,17 +47,17 @@ enum Stage {
 /// The sums that are handed over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Handed {
-    /// Those of a slide whose injection was inverted or not.
+    /// Those of a motion whose injection was inverted or not.
     Sums { inverted: bool },
     /// None: the amplitudes are adapted, and become smaller if the servo stopped.
     Nothing { has_stopped: bool },
 }
 
-/// The state of the slides after a sample.
+/// The state of the motions after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) enum ResponseProgress<N> {
     Going,
-    /// The sums of a line, of a slide that is over.
+    /// The sums of a line, of a motion that is over.
     Line(LineSums<N>),
     /// After them the motion beneath the lines.
     Balance(FrictionBalance<N>),
@@ -66,14 +66,14 @@ pub(in crate::commission) enum ResponseProgress<N> {
 }
 
 impl<N: Number> ResponseMotion<N> {
-    /// Speeds of the first half of the slides and of the others, as parts of the plan's: the rounding's harmonics of the speed fall on
+    /// Speeds of the first half of the motions and of the others, as parts of the plan's: the rounding's harmonics of the speed fall on
     /// other lines.
     const SPEEDS: [f64; 2] = [1.0, 0.8];
 
-    /// Slides in which the servo may stop: they are done again with a smaller injection.
+    /// Motions in which the servo may stop: they are done again with a smaller injection.
     const MAX_STOPPED: u8 = 4;
 
-    /// The part of the slide's speed at which it has stopped, but for a count of the smoothed velocity.
+    /// The part of the motion's speed at which it has stopped, but for a count of the smoothed velocity.
     const STANDS: f64 = 0.2;
     const QUANTISATION_SIGMA: f64 = 0.3;
 
@@ -122,7 +122,7 @@ impl<N: Number> ResponseMotion<N> {
         self.learning = self.motion.learning;
     }
 
-    /// A sample: takes it into the sums, and leads the loop on. A servo that does not follow ends the slides.
+    /// A sample: takes it into the sums, and leads the loop on. A servo that does not follow ends the motions.
     pub(in crate::commission) fn process(
         &mut self,
         holding: &mut Holding<N>,
@@ -253,7 +253,7 @@ impl<N: Number> ResponseMotion<N> {
         self.enter(Stage::Turn);
     }
 
-    /// Takes the command that the integral had to find in the slide that is over into the feed-forward.
+    /// Takes the command that the integral had to find in the motion that is over into the feed-forward.
     fn learn(&mut self, holding: &mut Holding<N>) {
         let balance = self.window.balance(self.motion.window);
         let change = self.motion.servo.learn(&balance);

@@ -27,11 +27,11 @@ struct Axis {
     limits: Limits,
 }
 
-/// A commissioning of it to the end of its slides.
+/// A commissioning of it to the end of its motions.
 struct Course {
-    /// ∑ ±Y / ∑ ±U / (1 − e^(−jωT)) of each line, rad per command unit, and the slides in which it was measured.
+    /// ∑ ±Y / ∑ ±U / (1 − e^(−jωT)) of each line, rad per command unit, and the motions in which it was measured.
     lines: Vec<(f64, Complex, u32)>,
-    /// Extremes of the true motion in the slides, rad and rad/s.
+    /// Extremes of the true motion, rad and rad/s.
     travel: [f64; 2],
     speed: f64,
     /// How long they took, s.
@@ -59,7 +59,7 @@ impl Course {
     }
 }
 
-/// ∑ ±Y, ∑ ±U and the slides of each line.
+/// ∑ ±Y, ∑ ±U and the motions of each line.
 struct Sums(Vec<(f64, [f64; 2], [f64; 2], u32)>);
 
 impl Sums {
@@ -167,7 +167,7 @@ impl Axis {
         course
     }
 
-    /// Slides of an axis at rest, planned for what is known of it.
+    /// Motions of an axis at rest, planned for what is known of it.
     fn response_motion_only(&self, known: ServoParameters) -> Course {
         self.response_motion_planned(known, false)
     }
@@ -318,7 +318,7 @@ fn a_slow_axis_moves_at_two_fifths_of_its_speed() {
     assert!(course.speed < 0.75 * axis.limits.speed);
 }
 
-/// The time of slides that show friction alone, s.
+/// The time of motions that show friction alone, s.
 const LEARNING: f64 = 1.6;
 
 #[test]
@@ -341,7 +341,7 @@ fn gravity_of_a_fifth_of_the_authority_keeps_a_tenth_of_a_radian_of_travel() {
                 .all(|&(_, _, response_motions)| response_motions == 2)
         );
         assert!(low > -0.09 && high < 0.09, "{low} {high}");
-        // One mass without gravity may not explain the first motion: then it slides both ways before, to be learnt.
+        // One mass without gravity may not explain the first motion: then it moves both ways before, to be learnt.
         assert!(course.time < 3.5 + LEARNING, "{}", course.time);
         // Friction and the load's slope were taken for viscous friction.
         assert!(off < 0.1, "{off}");
@@ -450,7 +450,7 @@ fn a_compliant_axis_shows_no_fault_while_it_moves() {
     }
 }
 
-/// What is not known of friction and gain is learnt in the first two slides: the lines of the others are those of a servo that
+/// What is not known of friction and gain is learnt in the first two motions: the lines of the others are those of a servo that
 /// was known from the first.
 #[test]
 fn a_servo_that_is_uncertain_is_learnt_before_its_lines_are_measured() {

@@ -13,14 +13,14 @@ pub(in crate::commission) struct ResponseWindows<N> {
     pub(in crate::commission) command: N,
 }
 
-/// The window of a slide: Hann's weight h_k = 1 − cos(2πk/n), and the motion beneath the lines.
+/// The window of a motion: Hann's weight h_k = 1 − cos(2πk/n), and the mean motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Window<N> {
     /// e^(j2πk/n).
     turned: [N; 2],
     /// ∑ h_k Δq_k, ∑ sin(2πk/n) Δq_k and ∑ h_k u_k.
     beneath: [N; 3],
-    /// The slowest that the servo was, in the direction of the slide.
+    /// The slowest that the servo was, in the direction of the motion.
     pub(super) slowest: N,
 }
 
@@ -32,7 +32,7 @@ impl<N: Number> Window<N> {
         slowest: N::ZERO,
     };
 
-    /// Begins, in a slide at this speed.
+    /// Begins, in a motion at this speed.
     pub(super) fn begin(&mut self, speed: N) {
         *self = Self {
             slowest: speed,

@@ -92,9 +92,8 @@ impl<N: Number> CommissionIsr<N> {
     /// The cut-off of the velocity estimate that gains take over with, ω T.
     const CUTOFF: f64 = 0.2;
 
-    /// Time assumed for a slice of the solver, s. On a Cortex-M4F at 168 MHz it takes a fifth of that on
-    /// the average and nearly all of it at most, beside the interrupt; a few that end a fit or a prediction
-    /// take longer (`commission-slice` in the firmware's budget).
+    /// Time assumed for a slice of the solver, s. On a Cortex-M4F at 168 MHz the mean slice takes a quarter of it. A few
+    /// that end a fit or plan a motion take longer than all of it (`commission-slice` in the firmware's budget).
     const SLICE: f64 = 1e-4;
 
     /// By how much more than is declared a command of a servo that is not known yet may be late, samples.

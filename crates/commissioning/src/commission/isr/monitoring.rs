@@ -11,16 +11,16 @@ use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
 impl<N: Number> CommissionIsr<N> {
-    /// Swings running after which a loop gives way, fewer than make an oscillation.
+    /// Half-cycles running after which the bandwidth is reduced, fewer than make an oscillation.
     const HALF_CYCLES: u32 = 3;
 
     /// The part of its bandwidth that it keeps.
     pub(super) const REDUCED_BANDWIDTH: f64 = 0.4;
 
-    /// The part of the largest bandwidth below which it gives no more way.
+    /// The part of the largest bandwidth below which it is not reduced further.
     const LEAST: f64 = 0.08;
 
-    /// Swings faster than the reference and than the loop's own after which it gives way.
+    /// Half-cycles faster than the reference and than the loop's own after which its bandwidth is reduced.
     const DRIVEN: u32 = 4;
 
     /// The command of the activity; it ends the commissioning where there is none any more.
@@ -103,7 +103,7 @@ impl<N: Number> CommissionIsr<N> {
         Ok(!state.standing.is_at_work())
     }
 
-    /// Goes on with less bandwidth where a servo that is studied swings under the loop that holds it: a second mass that
+    /// Goes on with less bandwidth where a servo that is studied oscillates under the loop that holds it: a second mass that
     /// nothing has shown yet makes it many times as strong at high frequency.
     fn reduce_bandwidth(&self, state: &mut CommissionState<N>) {
         let is_studied =

@@ -45,7 +45,7 @@ impl<N: Number> CommissionIsr<N> {
                 let progress = self.probing.learn(probing, increment);
                 let servo = *probing.servo();
                 match progress {
-                    // It is at rest, and known well enough to be led through slides.
+                    // It is at rest, and known well enough to be led through frequency-response motions.
                     ProbingProgress::Failed(
                         reason @ (Reason::TooLittleEvidence | Reason::Oscillating),
                     ) if servo.is_known() && !self.hysteresis.is_coarse() => {
@@ -210,7 +210,7 @@ impl<N: Number> CommissionIsr<N> {
         Ok(())
     }
 
-    /// Begins the slides of a servo at rest, under the loop that they plan.
+    /// Begins the frequency-response motions of a servo at rest, under the loop that they plan.
     fn begin_response_motion(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
         let (servo, delay, bandwidth) = state.response_motion.loop_plan();
         let bandwidth = bandwidth.limited(N::ZERO, state.bandwidth);

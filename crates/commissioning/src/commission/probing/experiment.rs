@@ -41,7 +41,7 @@ impl<N: Number> Probing<N> {
         settings.check()?;
         let time = settings.sample_time;
         let limits = &settings.limits;
-        // As fast as rounding lets it be: its acceleration must stay below that of a swing.
+        // As fast as rounding lets it be: its acceleration must stay below that of a half-cycle.
         let [low, high] = limits.travel;
         let half_cycle = limits.speed * limits.speed / (high - low);
         let omega = libm::sqrt(2.0 * half_cycle / settings.resolution).min(0.8 / time);
@@ -181,7 +181,7 @@ impl<N: Number> Probing<N> {
     /// Ends a relay that excites a resonance. The motor alone has a multiple of the gain. It oscillates faster and
     /// harder than the relay moves it. A servo that falls by its load is not left to friction.
     fn end_ringing(&self, state: &mut ProbingState<N>) {
-        /// Swings after which it ends, and the multiple of the planned acceleration that they took.
+        /// Half-cycles after which it ends, and the multiple of the planned acceleration that they took.
         const HALF_CYCLES: u32 = 2;
         const HARDER: f64 = 2.4;
         /// The part of its bandwidth with which the loop begins to hold such a servo.

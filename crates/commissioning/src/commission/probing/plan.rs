@@ -108,7 +108,7 @@ impl<N: Number> Plan<N> {
         let limits = &settings.limits;
         let known_delay = settings.command_delay / time;
         let travel = limits.travel.map(|end| end * counts);
-        // Swings have their middle where the servo stands.
+        // Half-cycles have their middle where the servo stands.
         let room = travel[1].min(-travel[0]);
         let noticed = libm::floor(room / 12.0).clamp(3.0, 20.0);
         let most = limits.command[1].min(-limits.command[0]);

@@ -52,16 +52,16 @@ pub(crate) struct ProbingState<N> {
     pub(super) extra: N,
     /// True if the servo was known before the motion.
     pub(super) known_before: bool,
-    /// Acceleration and amplitude of the present swing.
+    /// Acceleration and amplitude of the present half-cycle.
     pub(super) acceleration: N,
     pub(super) amplitude: N,
-    /// The part of the usual swing.
+    /// The part of the usual half-cycle.
     pub(super) part: N,
     /// The direction in which it did not move under all of the command.
     pub(super) blocked: Option<N>,
     /// Reversals at the low and at the high end.
     pub(super) reversals: [u32; 2],
-    /// Its swings as the counts show them, and how many of them the relay did not plan.
+    /// Its half-cycles as the counts show them, and how many of them the relay did not plan.
     pub(super) half_cycles: HalfCycles<N>,
     pub(super) ringing: u32,
     /// True if the servo is known anew since evidence was judged.
@@ -149,9 +149,9 @@ impl<N: Number> FreeMotion<N> {
 }
 
 impl<N: Number> FreeMotion<N> {
-    /// A servo that turns within a number of samples under the commands given so far, by how far it fell and how fast it
-    /// falls `against` the direction of the ramp: w t²/2 − b ∬u = q and w t − b ∫u = v. `given` is the last command. None
-    /// where it does not, or the encoder hardly shows that it is braked.
+    /// A servo that turns within a number of samples under the commands so far; `given` is the last. It follows from how
+    /// far it fell and how fast it falls `against` the direction of the ramp: w t²/2 − b ∬u = q and w t − b ∫u = v. None if
+    /// it does not turn, or the encoder hardly shows that it is braked.
     pub(super) fn turns(&self, direction: N, against: N, given: N, within: N) -> Option<Guess<N>> {
         /// Counts by which the ramp must have held it back, and counts a sample that it must have fallen in the mean.
         const HELD_BACK: f64 = 4.0;
@@ -281,8 +281,8 @@ impl<N: Number> ProbingState<N> {
         self.extreme = self.position;
     }
 
-    /// Takes in the direction of a count. The loop that holds a servo gives way each time that it swings back faster than the
-    /// loop itself would: slower swings are those of a load on a spring, which the loop damps.
+    /// Takes in the direction of a count. The loop that holds a servo reduces its bandwidth each time that it moves back faster than the
+    /// loop itself would: slower half-cycles are those of a load on a spring, which the loop damps.
     pub(super) fn move_on(&mut self, motion_direction: N, hold_half_cycle: u32) {
         /// The part of the bandwidth that is left after a turn, and at least: of a servo that its load moves, and of one
         /// that friction held until the ramp moved it.

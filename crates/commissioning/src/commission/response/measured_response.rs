@@ -13,14 +13,14 @@ const NO_LINE: MeasuredLine = MeasuredLine {
     deviation: 0.0,
 };
 
-/// The response that the slides of a survey measure. It has the sums of every line, and from these lines with their
+/// The response that a round of motions measures. It has the sums of every line, and from these lines with their
 /// deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) struct MeasuredResponse<N> {
     sample_time: f64,
     resolution: f64,
-    /// The lines of the present or last slides, and their sums. The flag is true if they replace those of earlier
-    /// slides.
+    /// The lines of the present or last motions, and their sums. The flag is true if they replace those of earlier
+    /// motions.
     first_pass: Lines,
     replaces: bool,
     sums: [ResponseSums<N>; Lines::MAX],
@@ -30,7 +30,7 @@ pub(in crate::commission) struct MeasuredResponse<N> {
     balances: [BalanceSums<N>; 2],
 }
 
-/// The sum of what slides in a direction showed of their balance.
+/// The sum of what motions in a direction showed of their balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct BalanceSums<N> {
     response_motions: u8,
@@ -42,10 +42,10 @@ struct BalanceSums<N> {
 /// The most lines: those of three rounds.
 const MOST: usize = 3 * Lines::MAX;
 
-/// Lines on either side of one that enter its deviation. A deviation of four slides is itself uncertain.
+/// Lines on either side of one that enter its deviation. A deviation of four motions is itself uncertain.
 const NEIGHBOURS: usize = 2;
 
-/// The sums of a line over slides. Those of an inverted injection count with the opposite sign, which cancels the transient
+/// The sums of a line over motions. Those of an inverted injection count with the opposite sign, which cancels the transient
 /// of a turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ResponseSums<N> {
@@ -58,11 +58,11 @@ struct ResponseSums<N> {
     cross: [N; 2],
 }
 
-/// The measurement of the lines after the slides, a line in a slice.
+/// The measurement of the lines after the motions, a line in a slice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) struct LineMeasurement {
     rotations: LineRotations,
-    /// Lines of earlier slides.
+    /// Lines of earlier motions.
     earlier: usize,
     /// Lines whose sums were taken.
     sums: usize,
@@ -97,13 +97,13 @@ impl<N: Number> MeasuredResponse<N> {
         self.balances = [BalanceSums::EMPTY; 2];
     }
 
-    /// True if slides have shown the lines under way.
+    /// True if motions have shown the lines under way.
     pub(in crate::commission) fn has_lines(&self) -> bool {
         let [first, ..] = &self.sums;
         first.response_motions > 1
     }
 
-    /// Drops the lines of earlier slides that those of the last slides replace.
+    /// Drops the lines of earlier motions that those of the last motions replace.
     fn replace(&mut self) {
         let highest = self.first_pass.frequencies().last().unwrap_or(0.0);
         let mut kept = 0;
@@ -118,14 +118,14 @@ impl<N: Number> MeasuredResponse<N> {
         self.count = kept;
     }
 
-    /// Takes the sums of a line over the window of a slide.
+    /// Takes the sums of a line over the window of a motion.
     pub(in crate::commission) fn take(&mut self, sums: &LineSums<N>) {
         if let Some(line) = self.sums.get_mut(usize::from(sums.line)) {
             line.take(sums);
         }
     }
 
-    /// Takes the balance of a slide.
+    /// Takes the balance of a motion.
     pub(in crate::commission) fn take_balance(&mut self, balance: &FrictionBalance<N>) {
         let [backwards, forwards] = &mut self.balances;
         if balance.velocity > N::ZERO {
@@ -136,7 +136,7 @@ impl<N: Number> MeasuredResponse<N> {
     }
 
     /// Coulomb friction c and load d, rad/s², of a servo with this gain b and viscous friction a. They follow from b u
-    /// = v̇ + a v ± c − d. None unless it has slid both ways.
+    /// = v̇ + a v ± c − d. None unless it has moved both ways.
     pub(in crate::commission) fn friction(&self, servo: &ServoParameters) -> Option<[f64; 2]> {
         let ServoParameters { a, b, .. } = *servo;
         let per_time = self.resolution / self.sample_time;
@@ -160,12 +160,12 @@ impl<N: Number> MeasuredResponse<N> {
         ResponseFit::begin(self.lines(), servo, is_uncertain, self.sample_time)
     }
 
-    /// The measured lines, by frequency: those that at least two slides have shown.
+    /// The measured lines, by frequency: those that at least two motions have shown.
     pub(in crate::commission) fn lines(&self) -> &[MeasuredLine] {
         self.lines.get(..self.count).unwrap_or_default()
     }
 
-    /// Begins to measure the lines, of which the sums of all slides were taken.
+    /// Begins to measure the lines, of which the sums of all motions were taken.
     pub(in crate::commission) fn begin_lines(&mut self) -> LineMeasurement {
         if self.replaces && self.has_lines() {
             self.replace();
@@ -264,7 +264,7 @@ impl<N: Number> BalanceSums<N> {
         self.command += balance.command;
     }
 
-    /// Mean velocity, acceleration and command; none of no slide.
+    /// Mean velocity, acceleration and command; none of no motion.
     fn mean(&self) -> Option<[f64; 3]> {
         let sums = [self.velocity, self.acceleration, self.command];
         let response_motions = f64::from(self.response_motions);
@@ -308,7 +308,7 @@ impl<N: Number> ResponseSums<N> {
             return None;
         }
         let gain = complex(self.position) / command;
-        // ∑ |Y − G U|² over the slides: motion that the command does not explain.
+        // ∑ |Y − G U|² over the motions: what the command does not explain.
         let [positions, commands] = self.powers.map(N::to_f64);
         let explained = 2.0 * (gain.conjugate() * complex(self.cross)).re - gain.power() * commands;
         let left = (positions - explained).max(0.0);

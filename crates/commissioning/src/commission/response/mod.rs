@@ -1,7 +1,7 @@
-//! The frequency response that slides have measured, and the one or two masses that it shows.
+//! The frequency response that motions have measured, and the one or two masses that it shows.
 //!
 //! ```text
-//! sums of slides ─► lines with deviations ─► one mass, two masses ─► resonance, or none
+//! sums of motions ─► lines with deviations ─► one mass, two masses ─► resonance, or none
 //! ```
 
 mod measured_response;

@@ -155,7 +155,7 @@ fn one_mass_shows_no_resonance() {
     }
 }
 
-/// b u = v̇ + a v ± c − d of each slide, of means in counts and samples.
+/// b u = v̇ + a v ± c − d of each motion, of means in counts and samples.
 #[test]
 fn friction_and_load_are_those_that_balance_the_response_motions() {
     const RESOLUTION: f64 = 1e-4;

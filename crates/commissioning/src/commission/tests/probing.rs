@@ -33,7 +33,7 @@ fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evid
             ProbingProgress::Failed(Reason::TooLittleEvidence) => {
                 assert!(unknown.counts < 4096.0, "{unknown:?}");
             }
-            // It is at rest, and slides.
+            // It stands, and moves off.
             ProbingProgress::Failed(Reason::Oscillating) => {}
             _ => panic!("{progress:?}: {unknown:?}"),
         }

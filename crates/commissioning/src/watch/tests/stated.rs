@@ -167,7 +167,7 @@ fn a_jump_is_found_in_its_sample_and_a_smaller_one_is_motion() {
     }
 }
 
-/// A motor that swings ever faster on its spring is too fast, and its encoder right; one that swings and jumps is not.
+/// A motor that oscillates ever faster on its spring is too fast, and its encoder is right. One that jumps as well is not.
 #[test]
 fn oscillates_that_grow_are_no_jump_and_a_jump_amid_oscillates_is_one() {
     for rate in RATES {
@@ -206,8 +206,8 @@ const SERVO: IdentifiedServo = IdentifiedServo {
     unexplained: 3e-4,
 };
 
-/// A loop that swings about its setpoint with this amplitude in counts, growing by a factor from swing to
-/// swing, and a command with it; a half swing takes 20 ms.
+/// A loop that oscillates about its setpoint with this amplitude in counts, growing by a factor from half-cycle to
+/// half-cycle, and a command with it; half of a half-cycle takes 20 ms.
 fn oscillating(amplitude: f64, growth: f64, command: f64, sample: u32) -> Observation<f64> {
     let phase = f64::from(sample) * 1e-3 / 20e-3;
     let size = amplitude * growth.powf(phase);
@@ -253,14 +253,14 @@ fn six_half_cycles_that_do_not_decay_are_an_oscillation() {
         let (seen, _) = found(&settings, |k| oscillating(40.0, growth, 3.0, k));
         let (reason, sample) = seen.expect("it oscillates");
         assert_eq!(reason, Reason::Oscillating);
-        // The swing in which it begins is not a whole one.
+        // The half-cycle in which it begins is not a whole one.
         assert!(sample <= (stated.half_cycles + 1) * 20 + 10, "{sample}");
     }
     for (amplitude, growth, command) in [(4000.0, 0.6, 3.0), (3.0, 1.0, 3.0), (40.0, 1.0, 0.3)] {
         let (seen, _) = found(&settings, |k| oscillating(amplitude, growth, command, k));
         assert_eq!(seen, None, "{amplitude} {growth} {command}");
     }
-    // The same swings are the setpoint's own where it makes them.
+    // The same half-cycles are the setpoint's own where it makes them.
     let (seen, _) = found(&settings, |k| {
         let seen = oscillating(40.0, 1.0, 3.0, k);
         let setpoint = if (k / 20) % 2 == 0 { 90.0 } else { -90.0 };

@@ -112,7 +112,7 @@ pub(crate) struct Run<'f> {
     pub(crate) knowledge: Knowledge,
     pub(crate) settings: WatchSettings,
     pub(crate) faults: &'f [InjectedFault],
-    /// A load that swings: by how much, rad/s², and how often, Hz.
+    /// A load that oscillates: by how much, rad/s², and how often, Hz.
     pub(crate) half_cycle: [f64; 2],
     /// S.
     pub(crate) duration: f64,
