@@ -278,7 +278,9 @@ impl<S: IdentifiableSet<P>, const P: usize> Halves<S, P> {
         }
         let command = interrupt.step(setpoint, offset, register);
         let identifier = interrupt.servo_loop.identifier();
-        *block = identifier.take_block(interrupt.state.identification_mut());
+        if let Some(completed) = identifier.take_block(interrupt.state.identification_mut()) {
+            *block = Some(completed);
+        }
         command
     }
 

@@ -294,7 +294,10 @@ impl Arithmetic for Word {
     #[inline]
     fn add_nearly(fine: &mut I2F62, part: Self, y: Self) {
         let lack = (part - I2F30::ONE).to_bits();
-        *fine = with(*fine + y.fine(), 4 * lack, y.to_bits());
+        // In halves: as one sum it would become a multiplication of 64 bits.
+        let upper = Self::of_fine(*fine).wrapping_add(y).fine();
+        let moved = upper.to_bits() | (fine.to_bits() & i64::from(u32::MAX));
+        *fine = with(I2F62::from_bits(moved), 4 * lack, y.to_bits());
     }
 
     /// The state keeps 62 fraction bits, so nothing below a word's last bit is lost in it.
@@ -325,7 +328,8 @@ impl Arithmetic for Word {
 
     #[inline]
     fn gather_product(sum: &mut I2F62, x: Self, y: Self, shift: i32) {
-        *sum = with(*sum, x.to_bits(), y.raised(shift).to_bits());
+        // Within its range, which a compiler knows to be 32 bits: otherwise it multiplies 64.
+        *sum = with(*sum, x.saturated().to_bits(), y.raised(shift).to_bits());
     }
 
     fn gather_far(sum: &mut I2F62, x: Self, y: Self, shift: i32) {

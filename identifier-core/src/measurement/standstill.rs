@@ -121,7 +121,7 @@ impl<N: Arithmetic> Standstill<N> {
     #[inline]
     pub(crate) fn is_at_rest(&self, rest: &mut Rest<N>, increment: N) -> bool {
         if increment != N::ZERO {
-            *rest = Rest::NONE;
+            (rest.still, rest.pushed) = (0, 0);
             return false;
         }
         self.waits(rest)
