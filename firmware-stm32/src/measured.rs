@@ -9,8 +9,8 @@ use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedLoop, FixedLoopState, Word};
 use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::{
-    FitBlocks, GaussNewtonFitter, GaussNewtonRecursion, GradientIdentifier, Identify,
-    NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState,
+    GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonRecursion,
+    GradientIdentifier, Identify, NumberedBlock, ServoLoop, ServoLoopState,
 };
 use identifier_core::measurement::LowPass;
 use identifier_core::measurement::{Counter, VelocityEstimate};
@@ -242,8 +242,8 @@ pub struct Halves<S: IdentifiableSet<P>, const P: usize> {
     /// The interrupt's half.
     pub interrupt: Single<GaussNewton<S, P>>,
     fitter: Fitter<S, P>,
-    fitting: <Fitter<S, P> as FitBlocks<f32>>::State,
-    fitted: Option<<Fitter<S, P> as FitBlocks<f32>>::Fitted>,
+    fitting: GaussNewtonFitterState<f32, 64>,
+    fitted: Option<GaussNewtonFitted<f32>>,
     block: Option<NumberedBlock<f32>>,
 }
 

@@ -39,10 +39,14 @@ pub mod stability;
 pub mod fixed_point;
 
 // Parts of the above, of which a commissioning fits with two.
-mod adaptation;
 pub mod fit;
+mod gradient;
+mod identify;
 mod linalg;
+mod machine_estimates;
 pub mod model;
+mod recursive;
+mod servo_loop;
 mod unrolled;
 
 use identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify, ServoLoop, ServoLoopState};

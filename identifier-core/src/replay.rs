@@ -6,8 +6,8 @@
 
 pub use crate::linalg::NormalEquations;
 
-use crate::adaptation::IdentifiableSet;
 use crate::measurement::angle::AngleSettings;
+use crate::model::IdentifiableSet;
 use crate::model::{
     Acting, Amplifier, AmplifierState, FrictionPhase, FrictionStep, Innovation, KnownInputs,
     ModelStep, ModelValues, MovingStep, ObserverModel, Response, sensitivity,

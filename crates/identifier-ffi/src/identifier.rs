@@ -34,10 +34,12 @@ fn in_order(of: ServoParameters) -> [f64; 4] {
 impl Estimates {
     /// The estimates of an identifier by its state.
     pub(crate) fn of<N: Copy, I: Identify<N>>(identifier: &I, state: &I::State) -> Self {
-        let at_bounds: PerParameter<bool> = identifier.at_bounds(state);
-        let errors = identifier.standard_errors(state).map(in_order);
+        let snapshot = identifier.snapshot(state);
+        let at_bounds: PerParameter<bool> = identifier.at_bounds_in(&snapshot);
+        let errors = identifier.report(state).errors_of_parameters();
+        let errors = errors.map(in_order);
         Self {
-            value: in_order(identifier.estimates_in(&identifier.snapshot(state))),
+            value: in_order(identifier.estimates_in(&snapshot)),
             std_error: errors.unwrap_or([f64::NAN; 4]),
             at_bound: Parameter::ALL.map(|parameter| at_bounds.get(parameter).into()),
         }
@@ -54,7 +56,7 @@ pub(crate) trait Readiness<N: Copy>: Identify<N> {
 
     /// The status of the estimates: before a first fit they are no result.
     fn readiness(&self, state: &Self::State) -> i32 {
-        match self.has_estimates(state) {
+        match self.report(state).has_estimates {
             true => status::OK,
             false => status::NO_FIT,
         }

@@ -52,14 +52,15 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> SimLoop for 
             .servo_loop
             .process(&mut self.state, setpoint, wanted.offset, count)?;
         let (controller, identifier) = (self.servo_loop.controller(), self.servo_loop.identifier());
+        let snapshot = identifier.snapshot(self.state.identification());
         Ok(Step {
             command: controller.command(step.control.command),
             velocity: Some(controller.velocity(step.control.velocity)),
             output_error: Some(identifier.output_error(&step.seen)),
             event: Some(step.seen.event),
-            estimates: identifier.estimates_in(&identifier.snapshot(self.state.identification())),
+            estimates: identifier.estimates_in(&snapshot),
             standard_errors: None,
-            at_bounds: identifier.at_bounds(self.state.identification()),
+            at_bounds: identifier.at_bounds_in(&snapshot),
         })
     }
 
@@ -127,7 +128,8 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> DynIdentifie
     }
 
     fn at_bounds(&self) -> PerParameter<bool> {
-        self.identifier.at_bounds(&self.state)
+        let snapshot = self.identifier.snapshot(&self.state);
+        self.identifier.at_bounds_in(&snapshot)
     }
 
     fn resume_moving(&mut self, increment: f64) {

@@ -116,13 +116,14 @@ impl<N: Number, I: Identify<N>> Running<N, I> {
     /// The unknowns of the terms that have entered.
     fn terms(&self) -> Vec<TermEstimate> {
         let snapshot = self.identifier.snapshot(&self.state);
+        let report = self.identifier.report(&self.state);
         let estimate = |unknown: Unknown| {
             let mut entered = self.entered.iter();
             let (_, since) = entered.find(|(term, _)| Some(*term) == unknown.term())?;
             Some(TermEstimate {
                 unknown,
                 value: self.identifier.value_in(&snapshot, unknown)?,
-                std_error: self.identifier.standard_error_of(&self.state, unknown)?,
+                std_error: report.standard_error_of(unknown)?,
                 since: *since,
             })
         };
@@ -139,7 +140,7 @@ impl<N: Number, I: Identify<N>> DynIdentifier for Running<N, I> {
         };
         let update = self.identifier.learn(&mut self.state, increment, acts)?;
         if update.event == Event::TermEntered {
-            let entered = self.identifier.entered(&self.state);
+            let entered = self.identifier.report(&self.state).entered;
             for term in Term::ALL.into_iter().filter(|&term| entered.has(term)) {
                 if self.entered.iter().all(|(known, _)| *known != term) {
                     self.entered.push((term, self.samples));
@@ -163,11 +164,12 @@ impl<N: Number, I: Identify<N>> DynIdentifier for Running<N, I> {
     }
 
     fn standard_errors(&self) -> Option<ServoParameters> {
-        self.identifier.standard_errors(&self.state)
+        self.identifier.report(&self.state).errors_of_parameters()
     }
 
     fn at_bounds(&self) -> PerParameter<bool> {
-        self.identifier.at_bounds(&self.state)
+        let snapshot = self.identifier.snapshot(&self.state);
+        self.identifier.at_bounds_in(&snapshot)
     }
 
     fn resume_moving(&mut self, increment: f64) {
@@ -181,11 +183,12 @@ impl<N: Number, I: Identify<N>> DynIdentifier for Running<N, I> {
     }
 
     fn outcome(&self) -> Outcome {
+        let report = self.identifier.report(&self.state);
         Outcome {
-            bandwidth: self.identifier.bandwidth(&self.state),
+            bandwidth: report.bandwidth,
             entered: self.entered.clone(),
             terms: self.terms(),
-            rejection_reason: self.identifier.rejection_reason(&self.state),
+            rejection_reason: report.rejection_reason,
             ..self.known.clone()
         }
     }

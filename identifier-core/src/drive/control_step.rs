@@ -1,9 +1,10 @@
 use super::{Actuator, PositionSensor};
 use crate::control::{ControlSample, Setpoint};
 use crate::error::StepError;
-use crate::identifier::{Identify, ServoLoop, ServoLoopState};
+use crate::identify::Identify;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Number;
+use crate::servo_loop::{ServoLoop, ServoLoopState};
 
 /// Why a step was not taken. The servo was disabled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,7 +67,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identifier::GradientIdentifier;
+    use crate::gradient::GradientIdentifier;
     use crate::measurement::velocity::BackwardDifference;
     use crate::parameters::Unknowns;
     use crate::settings::{ControllerSettings, Settings};

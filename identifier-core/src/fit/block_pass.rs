@@ -3,7 +3,7 @@ use super::block::Block;
 use super::command::{HeldCommand, moments};
 use super::fitter::{Fit, Fitter};
 use super::record::Blocks;
-use crate::adaptation::IdentifiableSet;
+use crate::model::IdentifiableSet;
 use crate::number::Number;
 use crate::parameters::Unknown;
 

@@ -6,7 +6,7 @@ use super::levenberg_marquardt::Explanation;
 use super::pass::PassSums;
 use super::statistics::root;
 use super::{A, B};
-use crate::adaptation::IdentifiableSet;
+use crate::model::IdentifiableSet;
 use crate::number::Number;
 use crate::parameters::Unknown;
 

@@ -1,6 +1,6 @@
 use super::fitter::{Fit, FitStage, Fitter};
 use super::record::Blocks;
-use crate::adaptation::IdentifiableSet;
+use crate::model::IdentifiableSet;
 use crate::number::Number;
 
 /// A block as the open-loop simulation of the record predicts it.

@@ -4,7 +4,7 @@ use super::gain::KalmanGain;
 use super::levenberg_marquardt::Descent;
 use super::pass::Pass;
 use super::statistics::root;
-use crate::adaptation::IdentifiableSet;
+use crate::model::IdentifiableSet;
 use crate::number::Number;
 
 impl<N, S, const P: usize> Fitter<N, S, P>

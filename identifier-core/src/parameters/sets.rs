@@ -2,18 +2,6 @@ use super::unknowns::Changed;
 use super::{Parameter, Terms, Unknown};
 use crate::constants::fingerprint;
 
-/// The P parameters of a model, as a type, so that a model without friction costs nothing for it.
-///
-/// Every model has a and b; Coulomb friction and load are zero in a model without them. A known parameter of the model
-/// is *frozen* in the configuration of its estimator.
-pub trait ParameterSet<const P: usize>: Copy + core::fmt::Debug {
-    /// The parameters, in their order.
-    const PARAMETERS: [Parameter; P];
-
-    /// Coulomb friction is one of them.
-    const HAS_COULOMB: bool;
-}
-
 /// Unknowns of a model by their number: [`AB`], [`AB_COULOMB`], [`AB_COULOMB_LOAD`] or [`AB_COULOMB_DELAY_LOAD`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unknowns<const P: usize>;
@@ -33,26 +21,6 @@ pub const AB_COULOMB_DELAY_LOAD: usize = 5;
 /// [a, b, load].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AbLoad;
-
-impl ParameterSet<AB> for Unknowns<AB> {
-    const PARAMETERS: [Parameter; AB] = [Parameter::A, Parameter::B];
-    const HAS_COULOMB: bool = false;
-}
-
-impl ParameterSet<AB_COULOMB> for Unknowns<AB_COULOMB> {
-    const PARAMETERS: [Parameter; AB_COULOMB] = [Parameter::A, Parameter::B, Parameter::Coulomb];
-    const HAS_COULOMB: bool = true;
-}
-
-impl ParameterSet<3> for AbLoad {
-    const PARAMETERS: [Parameter; 3] = [Parameter::A, Parameter::B, Parameter::Load];
-    const HAS_COULOMB: bool = false;
-}
-
-impl ParameterSet<AB_COULOMB_LOAD> for Unknowns<AB_COULOMB_LOAD> {
-    const PARAMETERS: [Parameter; AB_COULOMB_LOAD] = Parameter::ALL;
-    const HAS_COULOMB: bool = true;
-}
 
 /// The P unknowns of a model, optional terms included, as a type. So a term that a model does not have costs nothing.
 ///
@@ -74,6 +42,28 @@ pub trait UnknownSet<const P: usize>: Copy + core::fmt::Debug {
     const TERMS: Terms = terms(&Self::UNKNOWNS);
     /// There is an optional term.
     const HAS_TERMS: bool = !Self::TERMS.is_empty();
+}
+
+/// A set without optional terms: the P parameters of a model.
+///
+/// Every model has a and b; Coulomb friction and load are zero in a model without them. A known parameter of the model
+/// is *frozen* in the configuration of its estimator.
+pub trait ParameterSet<const P: usize>: UnknownSet<P> {
+    /// The parameters, in their order.
+    const PARAMETERS: [Parameter; P] = parameters(&Self::UNKNOWNS);
+}
+
+const fn parameters<const P: usize>(unknowns: &[Unknown; P]) -> [Parameter; P] {
+    let mut parameters = [Parameter::A; P];
+    let mut i = 0;
+    while i < P {
+        parameters[i] = match unknowns[i].parameter() {
+            Some(parameter) => parameter,
+            None => panic!("a set of parameters has no optional term"),
+        };
+        i += 1;
+    }
+    parameters
 }
 
 const fn has(unknowns: &[Unknown], wanted: Unknown) -> bool {
@@ -132,19 +122,13 @@ unknown_sets! {
     Unknowns<AB_COULOMB_DELAY_LOAD>, AB_COULOMB_DELAY_LOAD: [A, B, Coulomb, Delay, Load];
 }
 
+impl ParameterSet<AB> for Unknowns<AB> {}
+impl ParameterSet<AB_COULOMB> for Unknowns<AB_COULOMB> {}
+impl ParameterSet<3> for AbLoad {}
+impl ParameterSet<AB_COULOMB_LOAD> for Unknowns<AB_COULOMB_LOAD> {}
+
 impl UnknownSet<{ Unknown::COUNT }> for AllUnknowns {
     const UNKNOWNS: [Unknown; Unknown::COUNT] = Unknown::ALL;
-}
-
-/// The fingerprint of a set of parameters.
-pub(crate) const fn set_fingerprint(parameters: &[Parameter]) -> u32 {
-    let mut found = 0;
-    let mut i = 0;
-    while i < parameters.len() {
-        found = fingerprint(parameters[i].name(), &[found]);
-        i += 1;
-    }
-    found
 }
 
 /// The same of a set of unknowns and another size of the type.

@@ -1,8 +1,8 @@
 use super::parameter_range::nominal_range;
 use super::{ControllerSettings, GainError, Settings, SettingsError, diagonal};
-use crate::adaptation::Gradient;
 use crate::control::{ControlState, Controller, Gains};
 use crate::excitation::Excitation;
+use crate::gradient::Gradient;
 use crate::linalg::PositiveDefinite;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::ZeroOrderHoldStep;

@@ -2,12 +2,15 @@ use core::marker::PhantomData;
 
 use super::fitting::{Listening, MAX_BANDWIDTH_PER_SAMPLE};
 use super::{FromSettings, Settings, SettingsError};
-use crate::adaptation::{GaussNewton, GaussNewtonConfig, IdentifiableSet};
 use crate::fit::{Blocking, Fitter, place_of};
-use crate::identifier::{GaussNewtonFitter, GaussNewtonRecursion, LoadStepTest};
 use crate::model::FrictionStep;
+use crate::model::IdentifiableSet;
 use crate::number::Number;
 use crate::parameters::{Parameter, Unknown};
+use crate::recursive::{
+    GaussNewton, GaussNewtonConfig, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion,
+    LoadStepTest,
+};
 
 impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonRecursion<N, S, P, W>
 where
@@ -129,6 +132,21 @@ where
                 S::UNKNOWNS.contains(&parameter.into()) && config.free[parameter as usize]
             }),
             set: PhantomData,
+        })
+    }
+}
+
+impl<N, S, const P: usize, const W: usize> FromSettings for GaussNewtonIdentifier<N, S, P, W>
+where
+    N: Number,
+    S: IdentifiableSet<P>,
+{
+    /// # Errors
+    /// See [`SettingsError`]; every value out of range is named.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
+        Ok(Self {
+            recorder: settings.build()?,
+            fitter: settings.build()?,
         })
     }
 }

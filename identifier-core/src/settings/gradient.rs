@@ -4,10 +4,11 @@ use super::automatic_gamma::gamma_by_limit;
 use super::full_scales::{bounded, bounds, full_scales};
 use super::parameter_range::{SMALLEST_GAIN, nominal_range, parameter_range};
 use super::{FromSettings, Settings, SettingsError};
-use crate::adaptation::{Gradient, GradientConfig};
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
-use crate::identifier::GradientIdentifier;
+use crate::gradient::{
+    Certificate, Gradient, GradientConfig, GradientIdentifier, StabilityCheck, automatic_mu,
+};
 use crate::interval::Interval;
 use crate::linalg::PositiveDefinite;
 use crate::measurement::standstill::Standstill;
@@ -16,7 +17,7 @@ use crate::model::{ModelLoop, ZeroOrderHoldStep};
 use crate::number::Arithmetic;
 use crate::parameters::{Parameter, ParameterSet};
 use crate::scales::FullScales;
-use crate::stability::{Certificate, SampledLoop, StabilityCheck, automatic_mu};
+use crate::stability::SampledLoop;
 use crate::units::Units;
 
 /// The checked settings of the gradient identifiers, SI.

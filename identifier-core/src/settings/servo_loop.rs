@@ -1,7 +1,8 @@
 use super::{FromSettings, Settings, SettingsError};
-use crate::identifier::{Combined, Identify, ServoLoop};
+use crate::identify::Identify;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::number::Arithmetic;
+use crate::servo_loop::ServoLoop;
 
 impl<N, V, I> FromSettings for ServoLoop<N, V, I>
 where
@@ -13,17 +14,6 @@ where
         Ok(Self {
             controller: settings.build()?,
             identifier: settings.build()?,
-        })
-    }
-}
-
-impl<R: FromSettings, F: FromSettings> FromSettings for Combined<R, F> {
-    /// # Errors
-    /// See [`SettingsError`]; every value out of range is named.
-    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        Ok(Self {
-            recorder: settings.build()?,
-            fitter: settings.build()?,
         })
     }
 }

@@ -1,8 +1,8 @@
 use super::gradient::LARGEST;
 use super::{SettingsError, TermSettings};
-use crate::adaptation::IdentifiableSet;
 use crate::error::Allowed;
 use crate::measurement::angle::AngleSettings;
+use crate::model::IdentifiableSet;
 use crate::model::KnownInputs;
 use crate::number::Number;
 use crate::parameters::{Term, Terms, Unknown};

@@ -13,9 +13,9 @@
 
 use core::fmt;
 
-use super::ParameterRange;
 use super::characteristic::{ControllerPolynomials, Family};
 use crate::control::Gains;
+use crate::gradient::ParameterRange;
 use crate::interval::Interval;
 use crate::measurement::velocity::Transfer;
 use crate::units::Units;

@@ -263,7 +263,7 @@ fn it_identifies_beside_any_controller() {
     }
     let found = identifier.estimates(&state).expect("estimates");
     assert!((found.b / SERVO.b - 1.0).abs() < 0.01, "{found:?}");
-    assert!(!identifier.at_bounds(&state).b);
+    assert!(!identifier.at_bounds_in(&identifier.snapshot(&state)).b);
 }
 
 #[test]

@@ -86,7 +86,7 @@ fn run<N: Number>(
         steps,
         last_step,
         lowered,
-        bandwidth: identifier.bandwidth(&state).unwrap_or(0.0),
+        bandwidth: identifier.report(&state).bandwidth.unwrap_or(0.0),
     }
 }
 
@@ -255,10 +255,11 @@ fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
     let truth = servo.parameters;
     let off = (found.b / truth.b - 1.0).abs();
     let deviation = identifier
-        .standard_errors(&state)
+        .report(&state)
+        .errors_of_parameters()
         .map_or(f64::INFINITY, |e| e.b / truth.b);
     let still = before.is_some_and(|before| (before.b / found.b - 1.0).abs() < 1e-3);
-    let ending = if identifier.standard_errors(&state).is_none() {
+    let ending = if identifier.report(&state).errors_of_parameters().is_none() {
         if path < 30.0 * 0.25 * TIME {
             Ending::NoMotion
         } else {
@@ -268,7 +269,7 @@ fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
         Ending::Good
     } else if off < 0.2 || off < 4.0 * deviation {
         Ending::Fair
-    } else if identifier.at_bounds(&state) != PerParameter::default() {
+    } else if identifier.at_bounds_in(&identifier.snapshot(&state)) != PerParameter::default() {
         Ending::AtBound
     } else if path < 30.0 * 0.25 * TIME {
         Ending::NoMotion
@@ -291,7 +292,7 @@ fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
             found.coulomb,
             truth.load,
             found.load,
-            identifier.bandwidth(&state).unwrap_or(0.0),
+            identifier.report(&state).bandwidth.unwrap_or(0.0),
             run.saturation()
         ),
     )

@@ -34,7 +34,10 @@ fn in_format<N: Number>(
             .expect("ordinary samples");
         identifier.work(&mut state, u32::MAX);
     }
-    let errors = identifier.standard_errors(&state).expect("started");
+    let errors = identifier
+        .report(&state)
+        .errors_of_parameters()
+        .expect("started");
     (
         identifier.estimates_in(&identifier.snapshot(&state)),
         errors,
@@ -213,7 +216,7 @@ proptest! {
             }
             identifier.work(&mut state, 200);
             prop_assert!(is_finite(&identifier.estimates_in(&identifier.snapshot(&state))));
-            if let Some(errors) = identifier.standard_errors(&state) {
+            if let Some(errors) = identifier.report(&state).errors_of_parameters() {
                 prop_assert!(is_finite(&errors), "{errors:?}");
             }
         }

@@ -192,7 +192,7 @@ impl<I: Identify<f32> + FromSettings> Run<I> {
     }
 
     fn rejection_reason(&self) -> Option<Reason> {
-        self.identifier.rejection_reason(&self.state)
+        self.identifier.report(&self.state).rejection_reason
     }
 }
 
@@ -222,14 +222,14 @@ fn noise_found<I: Identify<f32> + FromSettings>(sample_time: f64, counts: f64) -
     let servo = servo(sample_time);
     let (mut motion, mut draw, mut off) = (lively(&servo), Draw::new(9), 0.0);
     let mut run = Run::<I>::new(&settings(&servo));
-    let before = run.identifier.noise(&run.state);
+    let before = run.identifier.report(&run.state).noise;
     assert_eq!(before, None);
     run.run(3.0, || {
         let (moved, command) = motion.sample();
         let next = counts * draw.uniform(-1.0, 1.0).signum();
         (moved + next - std::mem::replace(&mut off, next), command)
     });
-    run.identifier.noise(&run.state)
+    run.identifier.report(&run.state).noise
 }
 
 fn finds_the_noise<I: Identify<f32> + FromSettings>(sample_time: f64) {

@@ -8,8 +8,8 @@ use crate::support::{Draw, Kind, Loop, Servo, amplitude_for};
 use heapless::spsc::Queue;
 use identifier_core::Settings;
 use identifier_core::identifier::{
-    Event, FitBlocks, GaussNewtonFitter, GaussNewtonIdentifier, GaussNewtonRecursion, Identify,
-    NumberedBlock, RecordBlocks, Update,
+    Event, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
+    GaussNewtonRecursion, Identify, NumberedBlock, Update,
 };
 use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::settings::FromSettings;
@@ -63,20 +63,16 @@ fn off(found: &ServoParameters) -> f64 {
 }
 
 /// Both halves, with a hand-off after every sample.
-struct Halves<R: RecordBlocks<f32>, F: FitBlocks<f32>> {
-    recorder: R,
-    fitter: F,
-    recording: R::State,
-    fitting: F::State,
+struct Halves {
+    recorder: Recursion,
+    fitter: FirstFit,
+    recording: <Recursion as Identify<f32>>::State,
+    fitting: GaussNewtonFitterState<f32, W>,
 }
 
-impl<R, F> Halves<R, F>
-where
-    R: RecordBlocks<f32> + FromSettings,
-    F: FitBlocks<f32, Fitted = R::Fitted> + FromSettings,
-{
+impl Halves {
     fn new() -> Self {
-        let (recorder, fitter): (R, F) = (built(), built());
+        let (recorder, fitter): (Recursion, FirstFit) = (built(), built());
         Self {
             recording: recorder.start(),
             fitting: fitter.start(),
@@ -94,7 +90,7 @@ where
     }
 
     /// Until there is a result, at most `samples` samples.
-    fn find(&mut self, motion: &mut Loop, samples: u32) -> Option<R::Fitted> {
+    fn find(&mut self, motion: &mut Loop, samples: u32) -> Option<GaussNewtonFitted<f32>> {
         (0..samples).find_map(|_| {
             self.learn(sample(motion));
             self.fitter.work(&mut self.fitting, u32::MAX)
@@ -103,15 +99,10 @@ where
 }
 
 /// Six seconds of both, with the motion joined twice.
-fn compare<I, R, F>(budget: u32)
-where
-    I: Identify<f32> + FromSettings,
-    R: RecordBlocks<f32> + FromSettings,
-    F: FitBlocks<f32, Fitted = R::Fitted> + FromSettings,
-{
+fn compare<I: Identify<f32> + FromSettings>(budget: u32) {
     let whole: I = built();
     let mut state = whole.start();
-    let mut halves = Halves::<R, F>::new();
+    let mut halves = Halves::new();
     let mut motion = motion(3);
     let mut started = 0;
     for k in 0..6000 {
@@ -135,10 +126,13 @@ where
             recorder.estimates_in(&recorder.snapshot(recording)),
             whole.estimates_in(&whole.snapshot(&state))
         );
-        assert_eq!(recorder.at_bounds(recording), whole.at_bounds(&state));
         assert_eq!(
-            recorder.standard_errors(recording),
-            whole.standard_errors(&state)
+            recorder.at_bounds_in(&recorder.snapshot(recording)),
+            whole.at_bounds_in(&whole.snapshot(&state))
+        );
+        assert_eq!(
+            recorder.report(recording).standard_errors,
+            whole.report(&state).standard_errors
         );
         started += u32::from(seen.is_ok_and(|seen| seen.event == Event::Started));
     }
@@ -149,7 +143,7 @@ where
 #[test]
 fn halves_without_a_backlog_equal_the_whole_identifier() {
     for budget in [u32::MAX, 20, 1] {
-        compare::<GaussNewtonIdentifier<f32, Unknowns<4>, 4, W>, Recursion, FirstFit>(budget);
+        compare::<GaussNewtonIdentifier<f32, Unknowns<4>, 4, W>>(budget);
     }
 }
 
@@ -202,50 +196,43 @@ fn no_first_fit_spans_a_gap() {
 
 #[test]
 fn a_fit_of_a_recording_before_a_gap_is_not_adopted() {
-    fn check<R, F>()
-    where
-        R: RecordBlocks<f32> + FromSettings,
-        F: FitBlocks<f32, Fitted = R::Fitted> + FromSettings,
-    {
-        let mut motion = motion(4);
-        let mut halves = Halves::<R, F>::new();
-        let fitted = halves
-            .find(&mut motion, 4000)
-            .expect("a motion with enough information");
-        let before = halves
+    let mut motion = motion(4);
+    let mut halves = Halves::new();
+    let fitted = halves
+        .find(&mut motion, 4000)
+        .expect("a motion with enough information");
+    let before = halves
+        .recorder
+        .estimates_in(&halves.recorder.snapshot(&halves.recording));
+
+    let mut joined = halves.recording;
+    halves.recorder.resume_moving(&mut joined, 0.0);
+    halves.recorder.take_over(&mut joined, &fitted);
+    let (increment, command) = sample(&mut motion);
+    let seen = halves.recorder.learn(&mut joined, increment, command);
+    assert_eq!(seen.map(|seen| seen.event), Ok(Event::None));
+    assert_eq!(
+        halves
             .recorder
-            .estimates_in(&halves.recorder.snapshot(&halves.recording));
+            .estimates_in(&halves.recorder.snapshot(&joined)),
+        before
+    );
 
-        let mut joined = halves.recording.clone();
-        halves.recorder.resume_moving(&mut joined, 0.0);
-        halves.recorder.take_over(&mut joined, &fitted);
-        let (increment, command) = sample(&mut motion);
-        let seen = halves.recorder.learn(&mut joined, increment, command);
-        assert_eq!(seen.map(|seen| seen.event), Ok(Event::None));
-        assert_eq!(
-            halves
-                .recorder
-                .estimates_in(&halves.recorder.snapshot(&joined)),
-            before
-        );
-
-        // The same without the gap.
-        halves.recorder.take_over(&mut halves.recording, &fitted);
-        assert_eq!(halves.learn((increment, command)).event, Event::Started);
-        assert!(
-            off(&halves
-                .recorder
-                .estimates_in(&halves.recorder.snapshot(&halves.recording)))
-                < 0.05
-        );
-    }
-    check::<Recursion, FirstFit>();
+    // The same without the gap.
+    halves.recorder.take_over(&mut halves.recording, &fitted);
+    assert_eq!(halves.learn((increment, command)).event, Event::Started);
+    assert!(
+        off(&halves
+            .recorder
+            .estimates_in(&halves.recorder.snapshot(&halves.recording)))
+            < 0.05
+    );
 }
 
 #[test]
 fn a_running_recursion_is_not_restarted() {
     let mut motion = motion(5);
-    let mut halves = Halves::<Recursion, FirstFit>::new();
+    let mut halves = Halves::new();
     let fitted = halves
         .find(&mut motion, 4000)
         .expect("a motion with enough information");
@@ -258,7 +245,7 @@ fn a_running_recursion_is_not_restarted() {
 #[test]
 fn a_first_fit_that_is_lost_is_repeated() {
     let mut motion = motion(6);
-    let mut halves = Halves::<Recursion, FirstFit>::new();
+    let mut halves = Halves::new();
     for _ in 0..3 {
         halves
             .find(&mut motion, 4000)
@@ -296,17 +283,12 @@ fn be_away(draw: &mut Draw, part: f64) {
 /// An interrupt and a background in threads of their own, with room for seven blocks on their way. The
 /// background advances by a block at a time. The interrupt waits while there is no room, but in a `rush`,
 /// a part of all blocks, it does not. It runs until `enough` has happened.
-fn in_two_threads<R, F>(seed: u32, rush: f64, enough: impl Fn(&Happened) -> bool) -> Happened
-where
-    R: RecordBlocks<f32> + FromSettings,
-    F: FitBlocks<f32, Fitted = R::Fitted> + FromSettings + Sync,
-    R::Fitted: Send,
-{
+fn in_two_threads(seed: u32, rush: f64, enough: impl Fn(&Happened) -> bool) -> Happened {
     /// Blocks of a rush.
     const RUSH: u32 = 200;
-    let (recorder, fitter): (R, F) = (built(), built());
+    let (recorder, fitter): (Recursion, FirstFit) = (built(), built());
     let mut blocks: Queue<NumberedBlock<f32>, 8> = Queue::new();
-    let mut found: Queue<R::Fitted, 2> = Queue::new();
+    let mut found: Queue<GaussNewtonFitted<f32>, 2> = Queue::new();
     let (mut send_block, mut next_block) = blocks.split();
     let (mut send_found, mut next_found) = found.split();
     let done = std::sync::atomic::AtomicBool::new(false);
@@ -370,7 +352,7 @@ where
 fn recursions_start_right_while_two_threads_work_on_them() {
     for seed in 100..130 {
         let rush = if seed % 2 == 0 { 0.0 } else { 0.5 };
-        let happened = in_two_threads::<Recursion, FirstFit>(seed, rush, |happened| {
+        let happened = in_two_threads(seed, rush, |happened| {
             happened.started > 0 && happened.samples > 5000
         });
         let wanted = 1..=1 + happened.restarted;
@@ -382,11 +364,11 @@ fn recursions_start_right_while_two_threads_work_on_them() {
 #[test]
 fn the_interrupt_keeps_neither_record_nor_fit() {
     let interrupt = size_of::<<Recursion as Identify<f32>>::State>();
-    let background = size_of::<<FirstFit as FitBlocks<f32>>::State>();
+    let background = size_of::<GaussNewtonFitterState<f32, W>>();
     println!(
         "interrupt {interrupt}, background {background}, a block {}, what is found {} bytes",
         size_of::<NumberedBlock<f32>>(),
-        size_of::<<Recursion as RecordBlocks<f32>>::Fitted>(),
+        size_of::<GaussNewtonFitted<f32>>(),
     );
     let recursion = GaussNewtonIdentifier::<f32, Unknowns<4>, 4, W>::RECURSION_BYTES;
     assert!(interrupt <= recursion + 200, "{interrupt}");

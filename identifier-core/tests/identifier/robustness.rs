@@ -152,7 +152,7 @@ where
         };
         let (found, errors) = (
             identifier.estimates_in(&identifier.snapshot(&state)),
-            identifier.standard_errors(&state),
+            identifier.report(&state).errors_of_parameters(),
         );
         prop_assert!(finite(found), "{found:?}");
         prop_assert!(errors.is_none_or(finite), "{errors:?}");

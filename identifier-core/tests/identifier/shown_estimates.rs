@@ -60,7 +60,7 @@ fn shown_later<N: Copy, I: Identify<N>>(
         }
         let now = (
             identifier.estimates_in(&identifier.snapshot(&state)),
-            identifier.at_bounds(&state),
+            identifier.at_bounds_in(&identifier.snapshot(&state)),
         );
         if let Some((shown, then)) = waiting.replace((identifier.snapshot(&state), now)) {
             let later = (

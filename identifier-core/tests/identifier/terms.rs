@@ -169,7 +169,7 @@ fn run(case: &Case, seed: u32, effects: &Effects, demanded: Terms) -> Found {
     Found {
         parameters: identifier.estimates(&state).expect("estimates"),
         sizes: Unknown::ALL.into_iter().filter_map(size).collect(),
-        entered: identifier.entered(&state),
+        entered: identifier.report(&state).entered,
     }
 }
 

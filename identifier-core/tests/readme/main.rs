@@ -91,7 +91,7 @@ fn own_set() {
             .expect("possible");
         identifier.work(&mut state, 1000);
     }
-    assert!(identifier.entered(&state).has(Term::Delay));
+    assert!(identifier.report(&state).entered.has(Term::Delay));
     let delay = identifier.value_in(&identifier.snapshot(&state), Unknown::Delay);
     assert_within(delay.expect("in the set"), 2e-3, 0.01);
     assert_within(

@@ -71,7 +71,7 @@ fn run<N: Copy, I: Identify<N>>(identifier: &I, samples: &[[f32; 2]], number: im
             (-1e-3..=100.1).contains(&found.a) && (4.99..=5000.1).contains(&found.b),
             "{found:?}"
         );
-        if let Some(errors) = identifier.standard_errors(&state) {
+        if let Some(errors) = identifier.report(&state).errors_of_parameters() {
             assert!(is_finite(errors), "{errors:?}");
         }
     }

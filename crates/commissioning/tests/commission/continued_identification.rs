@@ -62,7 +62,10 @@ fn after_the_trial_has_begun_the_estimates_are_those_of_the_fit_and_follow_the_s
     assert!(recursion.is_running(&state));
     let learnt = recursion.estimates_in(&recursion.snapshot(&state));
     println!("{:?}\n{fitted:?}\n{learnt:?}", bench.servo);
-    let errors = recursion.standard_errors(&state).expect("it runs");
+    let errors = recursion
+        .report(&state)
+        .errors_of_parameters()
+        .expect("it runs");
     println!("{errors:?}");
     assert!((learnt.b / bench.servo.b - 1.0).abs() < 0.002, "{learnt:?}");
     let off = (learnt.coulomb - bench.servo.coulomb).abs();

@@ -6,8 +6,7 @@ mod unknowns;
 use drive_link::{Estimator, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
-use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
-use identifier_core::parameters::Unknowns;
+use identifier_core::identifier::GaussNewtonFitted;
 
 pub(crate) use self::single::{ClosedLoop, Learnt, Settled};
 use crate::conversion::refusal;
@@ -16,7 +15,7 @@ use crate::conversion::refusal;
 pub(crate) const BLOCKS: usize = 64;
 
 /// The result of Gauss–Newton's first fit, which the background makes: for a recursion with terms too.
-pub(crate) type Fitted = <GaussNewtonFitter<f32, Unknowns<4>, 4, BLOCKS> as FitBlocks<f32>>::Fitted;
+pub(crate) type Fitted = GaussNewtonFitted<f32>;
 
 /// A control step with its count, or the reason why it was not taken.
 pub(crate) type StepResult<S, A> = Result<

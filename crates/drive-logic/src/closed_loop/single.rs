@@ -6,7 +6,7 @@ use identifier_core::control::{ControlSample, Setpoint};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
     ExpectedMotion, GaussNewtonRecursion, GradientIdentifier, IdentifiableSet, Identify,
-    NumberedBlock, RecordBlocks, ServoLoop, ServoLoopState, SettledEstimates, Update,
+    NumberedBlock, ServoLoop, ServoLoopState, SettledEstimates, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::model::{Amplifier, AmplifierState};
@@ -110,16 +110,13 @@ where
 {
     fn with_errors(&self, found: Estimates) -> Estimates {
         let identifier = self.servo_loop.identifier();
-        let state = self.state.identification();
-        let entered = identifier.entered(state);
+        let report = identifier.report(self.state.identification());
         let error_of = |unknown: Unknown| {
-            let has_entered = unknown.term().is_some_and(|term| entered.has(term));
-            identifier
-                .standard_error_of(state, unknown)
-                .filter(|_| has_entered)
+            let has_entered = unknown.term().is_some_and(|term| report.entered.has(term));
+            report.standard_error_of(unknown).filter(|_| has_entered)
         };
         Estimates {
-            standard_errors: identifier.standard_errors(state),
+            standard_errors: report.errors_of_parameters(),
             terms: found.terms.map(|sizes| sizes.with_errors(error_of)),
             ..found
         }

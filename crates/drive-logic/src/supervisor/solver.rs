@@ -3,7 +3,7 @@
 
 use commissioning::{CommissionSettings, CommissionSolver};
 use drive_link::{Estimator, LoopSettings, NotAllowed};
-use identifier_core::identifier::{FitBlocks, GaussNewtonFitter};
+use identifier_core::identifier::{GaussNewtonFitter, GaussNewtonFitterState};
 use identifier_core::parameters::{IdentifiedServo, Unknowns};
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Tuning;
@@ -21,7 +21,7 @@ const SLICE: u32 = 8;
 pub(super) type CommissioningSolver = CommissionSolver<f32, MOTION_BLOCKS>;
 
 type Fitter = GaussNewtonFitter<f32, Unknowns<4>, 4, BLOCKS>;
-type FitterState = <Fitter as FitBlocks<f32>>::State;
+type FitterState = GaussNewtonFitterState<f32, BLOCKS>;
 
 /// The background's half of a mode.
 #[derive(Debug)]

@@ -76,11 +76,13 @@ impl HostIdentifier {
 
     /// The estimates with their standard errors, once there is a fit.
     pub(super) fn estimates(&self) -> Option<Estimates> {
-        let standard_errors = self.identifier.standard_errors(&self.state)?;
+        let standard_errors = self.identifier.report(&self.state).errors_of_parameters()?;
         let found = self.identifier.estimates(&self.state)?;
         (found.b > 0.0).then(|| Estimates {
             servo: found,
-            at_bounds: self.identifier.at_bounds(&self.state),
+            at_bounds: self
+                .identifier
+                .at_bounds_in(&self.identifier.snapshot(&self.state)),
             standard_errors: Some(standard_errors),
             terms: None,
         })

@@ -206,7 +206,8 @@ fn gauss_newton_starts_from_the_servo_of_the_result() {
     );
     let errors = own
         .identifier()
-        .standard_errors(&state)
+        .report(&state)
+        .errors_of_parameters()
         .expect("known ones");
     assert!(
         errors.b > 0.0 && errors.b < 0.01 * estimates[1],

@@ -11,7 +11,9 @@ use firmware_stm32::measured::{
 };
 use firmware_stm32::paper;
 use identifier_core::Settings;
-use identifier_core::identifier::{FitBlocks, GradientIdentifier, Identify, RecordBlocks};
+use identifier_core::identifier::{
+    GaussNewtonFitted, GaussNewtonFitterState, GradientIdentifier, Identify,
+};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::settings::{
@@ -61,11 +63,11 @@ fn gauss_newton(instructions: &Instructions) -> Result<(), SettingsError> {
     recording.print("gauss-newton-recording", state);
     beginning.print(
         "gauss-newton-beginning",
-        size_of::<<GaussNewton<Unknowns<4>, 4> as RecordBlocks<f32>>::Fitted>(),
+        size_of::<GaussNewtonFitted<f32>>(),
     );
     fitting.print(
         "gauss-newton-fitting",
-        size_of::<<Fitter<Unknowns<4>, 4> as FitBlocks<f32>>::State>(),
+        size_of::<GaussNewtonFitterState<f32, 64>>(),
     );
     running.print("gauss-newton-f32-4", state);
     // The report of a sample that is shown.

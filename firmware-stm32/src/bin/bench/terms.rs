@@ -79,7 +79,8 @@ fn with_term<S: IdentifiableSet<P>, const P: usize>(
     let interrupt = &halves.interrupt;
     let identifier = interrupt.servo_loop.identifier();
     if !identifier
-        .entered(interrupt.state.identification())
+        .report(interrupt.state.identification())
+        .entered
         .has(term)
     {
         return Err(SettingsError::NotGiven { setting: "motion" });

@@ -1,12 +1,8 @@
-mod uncertainty;
-
-pub(crate) use uncertainty::EstimateUncertainty;
-use uncertainty::WeighedErrors;
-
-use crate::adaptation::IdentifiableSet;
+use super::uncertainty::{EstimateUncertainty, WeighedErrors};
 use crate::constants::{Encode, encode};
 use crate::error::{Allowed, OutOfRange};
 use crate::linalg::{Factors, Measurement};
+use crate::model::IdentifiableSet;
 use crate::number::{Number, RunningSum};
 use crate::unrolled::{each, from_fn};
 

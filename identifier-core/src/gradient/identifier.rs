@@ -1,23 +1,34 @@
 use core::marker::PhantomData;
 
-use super::identify::check;
-use super::{Event, Identify, MachineEstimates, Update};
-use crate::adaptation::{Gradient, GradientStep};
+use super::certificate::Certificate;
+use super::law::{Gradient, GradientStep};
 use crate::constants::{Encode, encode};
 use crate::error::StepError;
+use crate::identify::{Event, Identify, Update, check};
 use crate::interval::Interval;
+use crate::machine_estimates::MachineEstimates;
 use crate::measurement::standstill::{Rest, Standstill};
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::{FrictionPhase, ModelLoop, ModelState, Observed};
 use crate::number::{Arithmetic, Encoded};
 use crate::parameters::{
     ModelParameters, Parameter, ParameterSet, PerParameter, PerQuantity, ServoParameters,
-    set_fingerprint,
+    unknowns_fingerprint,
 };
 use crate::scales::{FullScales, power};
-use crate::stability::{Certificate, StabilityCheck};
 use crate::units::Units;
 use crate::unrolled::from_fn;
+
+/// The results of the stability checks over the parameter range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StabilityCheck {
+    pub(crate) certificate: Certificate,
+    pub(crate) gain_margin: f64,
+}
+
+encode! {
+    [] StabilityCheck as "StabilityCheck" { certificate, gain_margin }
+}
 
 /// The paper's identifier for the parameter set S. It has the model loop with its correction in command form, the
 /// Γ-gradient estimator and the load estimate.
@@ -51,7 +62,7 @@ encode! {
     GradientIdentifier<N, V, S, P> as "GradientIdentifier" {
         model, law, standstill, most, increments, initial, bounds, gamma, mu, scales, units, stability_check, set,
     }
-    also set_fingerprint(&S::PARAMETERS)
+    also unknowns_fingerprint(&S::UNKNOWNS, P)
 }
 
 /// State of the identifier between samples.

@@ -1,11 +1,10 @@
 use core::marker::PhantomData;
 
-use super::super::halves::FitBlocks;
 use super::fitted::{FITTED, FirstFitSolution, GaussNewtonFitted};
-use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
 use crate::fit::{EarlyCommand, FitResult, Fits, Fitter, NumberedBlock};
 use crate::linalg::Factors;
+use crate::model::IdentifiableSet;
 use crate::number::Number;
 use crate::parameters::{Parameter, Unknown, unknowns_fingerprint};
 use crate::reason::Reason;
@@ -103,34 +102,35 @@ where
             one_way,
         }
     }
-}
 
-impl<N, S, const P: usize, const W: usize> FitBlocks<N> for GaussNewtonFitter<N, S, P, W>
-where
-    N: Number,
-    S: IdentifiableSet<P>,
-{
-    type State = GaussNewtonFitterState<N, W>;
-    type Fitted = GaussNewtonFitted<N>;
-
-    fn start(&self) -> Self::State {
+    /// The state at the start: an empty record.
+    #[must_use]
+    pub fn start(&self) -> GaussNewtonFitterState<N, W> {
         GaussNewtonFitterState {
             fits: Fits::none(),
             noise: None,
         }
     }
 
-    fn take(&self, state: &mut Self::State, block: &NumberedBlock<N>) {
+    /// Takes a block, in the order in which they were recorded. One that does not follow the last begins the record
+    /// anew and ends the fit in progress.
+    pub fn take(&self, state: &mut GaussNewtonFitterState<N, W>, block: &NumberedBlock<N>) {
         self.fitter.take(&mut state.fits, block);
     }
 
-    fn begin_anew(&self, state: &mut Self::State) {
+    /// Forgets the record, and the fit in progress.
+    pub fn begin_anew(&self, state: &mut GaussNewtonFitterState<N, W>) {
         self.fitter.begin_anew(&mut state.fits);
     }
 
-    /// Begins a fit when half of the record is there, and again whenever a quarter is new. A result from which the
-    /// recursion can start ends the record. Another result is passed on only if it gives a new reason to report.
-    fn work(&self, state: &mut Self::State, budget: u32) -> Option<Self::Fitted> {
+    /// Continues the fit in progress by at most `budget` blocks, or begins one if it is time: when half of the record is
+    /// there, and again whenever a quarter is new. A result from which the recursion can start ends the record. Another
+    /// result is passed on only if it gives a new reason to report.
+    pub fn work(
+        &self,
+        state: &mut GaussNewtonFitterState<N, W>,
+        budget: u32,
+    ) -> Option<GaussNewtonFitted<N>> {
         let (fitter, fits) = (&self.fitter, &mut state.fits);
         if !fits.is_under_way() {
             if fits.blocks() < W / 2 || fits.fresh() < W / 4 {
@@ -162,11 +162,15 @@ where
         })
     }
 
-    fn rejection_reason(&self, state: &Self::State) -> Option<Reason> {
+    /// Why no first fit has succeeded after a second of motion: see [`Report`](crate::identify::Report).
+    #[must_use]
+    pub fn rejection_reason(&self, state: &GaussNewtonFitterState<N, W>) -> Option<Reason> {
         self.fitter.rejection_reason(&state.fits)
     }
 
-    fn noise(&self, state: &Self::State) -> Option<f64> {
+    /// Standard deviation of the position's noise: see [`Report`](crate::identify::Report).
+    #[must_use]
+    pub fn noise(&self, state: &GaussNewtonFitterState<N, W>) -> Option<f64> {
         Some(libm::sqrt(state.noise?.to_f64()))
     }
 }

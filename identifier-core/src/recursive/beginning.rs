@@ -1,11 +1,11 @@
-use super::super::identify::{Event, Update};
 use super::GaussNewtonRecursion;
 use super::fitted::{B, FirstFitSolution};
 use super::interrupt::GaussNewtonRecursionState;
 use super::recursion::{Mode, Recursion};
-use crate::adaptation::IdentifiableSet;
 use crate::fit::place_of;
+use crate::identify::{Event, Update};
 use crate::linalg::Factors;
+use crate::model::IdentifiableSet;
 use crate::model::{Acting, ModelValues, ObserverModel};
 use crate::number::Number;
 use crate::parameters::Unknown;

@@ -17,7 +17,7 @@
 
 use core::fmt;
 
-use super::ParameterRange;
+use super::parameter_range::ParameterRange;
 use crate::constants::encode;
 use crate::control::Gains;
 

@@ -1,5 +1,6 @@
+use super::law::GaussNewtonState;
 use super::load_step::LoadStepDetector;
-use crate::adaptation::{GaussNewtonState, IdentifiableSet};
+use crate::model::IdentifiableSet;
 use crate::model::{ObserverModel, Response, Tangents};
 use crate::number::Number;
 use crate::parameters::Terms;

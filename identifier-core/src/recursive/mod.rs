@@ -1,52 +1,39 @@
+//! Recursive Gauss–Newton: the estimator and the identifier that begins by a fit, in its two halves.
+
 mod beginning;
 mod first_fit;
 mod fitted;
 mod interrupt;
 mod known;
+mod law;
 mod learning;
 mod load_step;
 mod recursion;
 mod standing;
 mod suspended;
 mod terms;
+mod uncertainty;
+mod whole;
 
-pub use first_fit::GaussNewtonFitter;
-pub(crate) use first_fit::GaussNewtonFitterState;
-pub(super) use interrupt::GaussNewtonRecursionState;
+pub use first_fit::{GaussNewtonFitter, GaussNewtonFitterState};
+pub use fitted::GaussNewtonFitted;
 pub use interrupt::SettledEstimates;
 pub use known::{ExpectedMotion, PreparedServo};
+pub use whole::GaussNewtonIdentifier;
 
 use core::marker::PhantomData;
 
+pub(crate) use law::{GaussNewton, GaussNewtonConfig};
 pub(crate) use load_step::LoadStepTest;
-use recursion::Recursion;
 
-use super::combined::{Combined, CombinedState};
-use super::halves::FitBlocks;
-use crate::adaptation::{GaussNewton, IdentifiableSet};
 use crate::constants::{Encode, encode};
 use crate::fit::Blocking;
 use crate::measurement::angle::AngleSettings;
 use crate::model::FrictionStep;
+use crate::model::IdentifiableSet;
 use crate::number::Number;
 use crate::parameters::{Terms, unknowns_fingerprint};
 use crate::units::Units;
-
-/// The fast identifier: recursive Gauss–Newton on a model driven by the command that acted, for the
-/// parameter set S. Its first fit uses a record of W blocks.
-///
-/// It begins by recording. Once the record carries enough information, a fit in the background
-/// ([`Identify::work`](super::Identify::work)) identifies the servo without a first guess. The recursion continues from
-/// it.
-///
-/// It consists of two halves: a chip whose interrupt records while its background fits uses
-/// [`GaussNewtonRecursion`] and [`GaussNewtonFitter`] separately.
-pub type GaussNewtonIdentifier<N, S, const P: usize, const W: usize = 256> =
-    Combined<GaussNewtonRecursion<N, S, P, W>, GaussNewtonFitter<N, S, P, W>>;
-
-/// The state of the identifier between samples.
-pub(super) type GaussNewtonIdentifierState<N, S, const P: usize, const W: usize = 256> =
-    CombinedState<GaussNewtonRecursionState<N, S, P>, GaussNewtonFitterState<N, W>>;
 
 /// The interrupt's half of the fast identifier: the recursion, and the recording for the fit. The [`GaussNewtonFitter`]
 /// makes that fit over W blocks.
@@ -57,6 +44,57 @@ pub(super) type GaussNewtonIdentifierState<N, S, const P: usize, const W: usize 
 ///
 /// A step of the load is detected by the mean of the output error. The recursion then pauses. The model estimates the
 /// load by an integral and a correction that is fast at first. The other estimates are not disturbed.
+///
+/// A fit takes many samples' time. So on a chip it runs in the background while the interrupt records on. The halves
+/// share no memory. The caller provides two queues between them, of one producer and one consumer each. Neither half
+/// waits for the other:
+///
+/// ```text
+///   interrupt: GaussNewtonRecursion ──► blocks ──► background: GaussNewtonFitter
+///                                   ◄── fitted ◄──
+/// ```
+///
+/// ```
+/// # use heapless::spsc::Queue;
+/// # use identifier_core::Settings;
+/// use identifier_core::identifier::{GaussNewtonFitter, GaussNewtonRecursion, Identify};
+/// use identifier_core::parameters::Unknowns;
+///
+/// # let settings = Settings::new(1e-3, 10_000.0);
+/// # let (moved, command) = (0, 0.0);
+/// let identifier: GaussNewtonRecursion<f32, Unknowns<4>, 4, 64> = settings.build()?;
+/// let fitter: GaussNewtonFitter<f32, Unknowns<4>, 4, 64> = settings.build()?;
+/// let (mut state, mut fitting) = (identifier.start(), fitter.start());
+/// # let (mut there, mut back) = (Queue::<_, 8>::new(), Queue::<_, 2>::new());
+/// # let (mut send_block, mut next_block) = there.split();
+/// # let (mut send_fitted, mut next_fitted) = back.split();
+///
+/// // In the interrupt, every sample:
+/// if let Some(fitted) = next_fitted.dequeue() {
+///     identifier.take_over(&mut state, &fitted);
+/// }
+/// let seen = identifier.process(&mut state, moved, command)?;
+/// if let Some(block) = identifier.take_block(&mut state) {
+///     let _ = send_block.enqueue(block);
+/// }
+///
+/// // In the background, again and again:
+/// while let Some(block) = next_block.dequeue() {
+///     fitter.take(&mut fitting, &block);
+/// }
+/// if let Some(fitted) = fitter.work(&mut fitting, 8) {
+///     let _ = send_fitted.enqueue(fitted);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// **Losses are harmless.** If the queue has no space, a block is lost. The fitter notices the missing number and
+/// begins a new record. A fit result of a recording that has ended is not taken over. A lost fit result is computed
+/// again. The queue of blocks needs space for those that come while the background is busy.
+///
+/// Both halves are built from the same settings and start together. Blocks of an earlier recording that are still in
+/// the queue are recognised by their numbers. Where no interrupt has to be short, [`GaussNewtonIdentifier`] is both
+/// in one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonRecursion<N, S, const P: usize, const W: usize = 256> {
     pub(crate) law: GaussNewton<N, P>,
@@ -179,42 +217,4 @@ where
 
     /// The time after which a servo that did not follow its command is learnt from again, s.
     pub const WAITING_TIME: f64 = 0.5;
-}
-
-impl<N, S, const P: usize, const W: usize> GaussNewtonIdentifier<N, S, P, W>
-where
-    N: Number,
-    S: IdentifiableSet<P>,
-{
-    /// Bytes of the recursion itself. The rest of the state is the first fit and its record.
-    pub const RECURSION_BYTES: usize = size_of::<Recursion<N, S, P>>();
-
-    /// Starts from a known servo, without a first fit. See [`GaussNewtonRecursion::prepare`].
-    #[must_use]
-    pub fn start_from(&self, known: &PreparedServo<N>) -> GaussNewtonIdentifierState<N, S, P, W> {
-        CombinedState {
-            recorder: self.recorder().start_from(known),
-            fitter: self.fitter().start(),
-        }
-    }
-
-    /// True if the recursion runs: the first fit has succeeded.
-    #[must_use]
-    pub fn is_running(&self, state: &GaussNewtonIdentifierState<N, S, P, W>) -> bool {
-        self.recorder().is_running(&state.recorder)
-    }
-
-    /// See [`GaussNewtonRecursion::check_estimates`].
-    pub fn check_estimates(&self, state: &mut GaussNewtonIdentifierState<N, S, P, W>) {
-        self.recorder().check_estimates(&mut state.recorder);
-    }
-
-    /// See [`GaussNewtonRecursion::settled`].
-    #[must_use]
-    pub fn settled(
-        &self,
-        state: &GaussNewtonIdentifierState<N, S, P, W>,
-    ) -> Option<SettledEstimates<N, P>> {
-        self.recorder().settled(&state.recorder)
-    }
 }

@@ -1,10 +1,10 @@
 use super::GaussNewtonRecursion;
 use super::fitted::FirstFitSolution;
 use super::interrupt::GaussNewtonRecursionState;
-use crate::adaptation::IdentifiableSet;
 use crate::constants::{Encode, encode};
-use crate::identifier::Identify;
+use crate::identify::Identify;
 use crate::linalg::Factors;
+use crate::model::IdentifiableSet;
 use crate::number::Number;
 use crate::parameters::{IdentifiedServo, Parameter, Unknown};
 

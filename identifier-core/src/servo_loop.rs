@@ -1,7 +1,7 @@
-use super::{Identify, Update};
 use crate::constants::{Encode, encode};
 use crate::control::{ControlSample, ControlState, Controller};
 use crate::error::StepError;
+use crate::identify::{Identify, Update};
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
 use crate::number::{Arithmetic, Encoded, Number};
 use crate::parameters::ServoParameters;

@@ -1,15 +1,15 @@
-use super::super::MachineEstimates;
-use super::super::halves::RecordBlocks;
-use super::super::identify::{Event, Identify, Update, check};
 use super::GaussNewtonRecursion;
 use super::fitted::GaussNewtonFitted;
 use super::recursion::{Entered, Mode, Recursion};
-use crate::adaptation::{EstimateUncertainty, IdentifiableSet};
+use super::uncertainty::EstimateUncertainty;
 use crate::error::StepError;
 use crate::fit::{NumberedBlock, Recorder};
+use crate::identify::{Event, Identify, Report, Update, check};
+use crate::machine_estimates::MachineEstimates;
+use crate::model::IdentifiableSet;
 use crate::model::{KnownInputs, ModelValues};
 use crate::number::Number;
-use crate::parameters::{Parameter, PerParameter, ServoParameters, Terms, Unknown};
+use crate::parameters::{Parameter, PerParameter, ServoParameters, Unknown};
 
 /// Estimates of a recursion that has settled, with their errors, machine units. See [`GaussNewtonRecursion::settled`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,6 +87,28 @@ where
         let errors = settled.uncertainty.standard_errors().map(N::from_f64);
         [settled.values, errors].map(|values| self.estimates_in(&values))
     }
+
+    /// The block that the last sample completed, if it did. One that is not taken before the next is
+    /// complete is lost.
+    #[inline]
+    pub fn take_block(
+        &self,
+        state: &mut GaussNewtonRecursionState<N, S, P>,
+    ) -> Option<NumberedBlock<N>> {
+        state.recorder.take()
+    }
+
+    /// Takes over a fit result: the next sample continues from it, and reports [`Event::Started`].
+    #[inline]
+    pub fn take_over(
+        &self,
+        state: &mut GaussNewtonRecursionState<N, S, P>,
+        fitted: &GaussNewtonFitted<N>,
+    ) {
+        if state.recording && state.recorder.has_recorded(fitted.last) {
+            state.fitted = Some(*fitted);
+        }
+    }
 }
 
 impl<N, S, const P: usize, const W: usize> Identify<N> for GaussNewtonRecursion<N, S, P, W>
@@ -151,36 +173,33 @@ where
             .to_si(&self.units)
     }
 
-    fn has_estimates(&self, state: &Self::State) -> bool {
-        !matches!(state.recursion.mode, Mode::Recording) || state.recursion.omega != N::ZERO
-    }
-
     fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
         let i = S::UNKNOWNS.iter().position(|&own| own == unknown)?;
         Some(shown.get(i)?.to_f64() / unknown.scale(&self.units))
     }
 
-    fn standard_error_of(&self, state: &Self::State, unknown: Unknown) -> Option<f64> {
-        let i = S::UNKNOWNS.iter().position(|&own| own == unknown)?;
-        if !self.has_estimates(state) {
-            return None;
+    fn report(&self, state: &Self::State) -> Report {
+        let recursion = &state.recursion;
+        let has_estimates = self.is_running(state) || recursion.omega != N::ZERO;
+        let mut standard_errors = [None; Unknown::COUNT];
+        if has_estimates {
+            let errors = self.law.standard_errors(&recursion.law);
+            for (unknown, error) in S::UNKNOWNS.into_iter().zip(errors) {
+                standard_errors[unknown as usize] = Some(error / unknown.scale(&self.units));
+            }
         }
-        let errors = self.law.standard_errors(&state.recursion.law);
-        Some(errors.get(i)? / unknown.scale(&self.units))
-    }
-
-    fn entered(&self, state: &Self::State) -> Terms {
-        state.recursion.entered.terms
+        let omega = recursion.omega.to_f64() / self.units.sample_time();
+        Report {
+            has_estimates,
+            standard_errors,
+            entered: recursion.entered.terms,
+            bandwidth: (omega > 0.0).then_some(omega),
+            ..Report::default()
+        }
     }
 
     fn place(&self, state: &mut Self::State, position: N) {
         state.recursion.inputs.place(&self.angle, position);
-    }
-
-    /// None before there is a model.
-    fn bandwidth(&self, state: &Self::State) -> Option<f64> {
-        let omega = state.recursion.omega.to_f64() / self.units.sample_time();
-        (omega > 0.0).then_some(omega)
     }
 
     fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool> {
@@ -197,27 +216,6 @@ where
         }
         if !matches!(state.recursion.mode, Mode::Recording) {
             self.rejoin(&mut state.recursion, increment);
-        }
-    }
-}
-
-impl<N, S, const P: usize, const W: usize> RecordBlocks<N> for GaussNewtonRecursion<N, S, P, W>
-where
-    N: Number,
-    S: IdentifiableSet<P>,
-{
-    type Fitted = GaussNewtonFitted<N>;
-
-    #[inline]
-    fn take_block(&self, state: &mut Self::State) -> Option<NumberedBlock<N>> {
-        state.recorder.take()
-    }
-
-    /// With the next sample, which reports [`Event::Started`].
-    #[inline]
-    fn take_over(&self, state: &mut Self::State, fitted: &Self::Fitted) {
-        if state.recording && state.recorder.has_recorded(fitted.last) {
-            state.fitted = Some(*fitted);
         }
     }
 }

@@ -1,7 +1,8 @@
-use super::super::identify::{Event, Update};
 use super::GaussNewtonRecursion;
+use super::law::GaussNewtonStep;
 use super::recursion::{Mode, Recursion};
-use crate::adaptation::{GaussNewtonStep, IdentifiableSet};
+use crate::identify::{Event, Update};
+use crate::model::IdentifiableSet;
 use crate::model::{
     Acting, FrictionPhase, Innovation, KnownInputs, ModelValues, ObserverModel, Tangents,
 };

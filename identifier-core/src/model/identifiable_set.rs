@@ -1,5 +1,5 @@
+use super::known_inputs::{AngledInputs, DelayedInputs, KnownInputs};
 use crate::linalg::Lower;
-use crate::model::{AngledInputs, DelayedInputs, KnownInputs};
 use crate::number::Number;
 use crate::parameters::sets::AB_COULOMB_DELAY_LOAD;
 use crate::parameters::{AbLoad, AllUnknowns, Unknown, UnknownSet, Unknowns};

@@ -1,7 +1,7 @@
-use super::super::identify::Event;
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
-use crate::adaptation::IdentifiableSet;
+use crate::identify::Event;
+use crate::model::IdentifiableSet;
 use crate::model::{Acting, FrictionPhase, Innovation, ObserverModel, Tangents};
 use crate::number::Number;
 

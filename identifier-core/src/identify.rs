@@ -71,72 +71,28 @@ pub trait Identify<N: Copy> {
     /// Which of the estimates that were shown are at a bound: such a value is no result.
     fn at_bounds_in(&self, shown: &Self::Snapshot) -> PerParameter<bool>;
 
-    /// True once there are estimates. An identifier that starts from initial values has them at once, one that starts
-    /// by a fit after that fit.
-    fn has_estimates(&self, _: &Self::State) -> bool {
-        true
-    }
-
-    /// The estimates, SI; none before there are any.
-    fn estimates(&self, state: &Self::State) -> Option<ServoParameters> {
-        self.has_estimates(state)
-            .then(|| self.estimates_in(&self.snapshot(state)))
-    }
-
-    /// Which estimates are at a bound.
-    fn at_bounds(&self, state: &Self::State) -> PerParameter<bool> {
-        self.at_bounds_in(&self.snapshot(state))
-    }
-
-    /// Their standard errors, SI, for estimators that have them. Zero for a parameter that the model lacks.
-    fn standard_errors(&self, state: &Self::State) -> Option<ServoParameters> {
-        let of = |unknown| self.standard_error_of(state, unknown);
-        Some(ServoParameters {
-            a: of(Unknown::A)?,
-            b: of(Unknown::B)?,
-            coulomb: of(Unknown::Coulomb).unwrap_or(0.0),
-            load: of(Unknown::Load).unwrap_or(0.0),
-        })
-    }
-
     /// The estimate of an unknown that was shown, SI; none if the model does not have it. For a term
-    /// that has not [entered](Identify::entered) it is its initial value.
+    /// that has not [entered](Report::entered) it is its initial value.
     fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
         let parameter = unknown.parameter()?;
         Some(parameter.value_in(&self.estimates_in(shown)))
     }
 
-    /// Its standard error, SI, for estimators that have it.
-    fn standard_error_of(&self, _: &Self::State, _: Unknown) -> Option<f64> {
-        None
+    /// What is known besides the estimates, SI: for a PC or the background of a chip.
+    fn report(&self, _: &Self::State) -> Report {
+        Report::default()
     }
 
-    /// The optional terms that are estimated by now.
-    fn entered(&self, _: &Self::State) -> Terms {
-        Terms::NONE
-    }
-
-    /// Why no first fit has succeeded after a second of motion, or after its record if that is longer. For estimators
-    /// that begin by a fit. None before that time, and after a fit has succeeded.
-    fn rejection_reason(&self, _: &Self::State) -> Option<Reason> {
-        None
-    }
-
-    /// Standard deviation of the position's noise in motion, position units, for estimators that begin by a fit. The
-    /// last accepted fit gives it. If it is not clearly more than in the settings, it is that of the settings, rounding
-    /// alone.
-    fn noise(&self, _: &Self::State) -> Option<f64> {
-        None
+    /// The estimates, SI; none before there are any.
+    fn estimates(&self, state: &Self::State) -> Option<ServoParameters> {
+        self.report(state)
+            .has_estimates
+            .then(|| self.estimates_in(&self.snapshot(state)))
     }
 
     /// Says at which position (position units) the servo is before the first sample, for models that
     /// depend on the angle.
     fn place(&self, _: &mut Self::State, _: N) {}
-
-    /// Bandwidth of the model's correction, rad/s, where the identifier chooses it and may change it.
-    fn bandwidth(&self, _: &Self::State) -> Option<f64> {
-        None
-    }
 
     /// Work in the background, at most `budget` steps of it: fits. Call it whenever there is time, on
     /// a PC after every sample; without work to do it returns at once.
@@ -145,6 +101,59 @@ pub trait Identify<N: Copy> {
     /// Joins a motion after a gap, before its next sample. The estimates are kept. The model restarts at the servo's
     /// position, moving by `increment` a sample.
     fn resume_moving(&self, state: &mut Self::State, increment: N);
+}
+
+/// What an identifier knows besides its estimates, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Report {
+    /// True once there are estimates. An identifier that starts from initial values has them at once, one that starts
+    /// by a fit after that fit.
+    pub has_estimates: bool,
+    /// The standard error of each unknown, in the order of [`Unknown::ALL`], for estimators that have them.
+    pub standard_errors: [Option<f64>; Unknown::COUNT],
+    /// The optional terms that are estimated by now.
+    pub entered: Terms,
+    /// Bandwidth of the model's correction, rad/s, where the identifier chooses it and may change it.
+    pub bandwidth: Option<f64>,
+    /// Why no first fit has succeeded after a second of motion, or after its record if that is longer. None before that
+    /// time, and after a fit has succeeded.
+    pub rejection_reason: Option<Reason>,
+    /// Standard deviation of the position's noise in motion, position units, by the last accepted first fit. If it is
+    /// not clearly more than in the settings, it is that of the settings, rounding alone.
+    pub noise: Option<f64>,
+}
+
+impl Default for Report {
+    /// That of an identifier that starts from initial values and has no standard errors.
+    fn default() -> Self {
+        Self {
+            has_estimates: true,
+            standard_errors: [None; Unknown::COUNT],
+            entered: Terms::NONE,
+            bandwidth: None,
+            rejection_reason: None,
+            noise: None,
+        }
+    }
+}
+
+impl Report {
+    /// The standard error of an unknown.
+    #[must_use]
+    pub fn standard_error_of(&self, unknown: Unknown) -> Option<f64> {
+        self.standard_errors[unknown as usize]
+    }
+
+    /// The standard errors of the parameters, for estimators that have them. Zero for a parameter that the model lacks.
+    #[must_use]
+    pub fn errors_of_parameters(&self) -> Option<ServoParameters> {
+        Some(ServoParameters {
+            a: self.standard_error_of(Unknown::A)?,
+            b: self.standard_error_of(Unknown::B)?,
+            coulomb: self.standard_error_of(Unknown::Coulomb).unwrap_or(0.0),
+            load: self.standard_error_of(Unknown::Load).unwrap_or(0.0),
+        })
+    }
 }
 
 /// The observation of the identifier in a sample.
@@ -183,13 +192,13 @@ pub enum Event {
     /// The servo does not follow its command: amplifier off, or a limit that was not taken into the
     /// recorded command. Nothing is learnt.
     NotFollowing,
-    /// No first fit has succeeded after a second of motion: [`Identify::rejection_reason`] has the reason.
+    /// No first fit has succeeded after a second of motion: [`Report::rejection_reason`] has the reason.
     FirstFitOverdue,
 }
 
 /// Refuses an impossible sample.
 #[inline]
-pub(super) fn check<N: Arithmetic>(increment: N, command: N, longest: N) -> Result<(), StepError> {
+pub(crate) fn check<N: Arithmetic>(increment: N, command: N, longest: N) -> Result<(), StepError> {
     // NaN fails both comparisons.
     let moved_within = increment.magnitude() <= longest;
     if !moved_within {

@@ -1,4 +1,4 @@
-use crate::adaptation::GaussNewton;
+use super::law::GaussNewton;
 use crate::constants::{Encode, encode};
 use crate::number::Number;
 

@@ -1,4 +1,4 @@
-use super::Identify;
+use crate::identify::Identify;
 use crate::parameters::{Parameter, PerParameter};
 
 /// The estimates as an identifier computes with them. A firmware that shows no others needs no double precision, which

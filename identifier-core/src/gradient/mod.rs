@@ -1,0 +1,18 @@
+//! The paper's Γ-gradient: estimator (11), stability certificate (14), projection into the bounds, and the identifier that
+//! runs them.
+
+mod certificate;
+mod config;
+mod gain;
+mod identifier;
+mod law;
+mod parameter_range;
+mod projection;
+
+pub(crate) use certificate::automatic_mu;
+pub use certificate::{Certificate, CertificateError};
+pub(crate) use config::GradientConfig;
+pub use identifier::GradientIdentifier;
+pub(crate) use identifier::StabilityCheck;
+pub(crate) use law::Gradient;
+pub use parameter_range::ParameterRange;
