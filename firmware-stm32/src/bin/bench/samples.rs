@@ -6,8 +6,8 @@ use core::hint::black_box;
 
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{
-    COULOMB, COUNTED, Experiment, Fitter, Fixed, GaussNewton, Gradient, Halves, Loop, STARTING,
-    Single, Words, counted, measure, on_both,
+    COULOMB, COUNTED, Experiment, Fixed, GaussNewton, Gradient, Halves, Loop, STARTING, Single,
+    Words, counted, measure, on_both,
 };
 use firmware_stm32::paper;
 use identifier_core::Settings;
