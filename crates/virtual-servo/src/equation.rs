@@ -1,18 +1,47 @@
 //! The equation of motion, while a command is held.
 
+use crate::effects::Effects;
 use crate::friction::Friction;
 
 /// Position and velocity of the motor, and twist and twist rate of the spring, by which the load leads it. The units
 /// are rad, rad/s, rad, rad/s. Without a spring the last two stay zero.
 pub(crate) type State = [f64; 4];
 
-/// The mode of friction.
+/// The mode of friction on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Mode {
-    /// It holds the motor.
+    /// It holds the body.
     Standing,
-    /// It brakes the motor, which moves in a direction: ±1, or 0 where no friction knows directions.
+    /// It brakes the body, which moves in a direction: ±1, or 0 where no friction knows directions.
     Moving(f64),
+}
+
+impl Mode {
+    /// For a velocity, under a push against which friction could hold `breakaway`.
+    fn of(velocity: f64, push: f64, breakaway: f64) -> Self {
+        if velocity != 0.0 {
+            Self::Moving(velocity.signum())
+        } else if push.abs() > breakaway {
+            Self::Moving(push.signum())
+        } else {
+            Self::Standing
+        }
+    }
+
+    /// Distance from a change of the mode; negative once it must change.
+    fn margin(self, velocity: f64, push: f64, breakaway: f64) -> f64 {
+        match self {
+            Self::Standing => breakaway - push.abs(),
+            Self::Moving(direction) => direction * velocity,
+        }
+    }
+}
+
+/// The modes of friction on motor and load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Modes {
+    motor: Mode,
+    load: Mode,
 }
 
 /// The acting command, target + excess e^(−rate t), t being the time for which the target is held.
@@ -82,18 +111,23 @@ pub(crate) struct Spring {
     load_share: f64,
     /// Half of the twist without force, rad.
     half_backlash: f64,
+    /// Coulomb friction of the load, rad/s² of the whole inertia.
+    friction: f64,
 }
 
 impl Spring {
-    /// From a resonance (rad/s), its damping ratio, the load's share of the inertia and the backlash from end to end,
-    /// rad.
-    pub(crate) fn new(resonance: f64, damping: f64, load_share: f64, backlash: f64) -> Self {
+    /// From effects with a resonance.
+    pub(crate) fn new(effects: &Effects) -> Self {
+        let (resonance, load_share) = (effects.resonance, effects.inertia_ratio);
+        let damping = effects.resonance_damping;
+        let damping = damping.unwrap_or(Effects::RESONANCE_DAMPING);
         let reduced = load_share * (1.0 - load_share);
         Self {
             stiffness: resonance * resonance * reduced,
             damping: 2.0 * damping * resonance * reduced,
             load_share,
-            half_backlash: 0.5 * backlash,
+            half_backlash: 0.5 * effects.backlash,
+            friction: effects.load_friction,
         }
     }
 
@@ -153,11 +187,11 @@ impl Equation {
     }
 
     /// The derivative of the state.
-    pub(crate) fn rates(&self, mode: Mode, time: f64, state: &State) -> State {
+    pub(crate) fn rates(&self, modes: Modes, time: f64, state: &State) -> State {
         let &[_, velocity, _, twist_rate] = state;
         let drive = self.drive(time, state[0]);
         let (motor, load) = self.pushes(drive, state);
-        let (velocity, pushed) = match mode {
+        let (velocity, pushed) = match modes.motor {
             Mode::Standing => (0.0, 0.0),
             Mode::Moving(direction) => {
                 let brake = self.friction.deceleration(velocity, direction, drive);
@@ -172,8 +206,13 @@ impl Equation {
             }
             Some(spring) => {
                 let motor = pushed / (1.0 - spring.load_share);
-                let of_mean = load / spring.load_share;
-                let load = self.with_inertia_at(position + twist, velocity + twist_rate, of_mean);
+                let load = match modes.load {
+                    Mode::Standing => 0.0,
+                    Mode::Moving(direction) => {
+                        let of_mean = (load - direction * spring.friction) / spring.load_share;
+                        self.with_inertia_at(position + twist, velocity + twist_rate, of_mean)
+                    }
+                };
                 [velocity, motor, twist_rate, load - motor]
             }
         }
@@ -189,35 +228,53 @@ impl Equation {
         (of_mean - centrifugal) / (1.0 + self.inertia.at(angle))
     }
 
-    /// The mode of friction in a state.
-    pub(crate) fn mode(&self, time: f64, state: &State) -> Mode {
-        let velocity = state[1];
-        if !self.friction.has_directions() {
-            return Mode::Moving(0.0);
-        }
-        if velocity != 0.0 {
-            return Mode::Moving(velocity.signum());
-        }
-        if self.hold_margin(time, state) < 0.0 {
-            let (push, _) = self.pushes(self.drive(time, state[0]), state);
-            Mode::Moving(push.signum())
-        } else {
-            Mode::Standing
-        }
-    }
-
-    /// Distance from a change of the mode; negative once the mode must change.
-    pub(crate) fn margin(&self, mode: Mode, time: f64, state: &State) -> f64 {
-        match mode {
-            Mode::Standing => self.hold_margin(time, state),
-            Mode::Moving(direction) => direction * state[1],
-        }
-    }
-
-    /// The acceleration that friction could hold in addition, at rest, rad/s²: negative once the motor breaks away.
-    fn hold_margin(&self, time: f64, state: &State) -> f64 {
+    /// The modes of friction in a state.
+    pub(crate) fn modes(&self, time: f64, state: &State) -> Modes {
         let drive = self.drive(time, state[0]);
-        let (push, _) = self.pushes(drive, state);
-        self.friction.breakaway(drive) - push.abs()
+        let (motor, load) = self.pushes(drive, state);
+        Modes {
+            motor: if self.friction.has_directions() {
+                Mode::of(state[1], motor, self.friction.breakaway(drive))
+            } else {
+                Mode::Moving(0.0)
+            },
+            load: match self.load_friction() {
+                Some(friction) => Mode::of(state[1] + state[3], load, friction),
+                None => Mode::Moving(0.0),
+            },
+        }
+    }
+
+    /// Distance of motor and load from a change of their modes; negative once a mode must change.
+    pub(crate) fn margins(&self, modes: Modes, time: f64, state: &State) -> [f64; 2] {
+        let drive = self.drive(time, state[0]);
+        let (motor, load) = self.pushes(drive, state);
+        let friction = self.load_friction().unwrap_or(0.0);
+        [
+            modes
+                .motor
+                .margin(state[1], motor, self.friction.breakaway(drive)),
+            modes.load.margin(state[1] + state[3], load, friction),
+        ]
+    }
+
+    /// Ends the motion of a body whose mode must change.
+    pub(crate) fn stop(&self, modes: Modes, time: f64, state: &mut State) {
+        let [motor, load] = self.margins(modes, time, state);
+        let load_velocity = state[1] + state[3];
+        if motor < 0.0 && modes.motor != Mode::Standing {
+            state[1] = 0.0;
+        }
+        let stops = load < 0.0 || modes.load == Mode::Standing;
+        state[3] = if stops && self.load_friction().is_some() {
+            -state[1]
+        } else {
+            load_velocity - state[1]
+        };
+    }
+
+    fn load_friction(&self) -> Option<f64> {
+        let friction = self.spring?.friction;
+        (friction > 0.0).then_some(friction)
     }
 }

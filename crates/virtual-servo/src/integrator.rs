@@ -1,11 +1,11 @@
 //! Numerical integration of motions without a closed form.
 
-use crate::equation::{Equation, Mode, State};
+use crate::equation::{Equation, Modes, State};
 
 /// Integrates an equation of motion to a given accuracy: Dormand and Prince's pair of orders 5 and 4
 /// (J. Comput. Appl. Math. 6, 1980), with steps as long as its own estimate of the error allows.
 ///
-/// If the motor stops, turns or breaks away, the time is found to 10⁻⁹ of the given time. The motion continues from
+/// If motor or load stops, turns or breaks away, the time is found to 10⁻⁹ of the given time. The motion continues from
 /// there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Integrator {
@@ -40,13 +40,13 @@ impl Integrator {
 
     /// Moves a state by a time, s, from the beginning of the time for which a command is held.
     pub(crate) fn advance(&mut self, equation: &Equation, state: &mut State, time: f64) {
-        let mut mode = equation.mode(0.0, state);
+        let mut modes = equation.modes(0.0, state);
         let (mut now, mut events) = (0.0, 0);
         // A state that diverged stays as it is.
         while now < time && events < Self::MAX_EVENTS && state[1].is_finite() {
             let left = time - now;
             let step = self.step.min(left);
-            let (next, error) = dormand_prince(equation, mode, now, state, step);
+            let (next, error) = dormand_prince(equation, modes, now, state, step);
             let error = self.relative(&error, &next);
             let too_large = error.is_nan() || error > 1.0;
             if too_large && step > Self::FINEST_STEP * time {
@@ -57,16 +57,14 @@ impl Integrator {
             if self.step <= left || error > 1.0 {
                 self.step = (step * change(error)).min(self.longest);
             }
-            if equation.margin(mode, now + step, &next) < 0.0 {
+            if must_change(equation, modes, now + step, &next) {
                 let finest = Self::FINEST_EVENT * time;
-                let until = time_of_event(equation, mode, now, state, step, finest);
-                (*state, _) = dormand_prince(equation, mode, now, state, until);
-                if matches!(mode, Mode::Moving(_)) {
-                    state[1] = 0.0;
-                }
+                let until = time_of_event(equation, modes, now, state, step, finest);
+                (*state, _) = dormand_prince(equation, modes, now, state, until);
                 now += until;
                 events += 1;
-                mode = equation.mode(now, state);
+                equation.stop(modes, now, state);
+                modes = equation.modes(now, state);
             } else {
                 *state = next;
                 now = if step < left { now + step } else { time };
@@ -99,10 +97,18 @@ fn change(error: f64) -> f64 {
     (SAFETY * libm::pow(error, -0.2)).clamp(BOUNDS.0, BOUNDS.1)
 }
 
+/// True if a mode of friction has ended.
+fn must_change(equation: &Equation, modes: Modes, time: f64, state: &State) -> bool {
+    equation
+        .margins(modes, time, state)
+        .iter()
+        .any(|margin| *margin < 0.0)
+}
+
 /// The end of a friction mode within a step, at most a `finest` time late.
 fn time_of_event(
     equation: &Equation,
-    mode: Mode,
+    modes: Modes,
     now: f64,
     state: &State,
     step: f64,
@@ -111,8 +117,8 @@ fn time_of_event(
     let (mut before, mut after) = (0.0, step);
     while after - before > finest {
         let middle = 0.5 * (before + after);
-        let (there, _) = dormand_prince(equation, mode, now, state, middle);
-        if equation.margin(mode, now + middle, &there) < 0.0 {
+        let (there, _) = dormand_prince(equation, modes, now, state, middle);
+        if must_change(equation, modes, now + middle, &there) {
             after = middle;
         } else {
             before = middle;
@@ -124,7 +130,7 @@ fn time_of_event(
 /// A step, and the difference between its two orders.
 fn dormand_prince(
     equation: &Equation,
-    mode: Mode,
+    modes: Modes,
     now: f64,
     state: &State,
     step: f64,
@@ -168,13 +174,13 @@ fn dormand_prince(
     ];
 
     let mut rates = [[0.0; 4]; 7];
-    rates[0] = equation.rates(mode, now, state);
+    rates[0] = equation.rates(modes, now, state);
     for (stage, (time, weights)) in TIMES.iter().zip(STAGES).enumerate() {
         let there = moved(state, &rates, weights, step);
-        rates[stage + 1] = equation.rates(mode, now + time * step, &there);
+        rates[stage + 1] = equation.rates(modes, now + time * step, &there);
     }
     let next = moved(state, &rates, &FIFTH, step);
-    rates[6] = equation.rates(mode, now + step, &next);
+    rates[6] = equation.rates(modes, now + step, &next);
     (next, moved(&[0.0; 4], &rates, &DIFFERENCE, step))
 }
 

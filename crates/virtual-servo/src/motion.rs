@@ -35,8 +35,6 @@ impl Motion {
         sample_time: f64,
         seed: u32,
     ) -> Self {
-        let damping = effects.resonance_damping;
-        let damping = damping.unwrap_or(Effects::RESONANCE_DAMPING);
         let equation = Equation {
             gain: servo.b,
             gain_asymmetry: effects.gain_asymmetry,
@@ -51,14 +49,7 @@ impl Motion {
             gravity: Angular::new(effects.gravity, 1),
             ripple: Angular::new(effects.ripple, effects.ripple_order),
             inertia: Angular::new(effects.inertia_variation, effects.inertia_order),
-            spring: effects.are_two_masses().then(|| {
-                Spring::new(
-                    effects.resonance,
-                    damping,
-                    effects.inertia_ratio,
-                    effects.backlash,
-                )
-            }),
+            spring: effects.are_two_masses().then(|| Spring::new(effects)),
         };
         let wanders = effects.load_wander[0] > 0.0;
         Self {
@@ -196,6 +187,12 @@ mod tests {
                 resonance: 300.0,
                 inertia_ratio: 0.4,
                 backlash: 0.004,
+                ..Effects::NONE
+            },
+            Effects {
+                resonance: 200.0,
+                inertia_ratio: 0.5,
+                load_friction: 15.0,
                 ..Effects::NONE
             },
         ];

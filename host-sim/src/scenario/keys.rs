@@ -117,11 +117,13 @@ keys! {
 "plant.dead_band": Number(NOT_NEGATIVE, |s, v| s.effects.dead_band = v), Value(0.0), "command units",
     "the part of a small command, of either sign, that the power stage does not pass";
 "plant.resonance": Number(Fixed(Allowed::PositiveUpTo(Effects::HIGHEST_RESONANCE)), |s, v| s.effects.resonance = v), Derived("none, one rigid body"), "rad/s",
-    "resonance of motor and load coupled by a spring, both free; encoder and friction are on the motor";
+    "resonance of motor and load coupled by a spring, both free; the encoder is on the motor, and so is friction but for load_friction";
 "plant.resonance_damping": Number(Fixed(Allowed::Within(0.0, 1.0)), |s, v| s.effects.resonance_damping = Some(v)), Derived("0.02 with resonance"), "",
     "its damping ratio";
 "plant.inertia_ratio": Number(Fixed(Allowed::Within(Effects::INERTIA_RATIOS[0], Effects::INERTIA_RATIOS[1])), |s, v| s.effects.inertia_ratio = v), Derived("none; required with resonance"), "",
     "the load's share of the inertia";
+"plant.load_friction": Number(NOT_NEGATIVE, |s, v| s.effects.load_friction = v), Value(0.0), "rad/s²",
+    "Coulomb friction of the load behind the spring, over the inertia of both; needs resonance";
 "plant.backlash": Number(NOT_NEGATIVE, |s, v| s.effects.backlash = v), Value(0.0), "rad",
     "backlash between the motor and an encoder on the load; with a resonance, backlash of the coupling";
 "plant.gain_drift": Number(DRIFT, |s, v| s.effects.gain_drift = v), Value(0.0), "1/s",

@@ -44,6 +44,9 @@ impl Effects {
         together("torque_ripple", "torque_ripple_order", torque_ripple)?;
         together("inertia_variation", "inertia_order", inertia)?;
         together("resonance", "inertia_ratio", resonance)?;
+        if self.load_friction > 0.0 {
+            together("load_friction", "resonance", (true, resonance.0))?;
+        }
         if self.resonance_damping.is_some() {
             together("resonance_damping", "resonance", (true, resonance.0))?;
         }

@@ -55,12 +55,14 @@ pub struct Effects {
     /// The command to either side of zero that a bridge ignores, command units: u acts as u − clamp(u, −δ, δ).
     pub dead_band: f64,
     /// Resonance of motor and load on the spring between them, both free, rad/s. The encoder is the motor's, and so is
-    /// friction. Load and gravity act behind the spring. The values a and b are those of both as one rigid body.
+    /// friction, but for `load_friction`. Load and gravity act behind the spring. The values a and b are those of both as one rigid body.
     pub resonance: f64,
     /// Its damping ratio; none for [`Effects::RESONANCE_DAMPING`].
     pub resonance_damping: Option<f64>,
     /// The load's share of the inertia.
     pub inertia_ratio: f64,
+    /// Coulomb friction of the load behind the spring, rad/s² of both as one rigid body, in addition to the motor's.
+    pub load_friction: f64,
     /// Play from end to end, rad. With a resonance it is that of the coupling: within it motor and load do not feel
     /// each other. Without one it lies between the motor and an encoder on the load. The end of the backlash takes the
     /// encoder along. Within it the encoder is at standstill, without an effect on the motor.
@@ -98,6 +100,7 @@ impl Effects {
         resonance: 0.0,
         resonance_damping: None,
         inertia_ratio: 0.0,
+        load_friction: 0.0,
         backlash: 0.0,
         gain_drift: 0.0,
         friction_drift: 0.0,
@@ -184,6 +187,7 @@ impl Effects {
             let [least, most] = Self::INERTIA_RATIOS;
             Allowed::Within(least, most).check("inertia_ratio", self.inertia_ratio)?;
         }
+        NOT_NEGATIVE.check("load_friction", self.load_friction)?;
         NOT_NEGATIVE.check("backlash", self.backlash)?;
         DRIFT.check("gain_drift", self.gain_drift)?;
         DRIFT.check("friction_drift", self.friction_drift)?;
