@@ -70,7 +70,7 @@ impl CommissionOrder {
         match self.response_time {
             Some(_) if self.feed_forward => Err(Fault::new(
                 "commission.feed_forward",
-                "with a reference model a softer loop would meet commission.response_time: state bandwidth, or neither",
+                "with a reference model a slower loop would meet commission.response_time: state bandwidth, or neither",
             )),
             _ => Ok(self.feed_forward),
         }
