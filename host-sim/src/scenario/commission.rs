@@ -113,7 +113,7 @@ impl Scenario {
     pub fn commission_settings(&self) -> Result<CommissionSettings, Fault> {
         let order = self.commission.as_ref().ok_or_else(|| {
             let about = Key::at("commission").map_or("", |key| key.about);
-            Fault::new("commission", format!("a commissioning needs {about}"))
+            Fault::new("commission", format!("this table is missing: {about}"))
         })?;
         order.check_ways()?;
         let parameter_range = self.stated.identifier.parameter_range;
