@@ -237,8 +237,8 @@ mod tests {
         RoughModel::from_si(&truth, time, RESOLUTION)
     }
 
-    /// The time, s, at which the test reports that a servo moves in neither direction, if within 2 s. `position`
-    /// gives its position by time and acting command.
+    /// The time, s, at which the test reports no motion in either direction, if within 2 s. `position` gives its
+    /// position by time and acting command.
     fn found(
         rate: f64,
         command: f64,

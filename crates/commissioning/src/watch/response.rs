@@ -3,9 +3,9 @@
 //! Two tests apply to each [`WatchBlock`] with motion in one direction.
 //!
 //! *The change.* A − A⁻ is free of load and friction, and b (W − W⁻), less the viscous brake, is what it must be. The
-//! ratio of the two is the share of the command that acts: one without a fault, less with a weak actuator, zero with
-//! a dead one, negative with a reversed one. A load step disturbs at most three blocks. So five blocks are evidence,
-//! and one is not. This test is precise whenever the command changes.
+//! ratio of the two is the share of the command that acts. It is one without a fault, less with a weak actuator, zero
+//! with a dead one, negative with a reversed one. A load step disturbs at most three blocks. So five blocks are
+//! evidence, and one is not. This test is precise whenever the command changes.
 //!
 //! *The level.* A itself, even with a load step in the direction of the command, must be a large part of b W. This
 //! test is for large constant commands: those of a loop that runs away.

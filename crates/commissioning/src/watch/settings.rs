@@ -84,7 +84,7 @@ pub struct Observation<N> {
     pub setpoint: Option<N>,
     /// True if the sample before ended too late.
     pub late: bool,
-    /// True if the command that acted must move the servo in spite of its friction: that of a relay, once a ramp has
+    /// True if the command that acted must move the servo in spite of friction: that of a relay after a ramp has
     /// found the break-away.
     pub must_move: bool,
     /// True if a signal excites dynamics that a model of one mass does not have. An unexpected motion is then a fault

@@ -378,8 +378,8 @@ impl<N: Number> StandstillWatchState<N> {
         self.able.patience
     }
 
-    /// It has come to standstill. If a load has moved it without a motion of the setpoint, or if it reached its
-    /// setpoint, this command balances the load except for friction.
+    /// It has come to standstill. This command balances the load, except for friction, if a load moved the servo at a
+    /// constant setpoint, or if it reached its setpoint.
     fn settle(&mut self, under: Under<N>) {
         let Under::Control { setpoint, error } = under else {
             return;

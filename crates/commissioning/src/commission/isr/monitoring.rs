@@ -218,8 +218,8 @@ impl<N: Number> CommissionIsr<N> {
         true
     }
 
-    /// The suspected fault, if this reason confirms it: the servo moves against the old gains, leaves its travel
-    /// under them or is not braked by them.
+    /// The suspected fault, if this reason confirms it. The servo then moves against the old gains, leaves its
+    /// travel, or is not braked by them.
     fn confirmed(&self, state: &CommissionState<N>, reason: Reason) -> Result<(), Reason> {
         /// Rests in which a servo is braked.
         const BRAKED: u32 = 5;

@@ -285,8 +285,8 @@ impl<N: Number> ProbingState<N> {
     /// Takes in the direction of a count. The holding loop reduces its bandwidth at each half-cycle that is faster
     /// than its own. Slower half-cycles are those of a load on a spring, which the loop damps.
     pub(super) fn move_on(&mut self, motion_direction: N, hold_half_cycle: u32) {
-        /// The part of the bandwidth that remains after a reversal, and the least: for a servo that its load moves,
-        /// and for one that friction held until the ramp moved it.
+        /// The part of the bandwidth that remains after a reversal, and the least part. First for a servo that its
+        /// load moves, then for one that friction held until the ramp moved it.
         const LEFT: f64 = 0.8;
         const LEAST: [f64; 2] = [0.4, 0.1];
         if motion_direction != self.motion_direction && self.stage == ProbingStage::Hold {
