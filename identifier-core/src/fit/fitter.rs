@@ -148,7 +148,7 @@ where
     /// - `speed` is the standard deviation of the velocity before the first block, counts per sample.
     /// - `low` and `high` are the bounds of the unknowns; a is kept within ±[`FrictionStep::LARGEST_RATE`] of a block.
     /// - `initial` are values to start from. `deviation` are their standard deviations, above zero. None without
-    /// prior knowledge.
+    ///   prior knowledge.
     pub fn from_rest(
         block: u32,
         speed: f64,
