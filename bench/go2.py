@@ -23,7 +23,7 @@ KP, KD = logs.GO2_GAINS
 
 
 def known_torques(text, positions, step):
-    """What acts on each joint beside its motor and its own inertia, N·m, with the body held."""
+    """Torque on each joint beside that of its motor and its own inertia, N·m, with the body held."""
     # The looks are in other files, and are no matter.
     text = re.sub(r"<mesh [^>]*/>|<geom [^>]*mesh=[^>]*/>|<freejoint/>|<keyframe>.*?</keyframe>", "", text, flags=re.DOTALL)
     model = mujoco.MjModel.from_xml_string(text)

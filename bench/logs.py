@@ -46,7 +46,7 @@ class Log:
 
 
 def drawn(program, folder, seed, number, effects=None, rows=None):
-    """A servo with drawn values under a drawn controller, by `servo-id run`; one that hardly moves is drawn again."""
+    """A servo with drawn values under a drawn controller, by `servo-id run`; one that moves too little is drawn again."""
     random = np.random.default_rng([seed, number])
     folder = Path(folder) / f"{seed}-{number}"
     folder.mkdir()

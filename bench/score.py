@@ -16,7 +16,7 @@ def outside(value, truth):
 
 
 def tolerance(name, log, std_error):
-    """b to 2 %, others to 5 % or to what hardly matters beside the largest command; three standard errors widen it, by 4."""
+    """b to 2 %, others to 5 % or to an error that is negligible beside the largest command; three standard errors widen it, by 4."""
     largest = max(abs(x) for x in log.truth[name])
     if name == "b":
         least = OF_B * largest

@@ -1,4 +1,4 @@
-"""What people use: one module each, with NAME, LICENCE, NEEDS (packages) and fit(log) -> Found."""
+"""Methods for comparison: one module each, with NAME, LICENCE, NEEDS (packages) and fit(log) -> Found."""
 
 from dataclasses import dataclass, field
 

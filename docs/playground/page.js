@@ -561,11 +561,11 @@ function showLog(file) {
   found(verdictBox(tone(recording.status), `${file.name}: ${title(recording).replace(/^T/, 't')}`, sentence(recording)), table,
     figure('motion', 'Position of the log over time', bold('Position of the log, rad'),
       ...(free ? [key(['position', 'measured '], ['before', `model, free for ${plain(free)} s`])] : [])),
-    ...(free ? [figure('left', 'What the model leaves of the position over time', bold('What the model leaves, rad'))] : []),
+    ...(free ? [figure('left', 'Residual of the position over time', bold('Residual, rad'))] : []),
     ...(none ? [element('p', { id: 'log-gains', textContent: `Not tuned: ${none}.` })] : [
-      figure('step', 'Predicted step response under the tuned gains', bold('The step that tuned gains promise, rad')),
+      figure('step', 'Predicted step response under the tuned gains', bold('Predicted step under the tuned gains, rad')),
       element('p', { id: 'log-gains' }, ...gainsOf(recording),
-        ` For commands of up to ${plain(command[0])} beside what holds the load, the largest of the log.`)]),
+        ` For commands of up to ${plain(command[0])} beyond that of the load, the largest in the log.`)]),
     element('ul', {}, ...findings.map(([about, text]) => element('li', { textContent: `${about}: ${text}` }))));
   drawLog();
 }

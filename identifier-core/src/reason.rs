@@ -54,7 +54,7 @@ catalogue! {
         "the watchdog reset the drive: a sample did not end in time",
         "lower the sample rate and start again";
     ImageDamaged = 4, "image-damaged", Uncertain:
-        "the program in the drive's flash differs from the one that was built",
+        "the program in the drive's flash is damaged: its checksum differs",
         "flash the firmware again; if the fault returns, replace the chip";
     AmplifierFault = 10, "amplifier-fault", Known:
         "the amplifier reports a fault or an overcurrent",
@@ -115,25 +115,25 @@ catalogue! {
         "the step input asks for a target beyond the travel",
         "keep the target within the travel, or allow more travel";
     DoesNotMove = 101, "does-not-move", Uncertain:
-        "the servo did not move, or in one direction alone, under a command that should move it",
+        "the servo did not move under a command that should move it, or moved in one direction only",
         "free the axis, check encoder and amplifier, or allow a larger command";
     TooLittleEvidence = 110, "too-little-evidence", Known:
         "the motion within the limits does not determine the servo well enough",
         "allow more travel, speed or duration, or use a finer encoder";
     EstimateAtBound = 111, "estimate-at-bound", Known:
-        "an estimate is at a bound, so it is no result",
-        "check the unit of the command, the counts per revolution, the current limit and any bounds";
+        "an estimate is at its bound and therefore not valid",
+        "check the unit of the command, the counts per revolution, the amplifier's current limit and any bounds";
     PartlyExplained = 120, "partly-explained", Known:
-        "the model explains only a part of the motion, and the residual is more than noise",
+        "the model explains the motion only in part: the residual exceeds the noise",
         "record a log and identify it with servo-id";
     ResonanceOrBacklash = 121, "resonance-or-backlash", Known:
-        "the servo is not one rigid inertia, and its frequency response does not determine two",
+        "the servo is not one rigid inertia, and its frequency response does not determine a model of two",
         "stiffen the coupling, remove its backlash, or record a log and identify it with servo-id";
     NoGains = 130, "no-gains", Known:
         "no gains reach the goal within the margins",
         "ask for a slower response";
     PredictionMissed = 140, "prediction-missed", Known:
-        "the measured step rises faster than predicted, more than three times as slowly, or overshoots more",
+        "the measured step rises faster than predicted, takes more than three times as long, or overshoots more",
         "check for stiction, backlash, a changed load, or a varying gain of the amplifier";
     NeverAtRest = 143, "never-at-rest", Known:
         "the servo did not reach standstill",
@@ -142,7 +142,7 @@ catalogue! {
         "the encoder stopped counting during motion",
         "check the encoder's coupling and wires";
     EncoderNoise = 151, "encoder-noise", Uncertain:
-        "encoder noise hides the motion or could be mistaken for it",
+        "encoder noise is as large as the motion that is to be measured",
         "declare the noise, allow more travel and speed, or shield the encoder's wires and check its magnet";
     EncoderJumped = 152, "encoder-jumped", Uncertain:
         "the position jumped further than the servo can move in a sample",
@@ -169,32 +169,32 @@ catalogue! {
         "the power was lost before the end",
         "start it again";
     TooLittleMotion = 180, "too-little-motion", Known:
-        "the motion was hardly larger than the encoder's resolution and noise",
+        "the motion was too small for the encoder's resolution and noise",
         "let it move further and faster, with reversals";
     OneWayMotion = 181, "one-way-motion", Known:
         "the servo moved in one direction only, which does not separate gain, friction and load",
         "let it reverse";
     ConstantCommand = 182, "constant-command", Known:
-        "the command did not change, so the gain stays undetermined",
+        "the command did not change, so it does not determine the gain",
         "let the servo accelerate and brake, with reversals";
     DoesNotFollow = 183, "does-not-follow", Known:
         "the position does not follow the command",
-        "check the amplifier, and that command and position have the same axis and the same clock";
+        "check the amplifier; check that command and position belong to the same axis and have the same clock";
     EarlyCommand = 185, "early-command", Known:
         "the command acts earlier than recorded or declared",
-        "record the command that acts until the next reading, not the one before it, and declare no larger delay \
+        "record with each position the command that acts from then to the next position, and declare no more delay \
          than there is";
     InertiaChanged = 190, "inertia-changed", Known:
-        "the inertia differs from the commissioned one, or the command acts more or less than before",
+        "the inertia or the gain of the amplifier differs from its value at the commissioning",
         "commission the servo again with this inertia";
     ViscousFrictionChanged = 191, "viscous-friction-changed", Known:
-        "viscous friction differs from the commissioned one",
+        "viscous friction differs from its value at the commissioning",
         "check bearings and lubrication, and commission the servo again";
     CoulombFrictionChanged = 192, "coulomb-friction-changed", Known:
-        "Coulomb friction differs from the commissioned one",
+        "Coulomb friction differs from its value at the commissioning",
         "check bearings, brake and lubrication, and commission the servo again";
     LoadChanged = 193, "load-changed", Known:
-        "the load leaves less command than the predicted step needs",
+        "the load needs so much command that too little is left for the predicted step",
         "reduce the load, allow a larger command, or commission the servo again with this load";
 }
 

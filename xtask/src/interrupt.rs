@@ -94,13 +94,13 @@ pub(crate) struct Summary {
 
 /// Prints the instructions of every estimator.
 pub(crate) fn print() -> Result<(), String> {
-    println!("{:<20} {:<8} {:>12}", "law", "", "instructions");
+    println!("{:<20} {:<8} {:>12}", "estimator", "", "instructions");
     for (law, summary) in count(COUNTED)? {
         for (name, instructions) in summary.named() {
             println!("{law:<20} {name:<8} {instructions:>12}");
         }
     }
-    println!("{COUNTED} interrupts of each law");
+    println!("{COUNTED} interrupts of each estimator");
     Ok(())
 }
 
@@ -130,7 +130,7 @@ pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, S
         laws.into_iter()
             .map(|law| {
                 law.join()
-                    .map_err(|_| "counting a law has failed".to_owned())?
+                    .map_err(|_| "counting an estimator has failed".to_owned())?
             })
             .collect()
     })

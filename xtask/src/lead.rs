@@ -140,7 +140,7 @@ impl Driven {
         let allowed = instructions_in(share_allowed / rate);
         let too_late = (late > 0).then(|| {
             format!(
-                "{at} {late} of {} commands take more than the {lead} instructions of the lead, {} at most",
+                "{at} {late} of {} commands take more than the {lead} instructions before the PWM period, {} at most",
                 self.command.len(),
                 share(&self.command, 1.0)
             )

@@ -49,8 +49,8 @@ enum Verb {
     },
     /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning, ends of the program.
     Drive,
-    /// Count instructions and bytes on the emulated chip and compare them with the accepted budget; every command
-    /// of a commissioning must be out in time, as `lead` checks it.
+    /// Count instructions and bytes on the emulated chip and compare them with the accepted budget. Every command of
+    /// a commissioning must be ready in time, as `lead` checks.
     Budget {
         /// Accept the figures as the budget.
         #[arg(long)]

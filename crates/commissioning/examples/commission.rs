@@ -1,5 +1,5 @@
-//! A commissioning in a firmware of your own: the interrupt's half and the background's half with a queue each way,
-//! and after it a loop of yours with the gains that were found, which goes on identifying and watching.
+//! A commissioning in your own firmware: the interrupt's half and the background's half, with a queue in each
+//! direction. Then your own loop runs with the new gains, continues the identification and detects faults.
 //!
 //! ```sh
 //! cargo run -p commissioning --example commission

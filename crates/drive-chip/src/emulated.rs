@@ -159,7 +159,7 @@ pub fn set_count(count: u16) {
 /// The drive's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
-    /// Steps of a PWM period with a high output; none while it is off.
+    /// Steps of a PWM period with a high output; none if it is off.
     pub duty: Option<u16>,
     /// True if its direction is positive.
     pub is_positive: bool,

@@ -3,14 +3,14 @@
  * The servo is q'' = -a q' + b u + d - c sign(q'), with the command u that acts, in SI (for a linear axis read m for
  * rad): a in 1/s, b in rad/s^2 per command unit, Coulomb friction c and load d in rad/s^2.
  *
- * Objects are the caller's: declare one, initialise it, and keep it where you like. There is no heap, no global
- * variable and no panic in the library. An object may be copied byte by byte, and needs no end.
+ * Your program owns the memory of every object: declare one and initialise it. The library has no heap, no global
+ * variable and no panic. An object may be copied byte by byte, and needs no destruction.
  *
- * Every function returns a status: SERVO_ID_OK, or a positive number for the event of a sample, or a negative number for
- * a refusal, which leaves everything as it was. `size` is the sizeof of the object that is initialised; an `error` may be
- * NULL. Addresses that are null, misaligned, or of an object that was not initialised are refused; the memory behind any
- * other address has to be of its type, and no other thread or interrupt may use the object during the call. Objects in
- * memory with arbitrary content have to be set to zero before anything but their initialisation is called.
+ * Every function returns a status: SERVO_ID_OK, a positive number for an event of a sample, or a negative number for an
+ * error, which changes nothing. `size` is the sizeof of the object that is initialised; `error` may be NULL. Null and
+ * misaligned addresses, and those of an object that is not initialised, give an error. The memory behind any other
+ * address must be of its type. No other thread or interrupt may use the object during a call. Set an object of arbitrary
+ * content to zero before you call anything but its initialisation.
  */
 #ifndef SERVO_ID_H
 #define SERVO_ID_H
@@ -62,7 +62,7 @@
 #define SERVO_ID_CONSTANTS_TYPE     -51
 #define SERVO_ID_CONSTANTS_CHANGED  -52
 
-/* Parameters, for servo_id_settings_set, or servo_id_settings_set_range where a range is said.
+/* Parameters, for servo_id_settings_set, or servo_id_settings_set_range for a range.
  * servo_id_parameter_name has a name for each. */
 #define SERVO_ID_SAMPLE_TIME           1  /* s */
 #define SERVO_ID_RESOLUTION            2  /* rad of a count */
@@ -87,14 +87,14 @@
 #define SERVO_ID_UNCERTAINTY_B        21
 #define SERVO_ID_UNCERTAINTY_COULOMB  22
 #define SERVO_ID_UNCERTAINTY_LOAD     23
-#define SERVO_ID_GAMMA_A              24  /* diagonal of gamma, of the gradient law */
+#define SERVO_ID_GAMMA_A              24  /* diagonal of gamma, of the gradient estimator */
 #define SERVO_ID_GAMMA_B              25
 #define SERVO_ID_GAMMA_COULOMB        26
 #define SERVO_ID_GAMMA_LOAD           27
 #define SERVO_ID_CORRECTION_KP        28  /* gains of the correction; default those of the PID */
 #define SERVO_ID_CORRECTION_KD        29
 #define SERVO_ID_CORRECTION_KI        30
-#define SERVO_ID_PLANT_BOX_A          31  /* range of the true servos, to be certified */
+#define SERVO_ID_PLANT_BOX_A          31  /* parameter range that is certified */
 #define SERVO_ID_PLANT_BOX_B          32  /* range */
 #define SERVO_ID_MU                   33  /* 1/s */
 #define SERVO_ID_BANDWIDTH            34  /* of the position loop, rad/s */
@@ -108,15 +108,15 @@
 #define SERVO_ID_COMMAND              42  /* of a tuning: largest command beyond that for the load; default infinite */
 #define SERVO_ID_COMMAND_DELAY        43  /* from the reading of the encoder to the output, s */
 #define SERVO_ID_RESPONSE_TIME        44  /* goal: from 10 to 90 %, s */
-#define SERVO_ID_LOOP_BANDWIDTH       45  /* goal: rad/s; without a goal as stiff as the servo bears */
+#define SERVO_ID_LOOP_BANDWIDTH       45  /* goal: rad/s; without a goal the stiffest gains within the margins */
 #define SERVO_ID_MAX_SENSITIVITY      46  /* default 1.6 */
 #define SERVO_ID_MAX_NOISE            47  /* part of the command; default 0.03 */
-#define SERVO_ID_STEP                 48  /* of the reference that is promised, rad */
+#define SERVO_ID_STEP                 48  /* of the reference, for the predicted response, rad */
 #define SERVO_ID_RESONANCE            49  /* lowest known, rad/s */
-#define SERVO_ID_TRAVEL               50  /* of a commissioning: range about where the servo stands, rad */
+#define SERVO_ID_TRAVEL               50  /* of a commissioning: range about the servo's position, rad */
 #define SERVO_ID_SPEED                51  /* largest, rad/s */
 #define SERVO_ID_DURATION             52  /* longest of a motion, s */
-#define SERVO_ID_MAX_GAIN             54  /* largest b that it may have, if that is known */
+#define SERVO_ID_MAX_GAIN             54  /* largest b that the servo may have; default unknown */
 #define SERVO_ID_TRIAL_STEP           55  /* rad; default half of the travel */
 #define SERVO_ID_REFERENCE_FILTER     56  /* of the controller: time constant, s; default none */
 #define SERVO_ID_FEED_FORWARD_BANDWIDTH     57 /* of the controller: of its reference model, rad/s; default none */
@@ -124,7 +124,7 @@
 #define SERVO_ID_FEED_FORWARD_VELOCITY      59 /* a/b, command units per rad/s */
 #define SERVO_ID_FEED_FORWARD_COULOMB       60 /* command units */
 #define SERVO_ID_FEED_FORWARD_COULOMB_SPEED 61 /* below it linear through zero, rad/s */
-#define SERVO_ID_FEED_FORWARD         62  /* of a tuning or a commissioning, not zero: look for a feed-forward too */
+#define SERVO_ID_FEED_FORWARD         62  /* of a tuning or a commissioning, not zero: reference model if the step then rises faster */
 #define SERVO_ID_NOTCH                63  /* of the controller's command, rad/s; default none */
 
 /* Ranges that are allowed, with low and high of servo_id_error. */
@@ -190,13 +190,13 @@ typedef struct servo_id_error {
 /* Estimates of a, b, Coulomb friction and load. */
 typedef struct servo_id_estimates {
     double value[4];     /* zero for a parameter that the model does not have */
-    double std_error[4]; /* NaN where the law has none */
-    int32_t at_bound[4]; /* one for an estimate at a bound, which is no result */
+    double std_error[4]; /* NaN if the estimator has none */
+    int32_t at_bound[4]; /* one for an estimate at a bound, which is not valid */
 } servo_id_estimates;
 
 /* The verdict in short. */
 typedef struct servo_id_verdict {
-    int32_t known;    /* one if every estimate is known */
+    int32_t known;    /* one if every estimate is within tolerance */
     int32_t state[4]; /* SERVO_ID_KNOWN, SERVO_ID_UNCERTAIN, SERVO_ID_IS_AT_BOUND */
 } servo_id_verdict;
 
@@ -208,7 +208,7 @@ typedef struct servo_id_servo {
     double unexplained;      /* standard deviation of the position that the model leaves unexplained, rad */
 } servo_id_servo;
 
-/* Gains, and the behaviour that they promise. */
+/* Gains, and their predicted response. */
 typedef struct servo_id_tuning {
     double kp;
     double kd;
@@ -218,15 +218,15 @@ typedef struct servo_id_tuning {
     double notch;     /* filter of the command, rad/s; 0 for none */
     double feed_forward[5];  /* SERVO_ID_FEED_FORWARD_BANDWIDTH and the four after it; 0 for none */
     double bandwidth; /* of the poles, rad/s */
-    double step;      /* that the promise is for, rad */
-    double rise_time[3]; /* from 10 to 90 %, s: as it is; after a motion with the step; after one against it */
+    double step;      /* of the predicted response, rad */
+    double rise_time[3]; /* from 10 to 90 %, s: from balanced friction; after a motion with the step; after one against it */
     double overshoot;    /* part of the step */
     double settling_time;  /* to 2 % of the step, s */
-    double sensitivity;    /* the largest, of all servos that it may be */
+    double sensitivity;    /* the largest, for every servo within the errors */
     double gain_margin[2]; /* the loop's gain may fall and rise by these factors */
     double command_share;  /* largest command, as a part of the available */
     double noise;          /* in the command, standard deviation */
-    double compliance;     /* rad per rad/s^2 of a step of the load */
+    double compliance;     /* rad per rad/s^2 of a load step */
     int32_t cap;           /* SERVO_ID_CAP_... */
     int32_t unused;
 } servo_id_tuning;
@@ -247,7 +247,7 @@ typedef struct servo_id_settings {
     SERVO_ID_ALIGNED uint64_t words[144];
 } servo_id_settings;
 
-/* The paper's law for a and b; the load is carried by its correction */
+/* The paper's estimator of a and b; its correction balances the load */
 typedef struct servo_id_gradient {
     SERVO_ID_ALIGNED uint64_t words[52];
 } servo_id_gradient;
@@ -262,7 +262,7 @@ typedef struct servo_id_gauss_newton {
     SERVO_ID_ALIGNED uint64_t words[680];
 } servo_id_gauss_newton;
 
-/* The paper's law in fixed point for a and b */
+/* The paper's estimator of a and b in fixed point */
 typedef struct servo_id_fixed {
     SERVO_ID_ALIGNED uint64_t words[64];
 } servo_id_fixed;
@@ -272,12 +272,12 @@ typedef struct servo_id_fixed_coulomb {
     SERVO_ID_ALIGNED uint64_t words[80];
 } servo_id_fixed_coulomb;
 
-/* PID with the law of servo_id_gradient */
+/* PID with the estimator of servo_id_gradient */
 typedef struct servo_id_gradient_loop {
     SERVO_ID_ALIGNED uint64_t words[76];
 } servo_id_gradient_loop;
 
-/* PID with the law of servo_id_gradient_coulomb */
+/* PID with the estimator of servo_id_gradient_coulomb */
 typedef struct servo_id_gradient_coulomb_loop {
     SERVO_ID_ALIGNED uint64_t words[90];
 } servo_id_gradient_coulomb_loop;
@@ -287,7 +287,7 @@ typedef struct servo_id_gauss_newton_loop {
     SERVO_ID_ALIGNED uint64_t words[690];
 } servo_id_gauss_newton_loop;
 
-/* PID and law in fixed point */
+/* PID and estimator in fixed point */
 typedef struct servo_id_fixed_loop {
     SERVO_ID_ALIGNED uint64_t words[92];
 } servo_id_fixed_loop;
@@ -324,8 +324,8 @@ typedef struct servo_id_decision {
 
 /* A sample of a commissioning. */
 typedef struct servo_id_commission_step {
-    float command;      /* that acts until the next sample; zero where the stage is to be disabled */
-    int32_t is_enabled; /* one if the stage is to be enabled */
+    float command;      /* that acts until the next sample; zero if the stage must be disabled */
+    int32_t is_enabled; /* one if the stage must be enabled */
     int32_t phase;      /* SERVO_ID_PHASE_... */
     int32_t has_record; /* one if there is a record for the background */
     servo_id_record record;
@@ -406,29 +406,29 @@ SERVO_ID_ASSERT(offsetof(servo_id_tuning, cap) == 192, "place of cap");
 extern "C" {
 #endif
 
-/* Settings: nothing is given but sample time (s) and counts of a revolution after fourfold evaluation. */
+/* Settings with sample time (s) and counts per revolution after x4 quadrature, and nothing else. */
 int32_t servo_id_settings_init(servo_id_settings *settings, uint32_t size, double sample_time,
                                double counts_per_revolution);
 int32_t servo_id_settings_set(servo_id_settings *settings, int32_t parameter, double value);
 int32_t servo_id_settings_set_range(servo_id_settings *settings, int32_t parameter, double low, double high);
 
-/* Gives gamma of the gradient law for a reference that changes between -amplitude and +amplitude (rad), after `hold` s at
- * the soonest, which is a whole number of samples; `samples` of it are simulated for the corners of the box. `coulomb` is
- * not zero for a law with Coulomb friction. Needs a box or an initial b, and gains. */
+/* Computes gamma of the gradient estimator for a reference that changes between -amplitude and +amplitude (rad). `hold` is
+ * its shortest constant time, s, a whole number of samples. `samples` of it are simulated for the corners of the parameter
+ * range. `coulomb` is not zero for an estimator with Coulomb friction. Needs a parameter range or an initial b, and gains. */
 int32_t servo_id_settings_choose_gamma(servo_id_settings *settings, double amplitude, double hold, uint32_t samples,
                                        int32_t coulomb, servo_id_error *error);
 
-/* Identifiers, which listen to a controller of yours.
+/* Identifiers for use beside your own controller.
  *
  * _sample: once in each sample, with the counts that the encoder has moved since the last one, and the command that acts
  * from now on: the total, after every limit. The status is its event.
  * _learn: the same for a sensor that does not count, with the increment in units of SERVO_ID_RESOLUTION.
- * _resume: joins a motion after a gap, which moves by so many counts a sample; the estimates stay.
- * _estimates: SERVO_ID_NO_FIT before the first fit, when they are no result.
- * _work: of Gauss-Newton the first fit, at most so many blocks of it; call it when there is time.
- * _scale: of fixed point the command units of the last bit of a command, which is a word: the command over this number.
- * _init_from_constants: from what `servo-id export --firmware c` writes, `words` numbers; nothing else of the library is
- *     linked than the samples. Gauss-Newton starts from the servo of the result and needs no _work.
+ * _resume: continues after a gap, at a speed in counts per sample; the estimates are kept.
+ * _estimates: SERVO_ID_NO_FIT before the first fit, when they are not valid.
+ * _work: for Gauss-Newton, computes at most this number of blocks of the first fit; call it in the background.
+ * _scale: for fixed point, the command units of the last bit of a command: pass the command over this number.
+ * _init_from_constants: from the `words` numbers that `servo-id export --firmware c` writes; only the code of a sample is
+ *     linked. Gauss-Newton starts from the servo of the result and needs no _work.
  * _machine_estimates: the four estimates, without double precision; each times the number of the exported file is SI. */
 int32_t servo_id_gradient_init(servo_id_gradient *object, uint32_t size, const servo_id_settings *settings,
                                servo_id_error *error);
@@ -485,7 +485,7 @@ int32_t servo_id_fixed_coulomb_machine_estimates(const servo_id_fixed_coulomb *o
  *
  * _init: at rest at a count.
  * _process: once in each sample, towards a setpoint in counts plus an offset (counts, in fixed point counts times 65536);
- * counts wrap at 32 bits. The command is zero where the sample is refused: disable the servo then.
+ * counts wrap at 32 bits. After an error the command is zero: disable the servo then.
  * _control, _learn: the two halves of a sample, to output the command first; _learn takes the command that acts. */
 int32_t servo_id_gradient_loop_init(servo_id_gradient_loop *object, uint32_t size, const servo_id_settings *settings,
                                     int32_t count, servo_id_error *error);
@@ -551,29 +551,29 @@ int32_t servo_id_fixed_coulomb_loop_init_from_constants(servo_id_fixed_coulomb_l
                                                         const uint32_t *constants, uint32_t words, int32_t count);
 int32_t servo_id_fixed_coulomb_loop_machine_estimates(const servo_id_fixed_coulomb_loop *object, int32_t *machine);
 
-/* The verdict in short on estimates with standard errors, for a usual command (command units) and speed (rad/s): b is
- * known to 1.5 %, a to 5 % or 1 % of b command / speed, friction and load to 5 % or 0.5 % of b command. */
+/* The verdict in short on estimates with standard errors, for a usual command (command units) and speed (rad/s). Within
+ * tolerance is b to 1.5 %, a to 5 % or 1 % of b command / speed, friction and load to 5 % or 0.5 % of b command. */
 int32_t servo_id_judge(const servo_id_estimates *estimates, double command, double speed, servo_id_verdict *verdict);
 
-/* The servo of estimates with standard errors, which are taken as independent of each other. */
+/* The servo of estimates with standard errors, which are assumed to be independent. */
 int32_t servo_id_servo_from_estimates(const servo_id_estimates *estimates, double delay, double unexplained,
                                       servo_id_servo *servo);
 
-/* Gains for a servo. _work makes at most so many slices of it and returns SERVO_ID_PENDING until it is done, after fewer
- * than 20000 slices. */
+/* Gains for a servo. _work computes at most this number of slices and returns SERVO_ID_PENDING until it is done, after
+ * fewer than 20000 slices. */
 int32_t servo_id_tuner_init(servo_id_tuner *tuner, uint32_t size, const servo_id_settings *settings,
                             const servo_id_servo *servo, servo_id_error *error);
 int32_t servo_id_tuner_work(servo_id_tuner *tuner, uint32_t slices, servo_id_tuning *tuning, servo_id_error *error);
 
-/* Commissioning: moves an unknown servo within limits, identifies it, finds gains and proves them on it; without success
- * the gains before hold it again. Needs SERVO_ID_TRAVEL, SERVO_ID_SPEED, SERVO_ID_LIMIT and SERVO_ID_DURATION.
+/* Commissioning: moves an unknown servo within limits, identifies it, computes gains and tests them on it. After a failure
+ * the old gains hold it again. Needs SERVO_ID_TRAVEL, SERVO_ID_SPEED, SERVO_ID_LIMIT and SERVO_ID_DURATION.
  *
- * The interrupt has the commission, the background the solver. In each sample: servo_id_commission_sample, whose record, if
- * there is one, goes to servo_id_solver_take; and slices of servo_id_solver_work, whose decision, where the status is
- * SERVO_ID_DECIDED, goes to servo_id_commission_accept. Both may be copied through queues of yours. `slices` is what may be
- * done, and afterwards what is left of it; servo_id_commission_slices says how many a sample has time for.
+ * The interrupt has the commission, the background the solver. In each sample call servo_id_commission_sample, and pass its
+ * record, if there is one, to servo_id_solver_take. In the background call servo_id_solver_work. If its status is
+ * SERVO_ID_DECIDED, pass its decision to servo_id_commission_accept. You may copy both through queues. `slices` is the number
+ * of slices allowed, and afterwards the number left; servo_id_commission_slices is the number that fits into a sample.
  *
- * _init: at a count, released, or held by the PID of the settings with the command `held`.
+ * _init: at a count; disabled, or held by the PID of the settings with the command `held`.
  * _sample: `conditions` are SERVO_ID_NO_COUNT and SERVO_ID_LATE, `stop` is zero or the number of a reason to end it. It
  * holds the servo after its end too. */
 int32_t servo_id_commission_init(servo_id_commission *commission, uint32_t size, const servo_id_settings *settings,
@@ -588,7 +588,7 @@ int32_t servo_id_solver_init(servo_id_solver *solver, uint32_t size, const servo
 int32_t servo_id_solver_take(servo_id_solver *solver, const servo_id_record *record);
 int32_t servo_id_solver_work(servo_id_solver *solver, uint32_t *slices, servo_id_decision *decision);
 
-/* The cause of a reason: a text of so many bytes, without a zero at its end. */
+/* The cause of a reason: a text and its number of bytes, without a zero at its end. */
 int32_t servo_id_reason_cause(int32_t reason, const char **text, uint32_t *length);
 
 /* A sentence about a status, and the name of a parameter. */

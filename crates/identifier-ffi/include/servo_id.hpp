@@ -16,7 +16,7 @@ using Verdict = servo_id_verdict;
 class Status {
 public:
     constexpr Status(int32_t number) : number_(number) {}
-    // Nothing was refused.
+    // True without an error.
     constexpr explicit operator bool() const { return number_ >= 0; }
     constexpr int32_t number() const { return number_; }
     const char *text() const {
@@ -29,7 +29,7 @@ private:
     int32_t number_;
 };
 
-// Settings; the first refusal is kept and meets the object that is built from them.
+// Settings. The first error is kept, and returned when an object is built from them.
 class Settings {
 public:
     Settings(double sample_time, double counts_per_revolution)
@@ -62,7 +62,7 @@ private:
 
 namespace detail {
 
-// An identifier's functions; N is the number that a command is.
+// The functions of an identifier; N is the number type of a command.
 template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settings *, servo_id_error *),
           int32_t (*Sample)(T *, int32_t, N), int32_t (*Resume)(T *, int32_t),
           int32_t (*Get)(const T *, servo_id_estimates *), int32_t (*FromConstants)(T *, uint32_t, const uint32_t *, uint32_t),
@@ -87,7 +87,7 @@ private:
     T own_{};
 };
 
-// A loop's functions; N is the number that a command and an offset are.
+// The functions of a loop; N is the number type of a command and an offset.
 template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settings *, int32_t, servo_id_error *),
           int32_t (*Process)(T *, int32_t, N, int32_t, N *), int32_t (*Control)(T *, int32_t, N, int32_t, N *),
           int32_t (*Learn)(T *, N), int32_t (*Get)(const T *, servo_id_estimates *),
@@ -233,7 +233,7 @@ public:
                                  : settings.status();
     }
     Status take(const Record &record) { return servo_id_solver_take(&own_, &record); }
-    // SERVO_ID_DECIDED for a decision; slices are those that are left.
+    // SERVO_ID_DECIDED for a decision; `slices` is then the number left.
     Status work(uint32_t &slices, Decision &decision) { return servo_id_solver_work(&own_, &slices, &decision); }
 
 private:

@@ -40,7 +40,7 @@ def sysid(random: np.random.Generator) -> np.ndarray:
 
 
 def driving(random: np.random.Generator) -> np.ndarray:
-    """Of a driver who changes the duty every quarter of a second."""
+    """The duty of a driver who changes it every quarter of a second."""
     levels = random.uniform(-0.8, 0.8, round(DURATION / 0.25))
     return levels[np.arange(round(DURATION / PERIOD)) * len(levels) // round(DURATION / PERIOD)]
 

@@ -16,8 +16,8 @@ use crate::fault::value_error;
 use crate::origin::Read;
 use crate::picture::picture;
 
-/// The scenario of a log that has none: columns, units, sample time and encoder as they are found or `stated`, and the
-/// findings, each with its evidence.
+/// The scenario of a log that has none: found or `stated` columns, units, sample time and encoder. Then the findings,
+/// each with its evidence.
 ///
 /// # Errors
 /// `ValueError`: a log that cannot be read, or what it does not show, with the keyword that states it.

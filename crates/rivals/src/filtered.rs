@@ -34,8 +34,8 @@ pub struct FilteredLeastSquaresState<N: Number> {
 }
 
 impl<N: Number> FilteredLeastSquares<N> {
-    /// Standard deviations of the initial [â, b̂], 1/s and rad/s² per command unit, for a filtered
-    /// acceleration with noise of 1 rad/s²: so wide that the first second of data outweighs them.
+    /// Standard deviations of the initial [â, b̂], 1/s and rad/s² per command unit, for a filtered acceleration with
+    /// noise of 1 rad/s². They are so wide that the first second of data outweighs them.
     const UNCERTAINTY: [f64; 2] = [100.0, 1000.0];
 
     /// The recursion from its configuration.

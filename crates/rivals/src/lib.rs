@@ -1,5 +1,6 @@
-//! The method that the paper compares its estimator with: recursive least squares on filtered input and output, (2)
-//! with d = 0, in the loop of a relay (its references 2 and 14). It assumes a servo without load and friction.
+//! The method with which the paper compares its estimator: recursive least squares on filtered input and output, in
+//! the loop of a relay (its references 2 and 14). The model is (2) with d = 0. It assumes a servo without load and
+//! friction.
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -4,8 +4,8 @@ use crate::Angle14;
 use identifier_core::drive::PositionSensor;
 use identifier_core::measurement::Counter;
 
-/// An AS5047P or AS5048A magnetic encoder over SPI (their data sheets, "SPI interface"): 14 bits a
-/// revolution, 16-bit frames with even parity, an answer one frame after its request.
+/// An AS5047P or AS5048A magnetic encoder over SPI (their data sheets, "SPI interface"): 14 bits per revolution,
+/// 16-bit frames with even parity. An answer comes one frame after its request.
 #[derive(Debug)]
 pub struct As504x<B> {
     bus: B,

@@ -4,8 +4,8 @@ use crate::Angle14;
 use identifier_core::drive::PositionSensor;
 use identifier_core::measurement::Counter;
 
-/// An MT6701 magnetic encoder over its synchronous serial interface (its data sheet, "SSI"): 24 bits,
-/// of which 14 are the angle, 4 the state of the field and 6 a CRC over these.
+/// An MT6701 magnetic encoder over its synchronous serial interface (its data sheet, "SSI"): 24 bits. 14 are the
+/// angle, 4 the state of the magnetic field, 6 a CRC over these.
 #[derive(Debug)]
 pub struct Mt6701<B> {
     bus: B,

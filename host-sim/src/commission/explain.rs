@@ -23,8 +23,8 @@ impl Recorded {
         }
     }
 
-    /// The effects beside a, b, c, d and a delay, if the commissioning of a scenario ended for this reason for want of a model
-    /// that explains the axis; none for a fault. It takes seconds.
+    /// The effects beside a, b, c, d and a delay, if a commissioning ended for this reason because no model explains
+    /// the axis. None for a fault. It takes seconds.
     #[must_use]
     pub fn effects(&self, scenario: &Scenario, reason: Option<Reason>) -> Vec<Cause> {
         /// The most effects that are named.

@@ -70,7 +70,7 @@ impl CommissionOrder {
         match self.response_time {
             Some(_) if self.feed_forward => Err(Fault::new(
                 "commission.feed_forward",
-                "with a reference model a softer loop would meet commission.response_time: state bandwidth, or neither",
+                "with a reference model a slower loop would meet commission.response_time: state bandwidth, or neither",
             )),
             _ => Ok(self.feed_forward),
         }
@@ -113,7 +113,7 @@ impl Scenario {
     pub fn commission_settings(&self) -> Result<CommissionSettings, Fault> {
         let order = self.commission.as_ref().ok_or_else(|| {
             let about = Key::at("commission").map_or("", |key| key.about);
-            Fault::new("commission", format!("a commissioning needs {about}"))
+            Fault::new("commission", format!("this table is missing: {about}"))
         })?;
         order.check_ways()?;
         let parameter_range = self.stated.identifier.parameter_range;

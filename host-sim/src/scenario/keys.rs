@@ -241,10 +241,10 @@ keys! {
 "identifier.bounds.b": Pair(POSITIVE, |s, v| given(s).bounds.b = Some(v)),
     Derived("as wide as sample time and gains permit"), "rad/s² per command unit", "bounds of b";
 "identifier.bounds.coulomb": Pair(NOT_NEGATIVE, |s, v| given(s).bounds.coulomb = Some(v)),
-    Derived("from 0 to far beyond any servo; fixed, what plant_box and the command allow"), "rad/s²",
+    Derived("from 0 to far beyond any servo; in fixed point the range that follows from plant_box and command"), "rad/s²",
     "bounds of the Coulomb friction";
 "identifier.bounds.load": Pair(ANY, |s, v| given(s).bounds.load = Some(v)),
-    Derived("far beyond any servo to both sides; fixed, what plant_box and the command allow"), "rad/s²",
+    Derived("far beyond any servo in both directions; in fixed point the range that follows from plant_box and command"), "rad/s²",
     "bounds of the load";
 "identifier.plant_box": Table(Stated), Derived("none, and nothing is certified"), "",
     "the parameter range of the true servo: the loop is certified for all of it";

@@ -277,7 +277,7 @@ fn check_known_torque(scenario: &Scenario, log: &LogSettings) -> Result<(), Faul
     let fault = if log.known_torque.is_none() {
         return Ok(());
     } else if log.units.torque_constant.is_none() {
-        "the column is in N·m, and nothing says what torque a unit of command is: state physical.torque_constant, or \
+        "the column is in N·m, but the torque of a command unit is not stated: state physical.torque_constant, or \
          physical.command_unit = \"Nm\""
     } else if scenario.stated.controller.is_some() || (log.command.is_none() && log.inner.is_none())
     {

@@ -35,7 +35,7 @@ impl Scenario {
     /// If no Γ can be chosen.
     #[cfg_attr(
         not(feature = "experiments"),
-        expect(unused_variables, reason = "Γ is of the other laws")
+        expect(unused_variables, reason = "only the other estimators have a Γ")
     )]
     pub fn settings_for(
         &self,

@@ -74,7 +74,7 @@ impl fmt::Display for Range {
                 write!(
                     f,
                     "a number: of encoder-jump, counts; of actuator-weak, a share from 0 to 1; of \
-                     load-step, up to {most:e} rad/s² either way; of friction-rise, 0 to {most:e} rad/s²"
+                     load-step, up to {most:e} rad/s² in either direction; of friction-rise, 0 to {most:e} rad/s²"
                 )
             }
             Self::Samples => f.write_str("a whole number of control samples"),

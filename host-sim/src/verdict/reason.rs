@@ -120,13 +120,13 @@ impl VerdictReason {
     ///
     /// | code | reason |
     /// |---|---|
-    /// | 0 | no objection to the estimates |
+    /// | 0 | no rejection reason |
     /// | 10 | the run ended early |
     /// | 20 | there is no estimate |
     /// | 21 | too few samples |
-    /// | 22 | the servo hardly moved |
+    /// | 22 | the servo moved too little |
     /// | 23 | an unknown was not excited |
-    /// | 24 | an estimate stands at a bound |
+    /// | 24 | an estimate is at a bound |
     /// | 25 | another gain explains the record as well |
     /// | 26 | the servo moved in one direction |
     /// | 27 | no servo explains the record |
@@ -135,9 +135,9 @@ impl VerdictReason {
     /// | 30 | an estimate still moves |
     /// | 31 | the fit was stopped before its end |
     /// | 40 | the model lacks an effect that has a name |
-    /// | 41 | the model lacks something, nothing stands out |
-    /// | 42 | the data would have an estimate elsewhere |
-    /// | 43 | data not seen are not predicted |
+    /// | 41 | the model lacks an effect that has no name |
+    /// | 42 | a refit gives another estimate |
+    /// | 43 | the model does not predict other data |
     #[must_use]
     pub const fn code(&self) -> u8 {
         match self {
@@ -298,7 +298,7 @@ impl fmt::Display for VerdictReason {
                         100.0 * share
                     )?,
                     None => f.write_str(
-                        "the model lacks something, but no effect stands out; a refit to the residual",
+                        "the model lacks something, but no single effect explains it; a refit to the residual",
                     )?,
                 }
                 write!(

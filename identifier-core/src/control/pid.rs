@@ -13,7 +13,7 @@ pub(crate) struct Pid<N: Arithmetic> {
     terms: PidTerms<N>,
     /// 1/k_i, for a sample to divide by nothing; zero without integral action.
     per_integral: N,
-    /// Of the full scale of the terms.
+    /// Lowest and highest command, in the full scale of the terms.
     low: N,
     high: N,
 }

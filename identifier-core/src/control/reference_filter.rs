@@ -37,8 +37,8 @@ impl<N: Arithmetic> ReferenceFilter<N> {
     /// No filter.
     pub const NONE: Self = Self { pole: N::ZERO };
 
-    /// The longest time constant, sample times. Single precision keeps it to 0.3 %, as 1 − E = 10⁻⁵ is known to half of
-    /// 2⁻²⁴.
+    /// The longest time constant, sample times. Single precision keeps it to 0.3 %, because 1 − E = 10⁻⁵ has an error
+    /// of half of 2⁻²⁴.
     pub const MAX_SAMPLES: f64 = 1e5;
 
     /// A filter with a time constant T_r, s, from 0 (none) to [`ReferenceFilter::MAX_SAMPLES`] sample times.
@@ -135,7 +135,8 @@ mod tests {
     }
 
     proptest! {
-        /// The servo moves and its counter wraps meanwhile; then the reference stands, and nothing is left of the filter.
+        /// The servo moves and its counter wraps meanwhile. Then the reference is constant, and the filter has
+        /// settled.
         #[test]
         fn the_filtered_reference_is_that_of_exact_arithmetic_and_ends_at_the_reference(
             start: i32,
@@ -147,7 +148,7 @@ mod tests {
             let filter = filter::<f32>(sample_time, time_constant);
             let pole = (-sample_time / time_constant).exp();
             let mut state = FilteredError::default();
-            // From where the servo stood.
+            // From the last position of the servo.
             let (mut position, mut reference, mut exact) = (0_i64, 0_i64, 0.0);
             let mut follow = |position: i64, moved: i64, reference: i64, exact: &mut f64| {
                 let at = |counts: i64| start.wrapping_add(counts as i32);

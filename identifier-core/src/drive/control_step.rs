@@ -22,11 +22,11 @@ pub enum ControlStepError<S, A> {
 impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     /// One control step: measure, control, act.
     ///
-    /// The identifier learns from the sample afterwards ([`ServoLoop::learn`]), so that it does not delay
-    /// the command. After a fault of any kind the actuator is released.
+    /// The identifier learns from the sample afterwards ([`ServoLoop::learn`]), so that it does not delay the
+    /// command. After any fault the actuator is disabled.
     ///
     /// # Errors
-    /// [`ControlStepError`]; the actuator was released and the state is as before.
+    /// [`ControlStepError`]; the actuator is disabled and the state unchanged.
     #[inline]
     pub fn control_step<S: PositionSensor, A: Actuator<N>>(
         &self,
@@ -37,7 +37,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     ) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>> {
         let taken = self.try_step(state, setpoint, sensor, actuator);
         if taken.is_err() {
-            // The first fault is reported, also where the release fails too.
+            // The first fault is reported, even if disabling fails too.
             let _ = actuator.release();
         }
         taken

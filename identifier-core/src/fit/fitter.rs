@@ -28,7 +28,7 @@ use crate::parameters::{PerQuantity, Unknown, Unknowns, unknowns_fingerprint};
 /// motion best wins. The gain of a Kalman filter keeps the model with the motion. So its output error is bounded for
 /// every trial, and white if the model is complete.
 ///
-/// **Horizons.** The time over which the filter trusts the model is not known. After the starts the fit is repeated
+/// **Horizons.** The best memory of the filter is unknown. After the starts the fit is repeated
 /// with a shorter and a longer one. The fit with the least uncertainty counts. The variances include the differences of
 /// the others beyond chance.
 ///
@@ -147,8 +147,8 @@ where
     ///
     /// - `speed` is the standard deviation of the velocity before the first block, counts per sample.
     /// - `low` and `high` are the bounds of the unknowns; a is kept within ±[`FrictionStep::LARGEST_RATE`] of a block.
-    /// - `initial` are values to start from. `deviation` are their standard deviations, above zero. None if nothing is
-    ///   known.
+    /// - `initial` are values to start from. `deviation` are their standard deviations, above zero. None without
+    ///   prior knowledge.
     pub fn from_rest(
         block: u32,
         speed: f64,
@@ -200,7 +200,7 @@ where
         }
     }
 
-    /// The initial unknowns of the model of a fit with this prior; zero for those that are not known.
+    /// The initial unknowns of the model of a fit with this prior; zero for those without a given value.
     pub(super) fn begin_values(&self, prior: &Prior<N, P>) -> [N; P] {
         core::array::from_fn(|i| {
             let own = |values: &[Option<N>; P]| values.get(i).copied().flatten();

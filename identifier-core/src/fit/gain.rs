@@ -4,10 +4,10 @@ use crate::number::Number;
 /// The gain of the Kalman filter that keeps the model with the record, from block to block.
 ///
 /// The states are position and velocity, which are unknown before the first block. A white acceleration disturbs the
-/// velocity. It is so weak that the filter trusts the model over a *horizon* of N blocks. L is N⁻⁴ over the variance of
-/// the measured position. That variance is not known, and all others are in units of it. The innovations have the
-/// variance S times it (Mehra, "On the identification of variances and adaptive Kalman filtering", IEEE Transactions on
-/// Automatic Control 15(2), 1970).
+/// velocity. It is so small that the memory of the filter, the *horizon*, is N blocks. L is N⁻⁴ over the variance of
+/// the measured position. That variance is unknown, and all others are in units of it. The innovations have the
+/// variance S times it (Mehra, "On the identification of variances and adaptive Kalman filtering", IEEE Transactions
+/// on Automatic Control 15(2), 1970).
 ///
 /// The determinant of the covariance is a state, as the difference that gives it loses it in single precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +30,7 @@ pub(super) struct KalmanGain<N> {
 }
 
 impl<N: Number> KalmanGain<N> {
-    /// The gain is constant after this number of horizons.
+    /// The gain is constant after this multiple of the horizon.
     const SETTLED: f64 = 5.0;
 
     /// Before the first block, at the first measured position; the velocity has a variance.

@@ -28,7 +28,7 @@ pub(crate) struct FitterConfig<const P: usize = 4> {
 pub(crate) struct Prior<N, const P: usize> {
     /// Initial values: one more start; for a term, that it is fitted.
     pub(super) initial: [Option<N>; P],
-    /// Reciprocal standard deviations of the initial values; zero if nothing is known.
+    /// Reciprocal standard deviations of the initial values; zero without prior knowledge.
     pub(super) weight: [N; P],
 }
 

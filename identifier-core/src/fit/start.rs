@@ -12,7 +12,7 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// Factors on the gain that the amplitudes suggest: further starts where nothing better is known.
+    /// Factors on the gain that the amplitudes suggest: further starts if there is no better one.
     pub(super) const GAIN_FACTORS: [f64; 5] = [1.0, 0.2, 5.0, 0.03, 30.0];
 
     /// The start from the prior, behind the two of the linear pass.

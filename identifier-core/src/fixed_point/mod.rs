@@ -2,8 +2,8 @@
 //!
 //! Controller and identifier are those of floating point, over the arithmetic of 32-bit words with 64-bit sums. The
 //! [`Settings`](crate::settings::Settings) are the same. [`FixedLoop`] is controller and identifier together;
-//! [`Gradient<Word>`](crate::Gradient) alone listens to any controller. Here are the [`Word`] and its arithmetic. What
-//! fixed point needs besides are full scales, and checks of the settings.
+//! [`Gradient<Word>`](crate::Gradient) alone listens to any controller. Here are the [`Word`] and its arithmetic. Fixed
+//! point also needs full scales, and checks of the settings.
 //!
 //! A word is a fraction of its quantity's full scale, which is a power of two. It is chosen when the parts are built.
 //! It follows from an SI [`RangeSettings`](crate::settings::RangeSettings), the gains and the bounds of the estimates:
@@ -44,7 +44,7 @@
 //! would overflow, 64 bits are raised and saturate. The property tests drive all of this with arbitrary inputs, for any
 //! servo, with every sum checked.
 //!
-//! **Where it differs from numbers**: only where something saturates. A u_ε beyond the command's full scale is cut off.
+//! **Where it differs from real numbers**: only where something saturates. A u_ε beyond the command's full scale is cut off.
 //! So a narrow command range slows the correction of a model that is far from the servo. An estimate b̂ without a given
 //! bound is kept below four times the parameter range.
 //!
@@ -52,7 +52,7 @@
 //! filter, is one `SMLAL`. Its high half is a word, so reading it costs nothing. A limit to ±1 is one `SSAT`. A shift by
 //! a distance from the configuration acts on 32 bits: upwards it is a `MUL`, downwards a factor.
 //!
-//! **Rejected settings**, each with the number that would do:
+//! **Rejected settings**, each with a number that would pass:
 //!
 //! An error range that leaves less than a sixteenth of a count. Bounds of a beyond a quarter of the sample rate. A
 //! cut-off beyond 0.693 of the sample rate. A velocity range so far below the error's that ε would not fit 64 bits. A

@@ -290,7 +290,7 @@ impl Arithmetic for Word {
         *fine = with(*fine, x.to_bits(), shift);
     }
 
-    /// y as it is, and what the part lacks of it: only this is multiplied.
+    /// Adds part · y as y + (part − 1) y: only the small second term is a product.
     #[inline]
     fn add_nearly(fine: &mut I2F62, part: Self, y: Self) {
         let lack = (part - I2F30::ONE).to_bits();

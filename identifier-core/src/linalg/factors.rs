@@ -64,7 +64,7 @@ impl<N: Number, const P: usize> Measurement<N, P> {
 impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
     const FITS: () = assert!(size_of::<L>() == P * (P - 1) / 2 * size_of::<N>());
 
-    /// Those of a zero matrix: everything is known.
+    /// Those of a zero matrix: no uncertainty.
     pub(crate) const ZERO: Self = {
         let () = Self::FITS;
         Self {
@@ -87,8 +87,8 @@ impl<N: Number, L: Lower<N>, const P: usize> Factors<N, L, P> {
         }
     }
 
-    /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding makes it
-    /// negative counts as known.
+    /// The factors of a symmetric positive semidefinite matrix. A direction in which rounding makes it negative
+    /// counts as one without uncertainty.
     pub(crate) fn from_matrix(matrix: &[[f64; P]; P]) -> Self {
         const { Self::FITS };
         let mut left = *matrix;

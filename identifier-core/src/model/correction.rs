@@ -37,8 +37,8 @@ impl<N: Arithmetic> CommandCorrection<N> {
         Self { terms, most }
     }
 
-    /// The command that acts on the model, u + u_ε, from that which acted, the sum ω of the samples before this one as
-    /// in the PID (3), the output error and its rate. All are in machine units.
+    /// The command that acts on the model, u + u_ε. It follows from the command that acted, the sum ω of the samples
+    /// before this one (as in the PID (3)), the output error and its rate. All are in machine units.
     #[inline]
     pub(crate) fn process(&self, sum: &mut N::Sum, command: N, output_error: N, rate: N) -> N {
         let load = self.load_command(*sum);

@@ -28,7 +28,7 @@ pub trait Arithmetic:
     type Fine: Copy + Debug + PartialEq + Send;
     /// A slow sum, which keeps increments far below its value.
     type Sum: Copy + Debug + PartialEq + Send;
-    /// What is added to the whole counts of a setpoint: position units, in fixed point counts.
+    /// The offset that is added to the whole counts of a setpoint: position units, in fixed point counts.
     type Offset: Copy + Debug;
     /// Takes counts to a full scale.
     type Counts: Copy + Debug + PartialEq + Send;
@@ -56,7 +56,7 @@ pub trait Arithmetic:
     fn counts(exponent: i32) -> Self::Counts;
     /// True if a factor moves its result by 2^bits last bits at full scale.
     fn is_felt(factor: Self::Factor, bits: i32) -> bool;
-    /// The largest signal that may be raised by so many bits.
+    /// The largest signal that may be shifted left by this number of bits.
     fn most_raised(bits: i32) -> Self;
     /// The signal as a value.
     fn value(self, exponent: i32) -> f64;

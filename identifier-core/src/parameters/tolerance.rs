@@ -16,7 +16,7 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// The standard error up to which an unknown is known.
+    /// The standard error up to which an unknown is within tolerance.
     pub const STD_ERROR: Self = Self {
         gain: 0.015,
         force: [0.05, 0.005],

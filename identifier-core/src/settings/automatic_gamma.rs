@@ -66,10 +66,10 @@ fn corners(range: &ParameterRange) -> [(f64, f64); 4] {
     ]
 }
 
-/// The Γ of a loop whose reference is not known. Its command is assumed to have an eighth of the limit in the root mean
+/// The Γ of a loop whose reference is unknown. Its command is assumed to have an eighth of the limit in the root mean
 /// square. It is at the loop's natural frequency ω = √(b k_p), so b u = ω q̇.
 ///
-/// A larger share learns slowly from a small motion. A smaller one disturbs the estimates of a servo that runs at its
+/// A larger share adapts slowly at a small motion. A smaller one disturbs the estimates of a servo that runs at its
 /// limit.
 ///
 /// # Errors

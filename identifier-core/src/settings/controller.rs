@@ -7,8 +7,8 @@ use crate::number::Arithmetic;
 
 impl<N: Arithmetic, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
     /// # Errors
-    /// A setting out of range. In fixed point also a range, bound or sample time that does not fit, with the value that
-    /// would, and a notch or a feed-forward, which it has not.
+    /// A setting out of range. In fixed point also a range, bound or sample time that does not fit, with a value that
+    /// would. A notch or a feed-forward does not exist there.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let given = settings.own_controller()?;
         let (gains, limit) = (given.gains()?, given.command_limit()?);

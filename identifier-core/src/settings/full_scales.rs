@@ -108,7 +108,7 @@ pub(super) fn bounded<S: ParameterSet<P>, const P: usize>(
                 }
                 all.a = Some(found);
             }
-            // Where it follows from the box, the sampled correction may ask for less.
+            // If it follows from the parameter range, the sampled correction may need less.
             Parameter::B => {
                 found.ok_or(not_given("bounds.b"))?;
                 if settings.identifier.known.b {

@@ -119,7 +119,7 @@ where
     /// # Errors
     /// See [`SettingsError`]; every value out of range is named.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
-        const { assert!(W >= 32, "a record of fewer blocks tells too little") };
+        const { assert!(W >= 32, "fewer blocks do not determine a servo") };
         let time = GaussNewtonRecursion::<N, S, P, W>::START_TIME;
         let config = Listening::new(settings)?.fitter(
             |parameter| S::UNKNOWNS.contains(&parameter.into()),

@@ -184,8 +184,8 @@ impl<const P: usize> GradientPlan<P> {
         Ok(())
     }
 
-    /// The estimator with a Γ that was chosen, which takes the room that there is: each parameter has a bound, and all
-    /// of them have one together.
+    /// The estimator with an automatic Γ, as large as its limits permit: each parameter has a bound, and all of them
+    /// have one together.
     fn lowered_law<N: Arithmetic, S: ParameterSet<P>>(
         &mut self,
         scales: &FullScales,
@@ -242,7 +242,7 @@ impl Settings {
     /// Lowers a chosen Γ to the range of a number format, by one factor: it adapts more slowly.
     ///
     /// # Errors
-    /// What else the identifier would reject; Γ is then as it was.
+    /// Another setting that the identifier would reject; Γ is then unchanged.
     pub fn lower_gamma<N, V, S, const P: usize>(&mut self) -> Result<(), SettingsError>
     where
         N: Arithmetic,

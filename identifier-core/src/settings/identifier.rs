@@ -53,11 +53,10 @@ pub struct IdentifierSettings {
 pub struct TermSettings {
     /// Terms that are estimated as soon as the motion allows.
     pub demanded: Terms,
-    /// The delay that is known, s; besides the current loop, if that is declared too. It acts in
-    /// [`Amplifier`](crate::model::Amplifier); if it is a term to be estimated, the
-    /// estimate begins at it.
+    /// The declared delay, s, in addition to a declared current loop. It acts in
+    /// [`Amplifier`](crate::model::Amplifier); if it is a term to be estimated, the estimate begins at it.
     pub delay: f64,
-    /// The dead band that is known, command units: as the delay.
+    /// The declared dead band, command units; it acts like the declared delay.
     pub dead_band: f64,
     /// The time constant of a first-order current loop, s, which acts in
     /// [`Amplifier`](crate::model::Amplifier).

@@ -49,7 +49,7 @@ impl fmt::Display for Cap {
         f.write_str(match self {
             Self::Delay => "the delay of hold, computation, servo and velocity estimate",
             Self::EncoderNoise => "the encoder's noise in the command",
-            Self::CommandLimit => "the command that the step asks for",
+            Self::CommandLimit => "the command that the step needs",
             Self::Resonance => "the resonance",
             Self::UnseenResonance => "a resonance between measured lines, which show it in part",
         })

@@ -1,4 +1,4 @@
-//! Margins and stability of a loop, from one walk along its frequency response.
+//! Margins and stability of a loop, from one sweep of its frequency response.
 //!
 //! The open loop has no pole outside the unit circle. At z = 1 it has two, or three if a = 0. D = open + forward is its
 //! characteristic function, of degree N. D has no root outside if and only if its argument grows by N π from z = 1 to
@@ -7,10 +7,10 @@
 //! phase, less those downwards. Begin where D is still real and positive. The count must be one if L begins with Im L >
 //! 0, and zero otherwise.
 //!
-//! No root is missed between two points: L moves by less than three quarters of its distance from −1. The walk begins
-//! where D has not moved by half of its value at z = 1. It ends where |L| is so small that it can encircle nothing. At
-//! a resonance the points are as close as the resonance is narrow. L then moves by less than a third of its distance,
-//! and the walk ends beyond the resonance.
+//! No root is missed between two points: L moves by less than three quarters of its distance from −1. The sweep
+//! begins at a frequency at which D has not moved by half of its value at z = 1. It ends where |L| is so small that
+//! it can encircle nothing. At a resonance the points are as close as the resonance is narrow. L then moves by less
+//! than a third of its distance, and the sweep ends beyond the resonance.
 
 use super::sampled_response::SampledResponse;
 use crate::number::Complex;
@@ -46,7 +46,7 @@ impl Margins {
     }
 }
 
-/// A walk along the frequency response of a loop.
+/// A sweep of the frequency response of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FrequencySweep {
     response: SampledResponse,
@@ -66,7 +66,7 @@ pub(super) struct FrequencySweep {
     falling: bool,
 }
 
-/// The memory of the points before.
+/// The two previous points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Last {
     gain: Complex,
@@ -74,14 +74,14 @@ struct Last {
     distances: [f64; 2],
 }
 
-/// Continuation of a walk.
+/// Continuation of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Progress {
     /// There are more points.
     Continues,
-    /// It is stable, and keeps the largest sensitivity.
+    /// The loop is stable, and within the largest sensitivity.
     Passes(Margins),
-    /// It does not.
+    /// It is not.
     Fails,
 }
 
@@ -90,17 +90,17 @@ impl FrequencySweep {
     /// points.
     const RATIO: f64 = 1.090_507_732_665_257_7;
 
-    /// The ν at which it ends at last; z is then −1 but for 2 %.
+    /// The largest ν of a sweep; z is then −1 to within 2 %.
     const LAST: f64 = 100.0;
 
     /// The part of its distance from −1 by which L may move between two points at a resonance. The distance between
-    /// them is then known to 2 %.
+    /// them then has an error of 2 %.
     const RESONANT_MOVE: f64 = 0.3;
 
     /// The next point near a resonance, as a part of the distance to it and of its width.
     const APPROACH: f64 = 0.4;
 
-    /// Points of a walk past a resonance, at most. A design that needs more is not looked at further.
+    /// The largest number of points of a sweep past a resonance. A design that needs more is rejected.
     const MAX_POINTS: u32 = 800;
 
     /// Begins at a frequency far below the loop's poles, rad per sample.
@@ -299,7 +299,7 @@ mod tests {
         }
     }
 
-    /// The gains around two masses, at 1 kHz: the walk, and the largest |1/(1 + L)| on a dense grid of points.
+    /// The gains around two masses, at 1 kHz: the sweep, and the largest |1/(1 + L)| on a dense grid of points.
     fn resonant(hertz: f64, damping: f64, ratio: f64) -> (Progress, f64) {
         let servo = PossibleServo {
             a: 0.0,

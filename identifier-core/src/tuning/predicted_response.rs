@@ -41,8 +41,8 @@ pub struct PredictedResponse {
     pub quickest_rise_time: f64,
     /// The longest of the three. If it takes longer, [`PredictedResponse::MAX_TIME`].
     pub slowest_rise_time: f64,
-    /// Overshoot as a part of the step, at the worst corner, with friction balanced by the integral before the step. A
-    /// count is added, since the position within a count is not known.
+    /// Overshoot as a part of the step, at the worst corner, with friction balanced by the integral before the step.
+    /// A count is added, since the position within a count is unknown.
     pub overshoot: f64,
     /// Time until the position stays within 2 % of the step, at least two counts, s. If friction keeps it outside, it
     /// is the longest time simulated, [`PredictedResponse::MAX_TIME`].

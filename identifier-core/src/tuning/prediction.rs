@@ -283,7 +283,7 @@ impl ResponsePrediction {
         };
         let place = match stage {
             PredictedQuantity::Corner(PossibleServos::COUNT) => {
-                // Where within a count the servo stood is not known.
+                // The position of the servo within a count is unknown.
                 self.predicted_response.overshoot +=
                     scene.settings.resolution / self.predicted_response.step;
                 return Ok(false);

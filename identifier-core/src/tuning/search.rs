@@ -27,7 +27,7 @@ pub(super) struct GainCheck {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Case {
     design: Design,
-    /// The servo whose loop is examined, and the walk if it has begun. Servos of one mass come first, then those of
+    /// The servo whose loop is examined, and the sweep if it has begun. Servos of one mass come first, then those of
     /// two.
     place: usize,
     walk: Option<FrequencySweep>,
@@ -182,7 +182,8 @@ impl GainCheck {
                 Cap::Delay
             })),
             Progress::Passes(margins) => {
-                // The servos of two masses beyond the measured one have a larger sensitivity, which is not promised.
+                // The servos of two masses beside the measured one have a larger sensitivity, which is not part of
+                // the prediction.
                 if case.place <= PossibleServos::COUNT {
                     case.margins = case.margins.both(margins);
                 }
@@ -194,7 +195,7 @@ impl GainCheck {
     }
 
     fn walk(&self, design: &Design, place: usize) -> Option<FrequencySweep> {
-        /// The start of a walk, as a part of the poles' magnitude.
+        /// The start of a sweep, as a part of the poles' magnitude.
         const FIRST: f64 = 1.0 / 32.0;
         let first = FIRST * design.bandwidth * self.sample_time;
         if let Some(servo) = self.servos.get(place) {
@@ -248,7 +249,7 @@ impl Case {
 }
 
 impl Search {
-    /// The ratio of the two bandwidths between which the largest is known to lie.
+    /// The ratio of the two bandwidths between which the largest lies.
     const FINE: f64 = 1.005;
 
     /// Bandwidths that are tried at most; a range of 10¹⁵ from the first.

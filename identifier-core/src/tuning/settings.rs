@@ -27,12 +27,13 @@ pub struct TuningSettings {
     pub max_noise: f64,
     /// The step of the reference for the prediction, rad.
     pub step: f64,
-    /// The lowest resonance that is known, rad/s.
+    /// The lowest known resonance, rad/s.
     pub resonance: Option<f64>,
     /// True if gains for two masses may have a notch filter at their resonance.
     pub notch: bool,
-    /// True to use a reference model with feed-forward if the predicted step then rises faster than with the reference
-    /// filter. Not for [`Goal::ResponseTime`], which a bandwidth meets: with a model a softer loop would meet it.
+    /// True to use a reference model with feed-forward if the predicted step then rises faster than with the
+    /// reference filter. Not for [`Goal::ResponseTime`], which a bandwidth meets: with a model a slower loop would
+    /// meet it.
     pub feed_forward: bool,
 }
 

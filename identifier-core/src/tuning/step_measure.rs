@@ -106,7 +106,7 @@ impl<N: Number> StepMeasure<N> {
         self.peak > position
     }
 
-    /// The settling time to within [`StepMeasure::BAND`] of the step, samples; none while it is outside.
+    /// The settling time to within [`StepMeasure::BAND`] of the step, samples; none if the position is outside.
     #[must_use]
     pub fn settled(&self) -> Option<u32> {
         self.settled

@@ -75,7 +75,7 @@ impl Tuner {
         resonance: Option<&Resonance>,
     ) -> Result<Self, TuningError> {
         settings.check()?;
-        // The promise knows no second mass, which a reference model would excite.
+        // The predicted response has no second mass, which a reference model would excite.
         let settings = &TuningSettings {
             feed_forward: settings.feed_forward && resonance.is_none(),
             ..*settings
@@ -176,8 +176,8 @@ impl Tuner {
         }
     }
 
-    /// |S(jω)| of gains at a frequency ω, rad/s: of the identified servo, of two masses where they were measured, and the
-    /// largest of all that it may be. None from half of the sampling frequency on.
+    /// |S(jω)| of gains at a frequency ω, rad/s: for the identified servo, for two masses if they were measured, and the
+    /// largest for all possible servos. None from half of the sampling frequency on.
     #[must_use]
     pub fn sensitivity(&self, tuning: &Tuning, frequency: f64) -> Option<[f64; 2]> {
         self.judge

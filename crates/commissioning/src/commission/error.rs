@@ -39,9 +39,9 @@ pub enum CommissionError {
         /// The largest command that would do in its place, command units.
         command: f64,
     },
-    /// The response asked for is faster than sampling and delay permit, whatever the servo.
+    /// The requested response is faster than sampling and delay permit for any servo.
     TooFast {
-        /// The bandwidth asked for, rad/s.
+        /// The requested bandwidth, rad/s.
         bandwidth: f64,
         /// The largest that would do, rad/s.
         most: f64,

@@ -41,7 +41,7 @@ impl<N: Number> Holding<N> {
     /// Counts within which it has arrived: friction holds it short of its place.
     const ARRIVED: f64 = 20.0;
 
-    /// Takes over at the servo's position after the last sample of its predecessor, without a bump of the command.
+    /// Takes over at the servo's position after the last sample of its predecessor, without a step of the command.
     /// `rest` is the number of samples without motion that count as at rest.
     pub(super) fn take_over(
         controller: Loop<N>,

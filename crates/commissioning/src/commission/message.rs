@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_step_that_is_too_long_for_one_side_of_the_travel_begins_on_the_other() {
-        // Up to 0.45 of the travel from where it stands; a longer one ends there.
+        // Up to 0.45 of the travel from its position; a longer one ends there.
         for (step, travel, expected) in [
             (0.2, [-0.5, 0.5], 0.0),
             (0.4, [-0.5, 0.5], -0.175),

@@ -150,7 +150,7 @@ pub(super) struct RestNoise<N> {
 }
 
 impl<N: Number> RestNoise<N> {
-    /// Samples after which the deviation is known to a fifth.
+    /// Samples after which the deviation has an error of a fifth.
     const KNOWN: u32 = 48;
     /// Samples of noise among which a monotonic run is improbable, 2/7!. The samples of a fall are monotonic.
     const ABOVE_FREE_MOTION: u32 = 8;

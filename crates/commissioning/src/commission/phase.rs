@@ -5,7 +5,7 @@
 pub enum Phase {
     /// Not begun.
     Idle,
-    /// The stage is disabled, or the gains before hold the servo, which must stay where it is.
+    /// The stage is disabled, or the old gains hold the servo. It must stay at its position.
     Rest,
     /// A relay about the holding command, within the limits.
     Probe,

@@ -5,9 +5,9 @@ use identifier_core::parameters::ServoParameters;
 /// The model that a probing motion builds on its way: enough to brake the servo, not more. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RoughModel<N> {
-    /// b, counts per sample² and command unit; zero while nothing is known.
+    /// b, counts per sample² and command unit; zero before the first estimate.
     pub gain: N,
-    /// 1/b; zero while nothing is known.
+    /// 1/b; zero before the first estimate.
     pub per_gain: N,
     /// d − c, the acceleration without a command in forward motion, counts per sample².
     pub forward: N,
@@ -61,7 +61,7 @@ impl<N: Number> RoughModel<N> {
         }
     }
 
-    /// The parameters in SI; none while nothing is known.
+    /// The parameters in SI; none before the first estimate.
     #[must_use]
     pub(crate) fn to_si(self, time: f64, resolution: f64) -> Option<ServoParameters> {
         let acceleration = resolution / (time * time);
@@ -74,7 +74,7 @@ impl<N: Number> RoughModel<N> {
         })
     }
 
-    /// True if anything is known.
+    /// True if there is an estimate.
     #[must_use]
     pub(crate) fn is_known(&self) -> bool {
         self.gain > N::ZERO

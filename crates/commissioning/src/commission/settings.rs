@@ -16,8 +16,8 @@ pub struct CommissionSettings {
     /// The known part of the delay from the reading of the encoder to the change of the output, s. The rest is
     /// identified.
     pub command_delay: f64,
-    /// The largest b that the servo may have, rad/s² per command unit, if it is known. The motion of the unknown servo
-    /// is then planned for it.
+    /// The largest b that the servo may have, rad/s² per command unit, if it is stated. The first motion is then
+    /// planned for it.
     pub max_gain: Option<f64>,
     /// Standard deviation of the encoder's noise beside the rounding of a count, rad; 0 for none. Motion is then judged
     /// in units of the noise, as with a coarser encoder. The gains are accordingly slower.
@@ -31,13 +31,13 @@ pub struct CommissionSettings {
     pub trial_step: Option<f64>,
     /// True if the gains may have a notch filter, which a controller in fixed point has not.
     pub notch: bool,
-    /// True to lead the servo along a reference model with feed-forward if the step then rises faster
+    /// True to use a reference model with feed-forward if the step then rises faster
     /// ([`TuningSettings::feed_forward`]). A controller in fixed point has none.
     pub feed_forward: bool,
 }
 
 impl CommissionSettings {
-    /// For the stiffest gains, of a servo of which nothing but this is known.
+    /// For the stiffest gains, without further knowledge of the servo.
     #[must_use]
     pub const fn new(sample_time: f64, resolution: f64, limits: Limits) -> Self {
         Self {

@@ -1,20 +1,21 @@
-//! Whether a servo stands although its command must move it: a push the other way shows whether it moves at all.
+//! Tests a servo that is at standstill although its command must move it. A command in the opposite direction shows
+//! whether it moves at all.
 //!
-//! A sound servo may stand under such a command: held by a spring, by a load that has come, by friction that has risen. The
-//! other way it moves, and goes on. With a stuck encoder or a dead actuator it moves neither way.
+//! A spring, a new load or higher friction may hold a servo without a fault. It then moves in the opposite direction,
+//! and the commissioning continues. With a stuck encoder or a dead actuator it moves in neither direction.
 
 use super::RoughModel;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
-/// When a servo that is known roughly must have moved, and the push the other way.
+/// Limits of the test: when the servo must have moved, and the opposite command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StandingTest<N> {
     /// The command beyond friction that moves a servo, command units.
     least_push: N,
     /// The travel beyond whose ends none is pushed outwards, counts.
     inner: [N; 2],
-    /// Samples that it may stand under it at least, and behind a reference that leads it.
+    /// Samples for which it may be at standstill under that command, and behind a moving reference.
     least: u32,
     behind: u32,
     /// Samples of the push, those before it grows, and the growth of its growth in each, command units.
@@ -26,25 +27,26 @@ pub(super) struct StandingTest<N> {
 /// The test under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Standing<N> {
-    /// Where it came to stand, counts, for how many samples it has, and under which command it did.
+    /// Position of the standstill, counts, its length, samples, and the command under which it began.
     at: N,
     still: u32,
     under: N,
-    /// Since then: how fast and how far the command beyond friction moves the servo as it is known, and samples of it.
+    /// Since then: speed and distance that the command beyond friction would give by the model, and samples with such
+    /// a command.
     velocity: N,
     displacement: N,
     pushed: u32,
-    /// Samples behind a reference that leads it.
+    /// Samples behind a moving reference.
     behind: u32,
-    /// Samples of the push the other way, its command and the growth of that,
+    /// Samples of the opposite command, that command and its growth,
     tried: u32,
     push: N,
     growth: N,
-    /// and samples that are left until it is braked again.
+    /// and samples left until the servo is braked again.
     braking: u32,
 }
 
-/// Whether a servo is led.
+/// Whether a servo follows a moving reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Led<N> {
     /// By a reference that it is this far behind, counts.
@@ -67,7 +69,7 @@ impl<N: Number> StandingTest<N> {
     /// The part of the travel beyond which a servo is not pushed outwards.
     const INNER: f64 = 0.85;
 
-    /// The times for which it may stand under such a command, and behind a reference that leads it, s.
+    /// The times for which it may be at standstill under such a command, and behind a moving reference, s.
     const LEAST: f64 = 0.015;
     const BEHIND: f64 = 0.1;
 
@@ -94,11 +96,12 @@ impl<N: Number> StandingTest<N> {
         }
     }
 
-    /// Takes a sample of a servo: where it is, the command that acts, and how far it is behind a reference that leads it. One that is
-    /// held at a place bears a load that is not known: it counts from the command under which it came to stand.
+    /// Takes a sample of a servo: its position, the command that acts, and its distance behind a moving reference.
+    /// For a servo that is held, the load is unknown. The command then counts relative to the one at which the
+    /// standstill began.
     ///
     /// # Errors
-    /// It moves neither way.
+    /// It moves in neither direction.
     pub(super) fn take(
         &self,
         state: &mut Standing<N>,
@@ -178,7 +181,7 @@ impl<N: Number> StandingTest<N> {
         Ok(())
     }
 
-    /// True if it moves neither way.
+    /// True if it moves in neither direction.
     pub(super) fn is_final(&self, state: &Standing<N>) -> bool {
         state.tried > self.push
     }
@@ -223,7 +226,7 @@ mod tests {
     const RESOLUTION: f64 = 1e-3;
     const B: f64 = 500.0;
 
-    /// Of a friction of 20 % of the limit and a load of 10 %.
+    /// A servo with friction of 20 % of the limit and a load of 10 %.
     fn servo(time: f64) -> RoughModel<f64> {
         let truth = ServoParameters {
             a: 1.0,
@@ -234,8 +237,8 @@ mod tests {
         RoughModel::from_si(&truth, time, RESOLUTION)
     }
 
-    /// The time, s, at which a servo is said to move neither way, if it is within 2 s; its position is by the time and the push
-    /// that acts, and it is this far behind its reference, counts.
+    /// The time, s, at which the test reports no motion in either direction, if within 2 s. `position` gives its
+    /// position by time and acting command.
     fn found(
         rate: f64,
         command: f64,
@@ -298,7 +301,7 @@ mod tests {
                 let near_end = found(rate, command, Led::Behind(50.0), |_, _| 900.0);
                 assert_eq!(near_end.is_some(), is_pushed, "{rate} {command}");
             }
-            // Held at a place it bears any load: the command counts from where it came to stand.
+            // A held servo may have any load: the command counts from that at the beginning of the standstill.
             assert_eq!(
                 found(rate, 0.9 * LIMIT, Led::Not, |_, _| 0.0),
                 None,

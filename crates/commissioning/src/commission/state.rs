@@ -31,7 +31,7 @@ pub struct CommissionState<N: Number> {
     /// The command that acts, and the one that held the servo before anything was done.
     pub(super) command: N,
     pub(super) held: N,
-    /// The largest ω T of the loops that hold the servo while it is studied.
+    /// The largest ω T of the loops that hold the servo during identification.
     pub(super) bandwidth: N,
     /// The half-cycles under the loop that acts, and how many of them it drove.
     pub(super) half_cycles: HalfCycles<N>,
@@ -47,9 +47,9 @@ pub struct CommissionState<N: Number> {
     recording: Recording<N>,
     /// The event of a frequency-response motion, for the solver.
     pub(super) response_event: Option<EventKind<N>>,
-    /// In place, as it is too large to be moved in a sample.
+    /// Not moved but changed in place: it is too large to be copied in a sample.
     pub(super) response_motion: ResponseMotion<N>,
-    /// The servo as the loop knows it that holds it, and whether it stands where it must move.
+    /// The model of the holding loop, and the test of a standstill under a command that must move the servo.
     pub(super) rough: RoughModel<N>,
     pub(super) standing: Standing<N>,
     pub(super) next: Next<N>,
@@ -97,7 +97,7 @@ impl<N: Number> Activity<N> {
 pub(super) enum Next<N> {
     /// Nothing before the solver answers.
     Decision,
-    /// Gains for what is known now hold it; then the next motion.
+    /// Gains for the present estimate hold it; then the next motion.
     Hold,
     /// The next motion once it is at rest.
     MotionRecord,
@@ -111,8 +111,8 @@ pub(super) enum Next<N> {
     Tune,
     /// The trial once it is at rest.
     Trial,
-    /// Whether this fault of a servo of this speed is one: once it is at rest a push up or down shows it, so many samples
-    /// long by now.
+    /// The test of a suspected fault, at this speed. Once the servo is at rest, a command in each direction decides;
+    /// it has lasted this number of samples.
     Prove {
         fault: Reason,
         speed: N,
@@ -222,7 +222,7 @@ impl<N: Number> CommissionState<N> {
         self.identified.as_ref().map(|known| &known.servo)
     }
 
-    /// The gains that were found, on trial or applied, and their promise.
+    /// The new gains, on trial or applied, and their predicted response.
     #[must_use]
     pub fn tuning(&self) -> Option<&Tuning> {
         self.candidate.as_ref().map(|candidate| &candidate.tuning)
@@ -287,7 +287,7 @@ impl<N: Number> CommissionState<N> {
         self.standing = Standing::at(self.position);
     }
 
-    /// The fault that is suspected, while the gains before show whether it is one.
+    /// The suspected fault, while the old gains hold the servo for its test.
     pub(super) fn suspected_fault(&self) -> Option<Reason> {
         match self.next {
             Next::Prove { fault, .. } if !self.phase.is_end() => Some(fault),

@@ -214,7 +214,7 @@ impl<N: Number> Trial<N> {
                 if step.measure.is_beyond(highest) {
                     return Err(Reason::PredictionMissed);
                 }
-                // Its integral finds the command at which one that stands breaks away.
+                // At standstill its integral grows to the command at which the servo breaks away.
                 let [departed, _] = step.measure.since();
                 let waits = departed.is_none() && self.passed < self.predicted.departed;
                 if settled && !waits {

@@ -94,7 +94,7 @@ impl CommissionedServo {
     pub const MAX_INERTIA_RATIO: f64 = 1.25;
 
     /// For the identified servo, its gains, and the largest command in either direction, command units; infinite for
-    /// none. None where b is not known.
+    /// none. None if b is undetermined.
     #[must_use]
     pub fn new(servo: &IdentifiedServo, tuning: &Tuning, limit: f64) -> Option<Self> {
         /// The change of viscous friction, as a part of the loop's damping.
@@ -165,8 +165,8 @@ fn change(predicted: &Known, found: &Known, least: f64, reason: Reason) -> Optio
     })
 }
 
-/// 1/b, a/b, c/b and d/b with their standard errors. The errors of both are taken as independent. The error of a ratio
-/// is then too large, not too small, if both increase together. None where b is not known.
+/// 1/b, a/b, c/b and d/b with their standard errors. The errors of both are taken as independent. The error of a
+/// ratio is then too large, not too small, if both increase together. None if b is undetermined.
 fn per_gain(servo: &ServoParameters, errors: &ServoParameters) -> Option<[Known; 4]> {
     /// The largest relative error of b with which a ratio still has a standard error.
     const MAX_RELATIVE_ERROR: f64 = 0.2;

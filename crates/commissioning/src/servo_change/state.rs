@@ -24,11 +24,12 @@ impl ServoChangeState {
     /// The time from one examination to the next, s.
     pub const INTERVAL: f64 = 0.25;
 
-    /// Takes in an examination: the change that it shows, if any. An identifier that has not settled is not examined, and that
-    /// breaks the row as every [event](identifier_core::identifier::Event) of it does ([`ServoChangeState::interrupt`]): wrong estimates
-    /// soon look like steps of the load.
+    /// Takes a check: the change that it shows, if any. An identifier that has not settled is not checked. That
+    /// restarts the count of agreeing checks, and so does every [event](identifier_core::identifier::Event)
+    /// ([`ServoChangeState::interrupt`]): wrong estimates soon look like load steps.
     pub fn take(&mut self, change: Option<ServoChange>) {
-        /// The part of its distance from the promise by which a value may move from one examination to the next.
+        /// The part of its distance from the commissioned value by which a value may change from one check to the
+        /// next.
         const MAX_MOVE: f64 = 0.2;
         let agrees = match (&self.last, &change) {
             (None, None) => true,
@@ -56,7 +57,7 @@ impl ServoChangeState {
         self.agreeing = 0;
     }
 
-    /// The change that is certain; none while the servo is the promised one.
+    /// The change that is certain; none while the servo is the commissioned one.
     #[must_use]
     pub fn reported(&self) -> Option<&ServoChange> {
         self.reported.as_ref()

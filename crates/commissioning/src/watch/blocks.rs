@@ -125,7 +125,7 @@ pub(super) struct BlocksState<N> {
     turned: bool,
     /// The most samples running without a count in it.
     longest: i32,
-    /// Blocks so far, and those running in which it moved one way, as long as they are few.
+    /// Number of blocks, and of successive blocks with motion in one direction, up to a maximum.
     blocks: i32,
     one_direction: i32,
 }
@@ -147,7 +147,7 @@ pub(super) struct WatchBlock<N> {
     pub(super) cause: N,
     /// The largest command of the last two blocks, to either side.
     pub(super) largest: N,
-    /// True if the servo has moved one way in all three, without a stop.
+    /// True if the servo has moved in one direction in all three, without a stop.
     pub(super) one_direction: bool,
     /// M/2 and M².
     pub(super) half: N,
@@ -159,7 +159,7 @@ impl<N: Number> Blocks<N> {
     const BLOCKS: i32 = 3;
     /// A block in which the servo has moved no further than this may hold a turn, counts.
     const SLIP: i32 = 2;
-    /// A servo that has stood within a block has passed this many counts fewer than at its speed.
+    /// After a standstill within a block, the servo has moved this number of counts less than at its speed.
     const STOOD: i32 = 3;
 
     /// Of `parts` parts, each of `part` samples.
@@ -255,7 +255,7 @@ impl<N: Number> Blocks<N> {
         block
     }
 
-    /// True if the servo has turned or stood in the block that ends.
+    /// True if the servo has reversed or stopped in the block that ends.
     fn stops(&self, state: &BlocksState<N>) -> bool {
         let [before, _] = state.before;
         let size = state.counts.magnitude();

@@ -12,7 +12,7 @@ pub(super) struct Bounds<N> {
     travel: [N; 2],
     /// Counts a sample.
     speed: N,
-    /// Of the mean that the speed is judged by, per sample.
+    /// Forgetting factor of the mean speed, per sample.
     forgetting: N,
 }
 
@@ -34,8 +34,8 @@ impl LateSamples {
     /// Takes in whether a sample ended too late.
     ///
     /// # Errors
-    /// [`Reason::Overrun`] at so many successive late ones, at least one; for three also at seven of which every other one
-    /// is late.
+    /// [`Reason::Overrun`] at this number of successive late samples, at least one. For three also at seven of which
+    /// every other one is late.
     #[inline]
     pub fn take(&mut self, late: bool, most: u32) -> Result<(), Reason> {
         if !late {

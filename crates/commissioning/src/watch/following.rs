@@ -1,8 +1,8 @@
 //! True if a servo follows its setpoint as it did a moment ago.
 //!
-//! Loads act at any time while a drive is in operation, and a controller that balances one changes its command without
-//! effect on the motion, as a dead actuator would. But it follows: its error grows no further. The error of a loop whose
-//! command does not act, or acts the wrong way, leaves the errors of the time before, 0.4 s, behind.
+//! Loads act at any time while a drive is in operation. A controller that balances one changes its command without
+//! effect on the motion, as with a dead actuator. But the servo follows: its error grows no further. If the command
+//! does not act, or acts in the wrong direction, the error soon exceeds all errors of the last 0.4 s.
 
 use identifier_core::number::Number;
 use identifier_core::units::Units;

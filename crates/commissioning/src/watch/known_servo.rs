@@ -8,8 +8,8 @@ use super::standstill::{AccelerationLimits, StandstillWatch};
 use identifier_core::number::Number;
 use identifier_core::parameters::IdentifiedServo;
 
-/// The data of an identified servo that a watch needs, in the units of its loop: computed in f64, so
-/// prepared where there is time for that.
+/// The data of an identified servo that a watch needs, in the units of its loop. They are computed in f64, outside
+/// the interrupt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KnownServo<N> {
     /// By how many counts an increment may differ from the one before.
@@ -25,7 +25,7 @@ pub struct KnownServo<N> {
 pub(super) const MAX_DELAY_SAMPLES: usize = 16;
 
 impl<N: Number> KnownServo<N> {
-    /// Of an axis with these settings; none if they are not allowed, or the servo has no gain to speak of.
+    /// For an axis with these settings. None if they are not allowed, or the gain of the servo is practically zero.
     #[must_use]
     pub fn from_identified(settings: &WatchSettings, servo: &IdentifiedServo) -> Option<Self> {
         let units = settings.check().ok()?;
@@ -51,8 +51,8 @@ impl<N: Number> KnownServo<N> {
         }
     }
 
-    /// The same as the motor of two masses, whose load has β of its inertia: before the spring has turned the load, the motor
-    /// is stronger by 1 + β.
+    /// The same for the motor of two masses whose load has β times its inertia. Until the spring moves the load, the
+    /// gain of the motor is 1 + β times as large.
     pub(crate) fn with_load_on_a_spring(self, ratio: f64) -> Self {
         Self {
             change: N::from_f64(1.0 + ratio) * self.change,

@@ -16,9 +16,9 @@
 //! | encoder or actuator reversed | the motion changes against the command | no; sooner when known |
 //! | loop oscillating | half-cycles about the setpoint that do not decay, the command with them | no |
 //!
-//! A servo that stands when encoder or actuator fails shows the same for both: no motion under a command
-//! that must move it. That is called a dead actuator. A reversed encoder and a reversed actuator are the
-//! same to a loop, and have one reason.
+//! At standstill, a failed encoder and a failed actuator look the same: no motion under a command that must move the
+//! servo. That is called a dead actuator. A reversed encoder and a reversed actuator are the same to a loop, and have
+//! one reason.
 //!
 //! A load may step by 0.3 of the command limit without being taken for a fault. In operation
 //! ([`Use::Operation`]) loads may act at any time, and inertia may change. There a command that does not act as the model

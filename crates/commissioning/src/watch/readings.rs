@@ -118,7 +118,7 @@ impl<N: Number> Readings<N> {
         let is_motion = near(last) && (is_fast || half_cycles);
         let less = N::from_f64(0.5) * state.half_cycle;
         state.half_cycle = if change > less { change } else { less };
-        // A counter that stands is no jump: whether the servo can have stopped is another question.
+        // A constant count is not a jump. Another check decides whether the servo can have stopped.
         if possible && (near(last) || increment == N::ZERO) {
             Ok(())
         } else if possible && mirrored {

@@ -1,17 +1,17 @@
 //! Comparison of the motion with the command's effect.
 //!
-//! Two questions are put to each [`WatchBlock`] in which the servo moves one way.
+//! Two tests apply to each [`WatchBlock`] with motion in one direction.
 //!
-//! *The change.* A − A⁻ is free of load and friction, and b (W − W⁻), less the viscous brake, is what it
-//! must be. The ratio of the two is the share of the command that acts: one for a sound servo, less for a
-//! weak actuator, zero for a dead one, below zero for a reversed one. A step of the load spoils three
-//! blocks and no more; so one is no evidence, and five are. This is sharp wherever the command changes.
+//! *The change.* A − A⁻ is free of load and friction, and b (W − W⁻), less the viscous brake, is what it must be. The
+//! ratio of the two is the share of the command that acts. It is one without a fault, less with a weak actuator, zero
+//! with a dead one, negative with a reversed one. A load step disturbs at most three blocks. So five blocks are
+//! evidence, and one is not. This test is precise whenever the command changes.
 //!
-//! *The level.* A itself, even with a step of the load in the command's favour, must be a good part of
-//! b W. This is for large commands that do not change: those of a loop that runs away.
+//! *The level.* A itself, even with a load step in the direction of the command, must be a large part of b W. This
+//! test is for large constant commands: those of a loop that runs away.
 //!
-//! Of a servo that is not known, b > 0 alone is: its motion must not change against the command's change,
-//! and it must not gain speed against a command that no load explains.
+//! For an unknown servo only b > 0 is assumed. Its acceleration must not change against the command's change. It must
+//! not accelerate against a command that no load explains.
 //!
 //! A loop that runs away may leave its limits before that is certain. The level of the last block alone
 //! then names the reason.
@@ -36,8 +36,8 @@ pub(super) struct ResponseCheck<N> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ResponseCheckState<N> {
     blocks: BlocksState<N>,
-    /// The change: blocks of evidence, those of them against the command, and sums over them in counts
-    /// squared, of the measured change by the command's and of the latter by itself.
+    /// The change: blocks of evidence, and those of them against the command. Then sums over them, counts squared:
+    /// measured change times the command's, and the latter squared.
     evidence: i32,
     against: i32,
     product: N,
@@ -97,10 +97,10 @@ impl<N: Number> ResponseCheck<N> {
     const MIN_EFFECT: i32 = 6;
     /// and it speaks for the command on its own from this many on.
     pub(super) const CERTAIN_EFFECT: i32 = 14;
-    /// Evidence, counts squared: the encoder's rounding makes up 1.3 counts of a block's change, so the
-    /// share is known to 0.04.
+    /// Evidence, counts squared. Quantisation contributes 1.3 counts to a block's change, so the share has an error
+    /// of 0.04.
     const MIN_EVIDENCE: i32 = 1000;
-    /// The same of a servo that is not known: minimum change of its motion, counts.
+    /// The same for an unknown servo: minimum change of its motion, counts.
     const MIN_CHANGE: i32 = 8;
     /// A command that acts by a smaller share contradicts.
     const MIN_SHARE: f64 = 0.65;
@@ -114,8 +114,8 @@ impl<N: Number> ResponseCheck<N> {
 
     /// Over blocks of `parts` parts of `part` samples each, for commands up to a limit.
     pub(super) fn new(parts: i32, part: i32, limit: f64) -> Self {
-        /// The smallest informative change of the command, as a share of the limit: of a smaller one what is
-        /// not known of delay and friction makes up too much.
+        /// The smallest informative change of the command, as a share of the limit. Below it the errors of delay and
+        /// friction are too large a part.
         const MIN_COMMAND_CHANGE: f64 = 0.05;
         /// The command that neither a load nor a step of it explains: either is 30 %.
         const BEYOND_LOAD_STEP: f64 = 0.7;
@@ -271,7 +271,7 @@ impl<N: Number> ResponseCheckState<N> {
         )
     }
 
-    /// The same for a servo that is not known: only the sign is.
+    /// The same for an unknown servo, of which only the sign of b is assumed.
     fn compare_signs(&mut self, change: N, cause: N, least: N) -> Result<(), Reason> {
         let visible = N::from_count(ResponseCheck::<N>::MIN_CHANGE);
         if cause.magnitude() < least || change.magnitude() < visible {
@@ -315,8 +315,8 @@ impl<N: Number> ResponseCheckState<N> {
     }
 }
 
-/// The effect of a command in the motion and the expected one, counts, with a step of the load in its favour: what
-/// is wrong, if they contradict each other.
+/// Compares the effect of a command in the motion with the expected one, counts, with a load step in its favour.
+/// Returns the fault if they contradict each other.
 fn contradiction<N: Number>(acts: N, force: N, favour: N) -> Option<Reason> {
     let size = force.magnitude();
     let along = acts * sign_of(force);

@@ -66,7 +66,7 @@ const LONGER_BLOCKS: usize = 1;
 impl<N: Number> ServoWatch<N> {
     /// Length of the shorter blocks over which motion and command are compared, s,
     const SHORT_BLOCK_TIME: f64 = 2.5e-3;
-    /// and in samples at least, so that what is not known of a delay is a small part.
+    /// and the least in samples, so that the error of the delay is a small part.
     const MIN_BLOCK_SAMPLES: f64 = 6.0;
     /// The longer blocks are longer by this.
     const LONG_BLOCK_FACTOR: i32 = 4;
@@ -92,7 +92,7 @@ impl<N: Number> ServoWatch<N> {
         })
     }
 
-    /// Begins with a servo of which nothing is known.
+    /// Begins with an unknown servo.
     #[must_use]
     pub fn start(&self) -> ServoWatchState<N> {
         ServoWatchState {
@@ -116,8 +116,8 @@ impl<N: Number> ServoWatch<N> {
         }
     }
 
-    /// Begins with a servo of which nothing is known but the delay of its commands, samples from 0 to
-    /// [`MAX_DELAY_SAMPLES`] − 2.
+    /// Begins with a servo of which only the delay of the commands is known, samples from 0 to [`MAX_DELAY_SAMPLES`]
+    /// − 2.
     pub(crate) fn start_delayed(&self, delay: f64) -> ServoWatchState<N> {
         let whole = libm::floor(delay.max(0.0).min((MAX_DELAY_SAMPLES - 2) as f64));
         ServoWatchState {
@@ -126,7 +126,7 @@ impl<N: Number> ServoWatch<N> {
         }
     }
 
-    /// From now on the servo is known.
+    /// From now on the servo is identified.
     pub fn know(&self, state: &mut ServoWatchState<N>, servo: &KnownServo<N>) {
         Readings::know(&mut state.readings, servo.change);
         StandstillWatch::know(&mut state.motion, &servo.able);
@@ -246,7 +246,7 @@ impl<N: Number> ServoWatch<N> {
         !is_sure || state.contradicted < MIN_BLOCKS
     }
 
-    /// Within how many samples each fault is found, as the servo is known now.
+    /// The number of samples within which each fault is found, with the present model of the servo.
     #[cfg(test)]
     pub(crate) fn detection_times(&self, state: &ServoWatchState<N>) -> DetectionTimes {
         DetectionTimes {
@@ -292,7 +292,7 @@ impl<N: Number> ServoWatchState<N> {
         self.last = increment;
     }
 
-    /// Why a limit may have been left: a loop that pushes the wrong way, before one that does not push.
+    /// Why a limit may have been left: first a loop that acts in the wrong direction, then one that does not act.
     fn detected_fault(&self) -> Option<Reason> {
         /// Samples: a command that is two of them late has acted by then.
         const MIN_SAMPLES: u32 = 4;

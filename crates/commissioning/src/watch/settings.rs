@@ -30,10 +30,10 @@ pub enum Use {
 }
 
 impl Use {
-    /// Largest ratio of b in operation to b as it was identified, either way.
+    /// Largest ratio of b in operation to the identified b, or of the identified to that in operation.
     const INERTIA_RANGE: f64 = 2.5;
 
-    /// The factor by which b may differ from its model's, either way.
+    /// The factor by which b may exceed that of its model, or be below it.
     pub(super) fn gain_range(self) -> f64 {
         match self {
             Self::Commissioning => 1.0,
@@ -79,16 +79,16 @@ pub struct Observation<N> {
     pub command: N,
     /// Counts from the start; the last one known if there is no valid reading.
     pub position: N,
-    /// Where a controller wants the servo, counts from the start; none while no controller acts: the
-    /// stage is disabled, or a ramp or a relay gives the command.
+    /// The setpoint of the controller, counts from the start. None while no controller acts: the stage is disabled,
+    /// or a ramp or a relay gives the command.
     pub setpoint: Option<N>,
     /// True if the sample before ended too late.
     pub late: bool,
-    /// True if the command that acted must move the servo whatever its friction: that of a relay, once a
-    /// ramp has found where the servo breaks loose.
+    /// True if the command that acted must move the servo in spite of friction: that of a relay after a ramp has
+    /// found the break-away.
     pub must_move: bool,
-    /// True if a signal excites what a model of one mass does not have: a motion that is not the command's is then a
-    /// fault only where the servo does not follow its setpoint either.
+    /// True if a signal excites dynamics that a model of one mass does not have. An unexpected motion is then a fault
+    /// only if the servo does not follow its setpoint either.
     pub excited: bool,
 }
 

@@ -7,16 +7,16 @@ use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 use identifier_core::units::Units;
 
-/// When a servo cannot have stopped, and when it cannot stand.
+/// When a servo cannot have stopped, and when it cannot remain at standstill.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StandstillWatch<N> {
-    /// Of the mean of the command, per sample.
+    /// Forgetting factor of the mean command, per sample.
     smoothing: N,
-    /// Of the highest and the lowest command of a standstill.
+    /// Forgetting factor of the highest and the lowest command of a standstill.
     fading: N,
     /// Ranges of the command that move any servo, with a step of the load and without, command units.
     ranges: [N; 2],
-    /// Samples that a servo of which nothing is known may stand where it must move.
+    /// Samples for which an unknown servo may be at standstill under a command that must move it.
     patience: i32,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct StandstillWatchState<N> {
     /// The largest error since the last standstill, counts, and whether the setpoint moved since.
     farthest: N,
     asked: bool,
-    /// Samples of this standstill, as long as they are few,
+    /// Samples of this standstill, up to a maximum,
     still: i32,
     /// and of those, running, in which it had to move and did not, below zero where the relay pushes down.
     pushed: i32,
@@ -55,15 +55,14 @@ pub(super) struct StandstillWatchState<N> {
 pub(super) struct AccelerationLimits<N> {
     /// Largest deceleration, counts per sample squared: by friction and load,
     braking: N,
-    /// and for a unit of command; zero while it is not known.
+    /// and for a unit of command; zero before it is identified.
     gain: N,
-    /// Ranges of the command within which it may stand, with a step of the load and without, command
-    /// units,
+    /// Ranges of the command at which it may be at standstill, with a load step and without, command units,
     stands: [N; 2],
     /// and around which command, and how far from it, after a step of the load.
     holding: N,
     reach: N,
-    /// Samples until it counts as standing, and those that it may stand where it must move.
+    /// Samples until it counts as at standstill, and those for which it may remain there although it must move.
     settling: i32,
     patience: i32,
 }
@@ -96,8 +95,8 @@ impl<N: Number> StandstillWatch<N> {
     const LOADED: f64 = 0.5;
     /// Largest possible braking over the largest change of speed observed.
     const UNKNOWN_BRAKING: f64 = 4.0;
-    /// The shares of the command's limit by which friction keeps no servo, with a step of the load and
-    /// without: Coulomb friction of 20 % to either side, with a tenth to spare.
+    /// The shares of the command's limit beyond which friction cannot hold any servo, with a load step and without.
+    /// Coulomb friction is 20 % in either direction, with a tenth in reserve.
     const RANGES: [f64; 2] = [0.8, 0.5];
     /// A setpoint that moves by this many counts commands a motion; the command's change is then no
     /// answer to a load.
@@ -110,9 +109,9 @@ impl<N: Number> StandstillWatch<N> {
     const SMOOTHING_TIME: f64 = 5e-3;
     /// Memory of the range of the command, s: a load that changes more slowly is no fault.
     const FADING_TIME: f64 = 1.0;
-    /// The time that a servo may stand where it must move, s: as long, for one that is not known,
+    /// The time for which a servo may be at standstill under a command that must move it, s. Unknown servo,
     const MAX_PATIENCE: f64 = 0.1;
-    /// and as long at least, for one that is.
+    /// and the least for an identified one.
     const MIN_PATIENCE: f64 = 0.02;
 
     pub(super) fn new(settings: &WatchSettings, units: &Units) -> Self {
@@ -195,7 +194,7 @@ impl<N: Number> StandstillWatch<N> {
         let patience = shows.max(least.min(most)).min(most);
         let settling = match settings.used_for {
             Use::Commissioning => patience,
-            // A fine encoder shows sooner that it stands.
+            // A fine encoder shows a standstill sooner.
             Use::Operation => (1.5 * shows).max(patience / 2.0).min(patience),
         };
         AccelerationLimits {
@@ -294,7 +293,7 @@ impl<N: Number> StandstillWatch<N> {
         }
     }
 
-    /// True if the servo can stand under this command.
+    /// True if the servo can be at standstill under this command.
     #[inline]
     fn stands(
         &self,
@@ -318,7 +317,7 @@ impl<N: Number> StandstillWatch<N> {
             state.abrupt = false;
             return Ok(());
         }
-        // The command that brakes it is not yet the one under which it stands.
+        // The braking command is not yet the one of the standstill.
         if state.still < state.able.settling {
             state.still += 1;
             state.range = [state.command; 2];
@@ -373,14 +372,14 @@ impl<N: Number> StandstillWatch<N> {
 }
 
 impl<N: Number> StandstillWatchState<N> {
-    /// Samples that the servo may stand where it must move.
+    /// Samples for which the servo may be at standstill although it must move.
     #[cfg(test)]
     pub(super) fn patience(&self) -> i32 {
         self.able.patience
     }
 
-    /// It has come to standstill. Where a load has moved it although the setpoint did not move, or where it came to where it
-    /// was asked to, this command balances it but for friction.
+    /// It has come to standstill. This command balances the load, except for friction, if a load moved the servo at a
+    /// constant setpoint, or if it reached its setpoint.
     fn settle(&mut self, under: Under<N>) {
         let Under::Control { setpoint, error } = under else {
             return;

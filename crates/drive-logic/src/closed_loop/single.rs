@@ -32,7 +32,7 @@ pub(crate) struct ClosedLoop(Estimators);
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "one is kept, in a static place, and any law may be ordered next"
+    reason = "one is kept, in a static place, and any estimator may follow"
 )]
 enum Estimators {
     Gradient(With<Gradient>),

@@ -47,7 +47,7 @@ int main(void) {
         servo_id_gauss_newton_sample(&identifier, now - last, (float)command);
         write_command(command);
         last = now;
-        /* When there is time. */
+        /* In the background. */
         servo_id_gauss_newton_work(&identifier, 8);
     }
 

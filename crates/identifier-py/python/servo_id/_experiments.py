@@ -243,12 +243,12 @@ def scenario_of_columns(log: Collection[str], stated: dict[str, Any]) -> dict[st
 
 
 def _number(value: Any) -> Any:
-    """A number as float, which TOML distinguishes; a text and a list as they are."""
+    """A number as float, which TOML distinguishes; texts and lists unchanged."""
     return value if isinstance(value, str) or np.ndim(value) > 0 else float(value)
 
 
 def _of_joint(stated: Mapping[str, Any], number: int, count: int) -> dict[str, Any]:
-    """What is stated of one joint of several."""
+    """The statements for one joint of several."""
 
     def one(name: str, value: Any) -> Any:
         if isinstance(value, str) or np.ndim(value) == 0:

@@ -20,7 +20,7 @@ TIME = "time_s"
 """The column of joined stamps, and of those whose unit a format states."""
 
 _MAX_SERIES = 40
-"""Series that compete to be position and command: the time that this takes goes with their square."""
+"""Series that compete to be position and command: the time for that grows with their square."""
 
 _MAX_ELEMENTS = 64
 """Elements of an array that are a series each: those of an image are none."""
@@ -32,7 +32,7 @@ _OF_FRAMES = {_frames.POSITION: "position", _frames.GOAL: "goal", _frames.TIME: 
 
 
 class Fault(Exception):
-    """What is wrong with a log, and the remedy."""
+    """The error of a log, and the remedy."""
 
 
 class Series(NamedTuple):

@@ -155,7 +155,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Gains:
-    """PID gains and their promise."""
+    """PID gains and their predicted response."""
 
     text: str
     """The result as ``servo-id tune`` writes it with ``--json``."""

@@ -38,7 +38,7 @@ pub(super) struct Arguments {
         value_parser = clap::value_parser!(u32).range(1..=10_000)
     )]
     passes: u32,
-    #[command(flatten, next_help_heading = "What the log does not show")]
+    #[command(flatten, next_help_heading = "Information that the log lacks")]
     stated: StatedOptions,
     /// Write the scenario that gives the same result with --scenario; `-` is standard output.
     #[arg(long, value_name = "SCENARIO.toml", help_heading = None)]

@@ -32,8 +32,8 @@ fn is_wide_enough(width: &u16) -> bool {
     *width >= MIN_WIDTH
 }
 
-/// A text for standard output, its sentences divided at spaces where it is a terminal or COLUMNS states a width; in a
-/// file or a pipe a sentence is one line.
+/// A text for standard output. On a terminal, or with COLUMNS, sentences are wrapped at spaces. In a file or a pipe a
+/// sentence is one line.
 pub(super) fn folded(text: &str) -> String {
     match io::stdout().is_terminal() || stated_width().is_some() {
         true => within(text, usize::from(width())),

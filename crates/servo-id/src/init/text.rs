@@ -36,7 +36,7 @@ limit = {limit}    # {unit}: {of_limit}
 [controller]                    # poles at omega = {omega} rad/s: {omega_from}
 kp = {kp}    # {unit}/rad: 3 omega^2/b
 kd = {kd}    # {unit} s/rad: (3 omega - a)/b, and omega/b at least
-ki = {ki}    # {unit}/(rad s): omega^3/(2 b), or less: the box is to be certified
+ki = {ki}    # {unit}/(rad s): omega^3/(2 b), or less, so that the range is certified
 sample_time = {sample_time}    # s
 velocity_filter = {{ kind = \"low-pass\", cutoff = {cutoff} }}    # rad/s: 10 omega
 

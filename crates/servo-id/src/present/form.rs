@@ -18,12 +18,12 @@ pub(super) fn form(of: &FormResult, remarks: &[String]) -> Vec<Block> {
     let (period, sensitivity) = (ms(of.sample_time), figure(of.margins.sensitivity));
     let mut list = vec![
         format!("For {}, with a loop every {period} ms.", of.firmware),
-        format!("The conversion: {}.", of.exactness),
+        format!("Conversion: {}.", of.exactness),
         format!("Largest sensitivity Ms: {sensitivity}. Gain margins: {fall} and {rise}."),
     ];
     for step in &of.steps {
         let through = match step.smoothing {
-            0.0 => "at once".to_owned(),
+            0.0 => "straight to the target".to_owned(),
             time => format!("through a filter of {} ms in your program", ms(time)),
         };
         let rise = ms(step.rise_time.unwrap_or(f64::INFINITY));

@@ -120,7 +120,7 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             "Then run again: the largest effect may hide others.".to_owned(),
         ],
         VerdictReason::Lacks { cause: None, .. } => vec![
-            "No effect stands out, so several act at once. Declare what you know of the amplifier (amplifier.delay, \
+            "No single effect explains the residual, so several act at the same time. Declare what you know of the amplifier (amplifier.delay, \
              amplifier.current_loop, amplifier.dead_band). Have other effects of your servo estimated: \
              identifier.required_terms."
                 .to_owned(),

@@ -17,7 +17,7 @@ pub fn sweep(title: &str, command: &str, scenario: &Scenario, result: &SweepResu
         Section::full("How it is distributed", vec![Block::Figures(figures)]),
         Section::full("Uncertainty", how_sure(distribution)),
         Section::full("Data and method", rests_on(scenario, result)),
-        Section::full("What to do next", next(distribution)),
+        Section::full("Next steps", next(distribution)),
     ];
     Page::new(title, command, verdict(distribution), sections)
 }

@@ -237,7 +237,7 @@ fn predicted_response(tuning: &Tuning) -> Table {
             figure(1e3 * predicted_response.rise_time),
             "ms",
         ),
-        ("by friction", format!("{quickest} to {slowest}"), "ms"),
+        ("with friction", format!("{quickest} to {slowest}"), "ms"),
         (
             "largest overshoot",
             percent(predicted_response.overshoot),

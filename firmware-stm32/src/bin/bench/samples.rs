@@ -23,7 +23,7 @@ use identifier_core::settings::{
 type GradientWithFriction = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
 
 pub(crate) fn run() -> Result<(), &'static str> {
-    laws(&Instructions::start()).map_err(|_| "a law could not be built")
+    laws(&Instructions::start()).map_err(|_| "an estimator could not be built")
 }
 
 fn laws(instructions: &Instructions) -> Result<(), SettingsError> {

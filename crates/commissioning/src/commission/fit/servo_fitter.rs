@@ -34,10 +34,11 @@ impl FitSettings {
     }
 }
 
-/// Fits q̈ = −a q̇ + b u(t − τ) + d − c sign q̇ to the record of a motion with the fit of a running drive.
+/// Fits the servo to the record of a motion: q̈ = −a q̇ + b u(t − τ) + d − c sign q̇. It is the fit of a running
+/// drive.
 ///
-/// The motion is short and begins at rest, or nearly. The model may therefore go through it in open-loop simulation.
-/// Nothing is lost if a count is much of the motion.
+/// The motion is short and begins at rest, or nearly. The model may therefore simulate it in open loop. Nothing is
+/// lost if a count is much of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ServoFitter<N> {
     settings: FitSettings,
@@ -48,7 +49,7 @@ impl<N: Number> ServoFitter<N> {
     /// Blocks of a pass in a slice of work.
     const BLOCKS: usize = 3;
 
-    /// Standard deviation of the delay that is not known, s, but at least a sample.
+    /// Standard deviation of an undeclared delay, s, but at least a sample.
     const UNKNOWN_DELAY: f64 = 1e-4;
 
     /// The speed of a servo at standstill, counts per sample: a count in a hundred.
@@ -169,8 +170,9 @@ impl<N: Number> ServoFitter<N> {
         self.settings.command_delay / self.settings.sample_time + 1.0
     }
 
-    /// The standard deviation of the speed with which a record begins, counts per sample. The servo was at standstill,
-    /// or conservative gains held it, under which it hunts by a count. A released servo may begin to move.
+    /// The standard deviation of the speed with which a record begins, counts per sample. The servo was at
+    /// standstill, or conservative gains held it, under which it hunts by a count. A disabled servo may begin to
+    /// move.
     fn speed_at_first<const W: usize>(&self, motion: &MotionRecord<N, W>, held: bool) -> f64 {
         let time = self.settings.sample_time;
         let hunting = if held {

@@ -9,8 +9,8 @@ pub(super) struct Following {
 }
 
 impl Following {
-    /// The error of a servo that does not stand but leaves its reference, over the one up to which it follows, and the
-    /// samples that each with such an error counts for.
+    /// The error of a servo that moves away from its reference, over the error up to which it follows. Each sample
+    /// with such an error counts as this many.
     const LOST: f64 = 1.3;
     const LOST_WEIGHT: u32 = 8;
 
@@ -27,7 +27,7 @@ impl Following {
             self.left = 0;
             return true;
         }
-        // The integral of the loop finds the command at which one that stands breaks away.
+        // At standstill the integral of the loop grows to the command at which the servo breaks away.
         let is_lost = error > N::from_f64(Self::LOST) * motion.max_error;
         let weight = if is_lost { Self::LOST_WEIGHT } else { 1 };
         self.left = self.left.saturating_add(weight);
@@ -39,8 +39,8 @@ impl Following {
         self.left > motion.patience
     }
 
-    /// True if the servo runs away from its reference, as no friction makes it: a load that the loop of the motions is too slow
-    /// for.
+    /// True if the servo runs away from its reference. Friction cannot cause that: it is a load for which the loop of
+    /// the motions is too slow.
     pub(super) fn is_pushed<N: Number>(error: N, velocity: N, motion: &Motion<N>) -> bool {
         let fast = N::from_f64(Self::PUSHED_SPEED) * motion.speed;
         error.magnitude() > motion.max_error

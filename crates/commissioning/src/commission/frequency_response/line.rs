@@ -17,7 +17,7 @@ impl<N: Number> LineState<N> {
     /// By how much an amplitude may change after a motion.
     const ADAPTATION: [f64; 2] = [0.15, 2.0];
 
-    /// The part of the largest amplitude with which a servo is excited at first, of which nothing but one mass is known.
+    /// The first amplitude for a servo that is identified as one mass only, as a part of the largest amplitude.
     const CAUTION: f64 = 0.4;
 
     /// The factor on an amplitude under which the servo stopped.
@@ -32,7 +32,7 @@ impl<N: Number> LineState<N> {
         command: [N::ZERO; 2],
     };
 
-    /// Begins line k at a phase of k (k + 1)/2 quarters: phases that grow with k² halve the peak of lines that begin
+    /// Begins line k at a phase of k (k + 1)/2 quarters. Phases that grow with k² halve the peak of lines that begin
     /// together (M. R. Schroeder, "Synthesis of low-peak-factor signals", IEEE Trans. Inf. Theory 16, 1970).
     pub(super) fn plan(&mut self, planned: &PlannedLine<N>, place: usize) {
         *self = Self {

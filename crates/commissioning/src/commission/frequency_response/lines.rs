@@ -2,7 +2,7 @@ use core::f64::consts::TAU;
 
 use identifier_core::number::Complex;
 
-/// The frequencies of a multisine: bins of the window over which it is measured, two apart at least, so that with a Hann
+/// The frequencies of a multisine: bins of its measuring window. They are two or more bins apart, so that with a Hann
 /// window no line leaks into another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lines {

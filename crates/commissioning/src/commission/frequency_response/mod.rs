@@ -1,4 +1,5 @@
-//! The frequency-response motion: a multisine on top of constant speed, both ways, under the loop that holds the servo.
+//! The frequency-response motion: a multisine added to constant speed, in both directions, under the loop that holds
+//! the servo.
 //!
 //! Friction hides a resonance from a motor at standstill, and shows it in motion. For each line of the multisine the
 //! interrupt sums increments Δq and commands u over a window,

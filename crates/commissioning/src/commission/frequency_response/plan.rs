@@ -4,8 +4,8 @@ use identifier_core::number::{Complex, Number};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::Mode;
 
-/// The plan of frequency-response motions of a servo that is known as one mass, machine units: made by the solver, carried out by the
-/// interrupt.
+/// The plan of frequency-response motions of a servo that is identified as one mass, machine units. The solver makes
+/// it, the interrupt carries it out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ResponsePlan<N> {
     pub(super) motion: Motion<N>,
@@ -16,7 +16,7 @@ pub(crate) struct ResponsePlan<N> {
 /// The motion beneath the multisine. Counts and samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Motion<N> {
-    /// The servo as it is known.
+    /// The identified servo.
     pub(super) servo: RoughModel<N>,
     /// Samples from a command to its acceleration.
     pub(super) delay: N,
@@ -85,8 +85,8 @@ impl<N: Number> PlannedLine<N> {
 }
 
 impl<N: Number> ResponsePlan<N> {
-    /// Time from constant speed to the window, s, of a servo that is known and of one that is doubted: the transient of the turn
-    /// has died down to a part that the inverted motions cancel.
+    /// Time from constant speed to the window, s, for an identified and for an uncertain servo. The transient of the
+    /// turn has then decayed to a part that the inverted motions cancel.
     const SETTLING: f64 = 0.1;
     const UNCERTAIN_SETTLING: f64 = 0.2;
 
@@ -99,13 +99,13 @@ impl<N: Number> ResponsePlan<N> {
     /// The shortest turn, s: not much shorter than the loop follows.
     const SHORTEST_TURN: f64 = 0.03;
 
-    /// The parts of the travel that turning points, those of a servo that is doubted, and the loop's error may take; what is
-    /// left brakes a servo that left its reference.
+    /// The parts of the travel for turning points, for those of an uncertain servo, and for the loop's error. The
+    /// rest is the braking distance of a servo that left its reference.
     const TURNS: f64 = 0.8;
     const UNCERTAIN_TURNS: f64 = 0.75;
     const ERROR: f64 = 0.15;
 
-    /// Time for which a servo may break away late, s, and one that is doubted.
+    /// Time by which a servo may break away late, s, and an uncertain one.
     const PATIENCE: f64 = 0.15;
     const UNCERTAIN_PATIENCE: f64 = 1.6;
 
@@ -130,8 +130,8 @@ impl<N: Number> ResponsePlan<N> {
     /// The least speed, counts per second: with fewer the lines are lost in the rounding.
     const MIN_SPEED_COUNTS: f64 = 150.0;
 
-    /// The part of the command that compensates friction and load of a servo that is doubted at most: a compensation that is
-    /// too large would drive it away.
+    /// The largest part of the command that compensates friction and load of an uncertain servo. Too large a
+    /// compensation would drive it away.
     const UNCERTAIN_FRICTION: f64 = 0.5;
 
     /// The least command that friction and load must leave to turn and to excite with, as a part of all.
@@ -197,7 +197,7 @@ impl<N: Number> ResponsePlan<N> {
         }
         let response_motion = 0.5 * speed * frequency_response;
         let turning = response_motion + 0.5 * speed * speed / acceleration;
-        // As near to where it stands as the travel permits.
+        // As near to its position as the travel permits.
         let margin = (turning / turns).min(room);
         let middle = 0.0_f64.min(high - margin).max(low + margin);
         let (unknown, patience, learning) = if is_uncertain {
@@ -267,7 +267,7 @@ impl<N: Number> ResponsePlan<N> {
     }
 }
 
-/// The motion of the motor of two masses at a frequency (rad/s) over that of both masses as one, without friction:
+/// The motion of the motor of two masses at a frequency, rad/s, over that of both masses as one, without friction:
 /// |1 + β ω²/(ω² − ω₂² − 2jζω₂ω)|.
 fn over_one_mass(mode: &Mode, frequency: f64) -> f64 {
     let square = frequency * frequency;

@@ -61,13 +61,13 @@ pub(in crate::commission) enum ResponseProgress<N> {
     Line(LineSums<N>),
     /// After them the motion beneath the lines.
     Balance(FrictionBalance<N>),
-    /// The servo is about to stand again and all sums were handed over, or a load pushes it.
+    /// The servo is about to come to standstill and all sums were passed on, or a load moves it.
     Over,
 }
 
 impl<N: Number> ResponseMotion<N> {
-    /// Speeds of the first half of the motions and of the others, as parts of the plan's: the rounding's harmonics of the speed fall on
-    /// other lines.
+    /// Speeds of the first half of the motions and of the others, as parts of the plan's. Two speeds put the
+    /// harmonics of the quantisation on different lines.
     const SPEEDS: [f64; 2] = [1.0, 0.8];
 
     /// Motions in which the servo may stop: they are done again with a smaller injection.
@@ -168,7 +168,7 @@ impl<N: Number> ResponseMotion<N> {
         }
     }
 
-    /// Of the loop that is planned to hold the servo meanwhile: model, delay and bandwidth.
+    /// Model, delay and bandwidth of the loop that is planned to hold the servo meanwhile.
     pub(in crate::commission) fn loop_plan(&self) -> (&RoughModel<N>, N, N) {
         let Motion {
             servo,
@@ -296,7 +296,7 @@ impl<N: Number> ResponseMotion<N> {
         change
     }
 
-    /// The command that the motion of the reference takes from a servo as it is known, load and friction included.
+    /// The command that the identified servo needs for the motion of the reference, load and friction included.
     fn feed_forward(&self, acceleration: N) -> N {
         let servo = &self.motion.servo;
         if self.velocity == N::ZERO {

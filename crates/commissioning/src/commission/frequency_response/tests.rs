@@ -172,7 +172,7 @@ impl Axis {
         self.response_motion_planned(known, false)
     }
 
-    /// The same of one that may not be as it is known.
+    /// The same for a servo that may differ from its model.
     fn response_motion_planned(&self, known: ServoParameters, is_uncertain: bool) -> Course {
         let (time, resolution) = (self.sample_time, TAU / self.counts);
         let settings = self.settings();
@@ -450,8 +450,8 @@ fn a_compliant_axis_shows_no_fault_while_it_moves() {
     }
 }
 
-/// What is not known of friction and gain is learnt in the first two motions: the lines of the others are those of a servo that
-/// was known from the first.
+/// The first two motions determine friction and gain. The lines of the others are then those of a servo that was
+/// identified from the start.
 #[test]
 fn a_servo_that_is_uncertain_is_learnt_before_its_lines_are_measured() {
     let axis = Axis {

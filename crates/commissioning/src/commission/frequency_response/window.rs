@@ -62,7 +62,7 @@ impl<N: Number> Window<N> {
         [increment, command]
     }
 
-    /// The balance of a window of n samples that is over: ∑ h_k = n, and the mean of h_k v̇_k is that of −ḣ_k v_k.
+    /// The balance of a finished window of n samples: ∑ h_k = n, and the mean of h_k v̇_k is that of −ḣ_k v_k.
     pub(super) fn balance(&self, samples: u32) -> FrictionBalance<N> {
         let [distance, change, command] = self.beneath;
         let per_sample = N::from_count(samples as i32).reciprocal();

@@ -18,19 +18,19 @@ use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 use identifier_core::units::Units;
 
-/// The interrupt's half of a commissioning: it moves the servo, watches over it and never waits.
+/// The interrupt's half of a commissioning. It moves the servo, checks it for faults and never waits.
 ///
-/// A sample is [`CommissionIsr::control`], whose command the caller has act at once, and then [`CommissionIsr::learn`];
-/// the caller hands its [`RecordEvent`] to the
-/// [`CommissionSolver`](super::CommissionSolver), has that do [`CommissionIsr::slices`] slices of work, and hands its
-/// [`Decision`] to [`CommissionIsr::accept`].
+/// In each sample the caller calls [`CommissionIsr::control`], outputs its command at once, and calls
+/// [`CommissionIsr::learn`]. It passes the [`RecordEvent`] to the [`CommissionSolver`](super::CommissionSolver),
+/// which does [`CommissionIsr::slices`] slices of work. It passes the solver's [`Decision`] to
+/// [`CommissionIsr::accept`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommissionIsr<N: Number> {
     settings: CommissionSettings,
     hysteresis: Hysteresis<N>,
-    /// Of the recorded motions.
+    /// The blocks of the recorded motions.
     blocking: Blocking<N>,
-    /// Noise at rest with which it goes on, counts.
+    /// Noise at rest up to which the commissioning continues, counts.
     tolerated_noise: N,
     units: Units,
     pub(in crate::commission) probing: Probing<N>,
@@ -48,7 +48,7 @@ pub struct CommissionIsr<N: Number> {
     patience: u32,
     /// Samples that are recorded before a motion.
     lead: u32,
-    /// By which the commands of a servo that is not known yet are late, samples.
+    /// Delay of the commands before the servo is identified, samples.
     delay: N,
     /// The command by which that of a rest may differ from the load's besides what friction explains.
     spare: N,
@@ -70,7 +70,7 @@ pub struct CommissionInputs {
 pub struct CommissionStep<N> {
     /// The command that is to act until the next; none: disable the stage.
     pub command: Option<N>,
-    /// Where the commissioning stands.
+    /// The present phase.
     pub phase: Phase,
     /// The event for the solver.
     pub finding: Option<RecordEvent<N>>,
@@ -96,7 +96,7 @@ impl<N: Number> CommissionIsr<N> {
     /// that end a fit or plan a motion take longer than all of it (`commission-slice` in the firmware's budget).
     const SLICE: f64 = 1e-4;
 
-    /// By how much more than is declared a command of a servo that is not known yet may be late, samples.
+    /// Delay beyond the declared one that a command may have before the servo is identified, samples.
     const UNKNOWN_DELAY: f64 = 2.0;
 
     /// The part of the command by which that of a rest may differ from the load's besides what friction explains.
@@ -106,10 +106,10 @@ impl<N: Number> CommissionIsr<N> {
     const TOLERATED_NOISE: f64 = 0.5;
     pub(in crate::commission) const MAX_NOISE_FACTOR: f64 = 1.5;
 
-    /// For an axis that is released, or is held by the gains before.
+    /// For an axis that is disabled, or held by the old gains.
     ///
     /// # Errors
-    /// The setting that is contradictory or impossible within the limits, with the value that would do.
+    /// The setting that is contradictory or impossible within the limits, with a value that would fit.
     pub fn new(
         settings: &CommissionSettings,
         before: Option<&HoldingGains>,
@@ -158,7 +158,7 @@ impl<N: Number> CommissionIsr<N> {
         N::from_f64(declared.max(Self::TOLERATED_NOISE))
     }
 
-    /// The largest motion that there can be before anything is known of the servo.
+    /// The largest motion that is possible before the servo is identified.
     #[must_use]
     pub fn largest_motion(&self) -> LargestMotion {
         self.probing.largest_motion()
@@ -170,7 +170,7 @@ impl<N: Number> CommissionIsr<N> {
         ((self.settings.sample_time / Self::SLICE) as u32).clamp(1, 32)
     }
 
-    /// Begins where the servo stands. `held` is the command that the gains before hold it with now.
+    /// Begins at the servo's position. `held` is the command with which the old gains hold it now.
     #[must_use]
     pub fn start(&self, count: i32, held: Option<N>) -> CommissionState<N> {
         let command = held.unwrap_or(N::ZERO);
@@ -185,10 +185,9 @@ impl<N: Number> CommissionIsr<N> {
         CommissionState::begun(count, command, activity, watch, self.hysteresis, bandwidth)
     }
 
-    /// Begins beside a controller that has run until a count, with the gains before: `last` is that
-    /// one's last sample. Its command continues without a bump, its integral is carried over, and its
-    /// reference goes to where the servo is. For a state of [`CommissionIsr::start`] that has run no sample
-    /// yet, where there is no time to build a new one.
+    /// Takes over from a controller with the old gains that ran up to a count. `last` is its last sample. Its command
+    /// continues without a step, its integral is carried over, and its reference is set to the servo's position. For
+    /// a state of [`CommissionIsr::start`] that has run no sample yet, where there is no time to build a new one.
     pub fn take_over(&self, state: &mut CommissionState<N>, count: i32, last: &ControlSample<N>) {
         state.begin_at(count);
         let last = &last.scaled(|counts| self.hysteresis.in_units(counts));
@@ -251,8 +250,8 @@ impl<N: Number> CommissionIsr<N> {
         state.acting
     }
 
-    /// The second part of a sample, while the command acts: monitors the servo, learns from it and decides what is
-    /// done from the next sample on. The command differs from that of [`CommissionIsr::control`] where the commissioning
+    /// The second part of a sample, while the command acts. It checks the servo, records its motion and decides the
+    /// action of the next sample. The command differs from that of [`CommissionIsr::control`] where the commissioning
     /// ends in this sample: then it takes the place of that one.
     pub fn learn(&self, state: &mut CommissionState<N>) -> CommissionStep<N> {
         let increment = state.observation.increment;

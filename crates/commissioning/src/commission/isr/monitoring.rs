@@ -76,8 +76,8 @@ impl<N: Number> CommissionIsr<N> {
         })
     }
 
-    /// Has a servo that stands show whether it can move, where it is led, brought to a place or held there. False while a push
-    /// shows it, and until the servo is braked again.
+    /// Tests whether a servo at standstill can move: while it follows a reference, moves to a position or is held
+    /// there. False during the test command, and until the servo is braked again.
     pub(super) fn moves(&self, state: &mut CommissionState<N>) -> Result<bool, Reason> {
         let (position, command) = (state.position, state.command);
         let (servo, led) = match &state.activity {
@@ -103,8 +103,8 @@ impl<N: Number> CommissionIsr<N> {
         Ok(!state.standing.is_at_work())
     }
 
-    /// Goes on with less bandwidth where a servo that is studied oscillates under the loop that holds it: a second mass that
-    /// nothing has shown yet makes it many times as strong at high frequency.
+    /// Reduces the bandwidth if a servo that is being identified oscillates under the holding loop. A second mass,
+    /// not measured yet, multiplies the gain at high frequency.
     fn reduce_bandwidth(&self, state: &mut CommissionState<N>) {
         let is_studied =
             !matches!(state.phase, Phase::Rest | Phase::Trial) && state.suspected_fault().is_none();
@@ -135,13 +135,13 @@ impl<N: Number> CommissionIsr<N> {
         }
     }
 
-    /// True once the gains before hold the servo again.
+    /// True once the old gains hold the servo again.
     pub(super) fn is_back(&self, state: &CommissionState<N>) -> bool {
         state.was_end && state.phase != Phase::Applied
     }
 
-    /// True if noise may be what looks like a motion in single samples: until the rest is known to be quiet, and after an end
-    /// because it was not.
+    /// True if noise may look like a motion in single samples: until the noise at rest is measured, and after an end
+    /// by noise.
     fn may_be_noise(&self, state: &CommissionState<N>) -> bool {
         let was_noisy = state.reason == Some(Reason::EncoderNoise) && !self.hysteresis.is_coarse();
         was_noisy || self.rest(state) != Some(Rest::Quiet)
@@ -157,7 +157,7 @@ impl<N: Number> CommissionIsr<N> {
         noise.judge(state.position, self.tolerated_noise, is_declared)
     }
 
-    /// Ends it: the gains before hold again where they can, or the stage is disabled.
+    /// Ends it: the old gains hold the servo again if they can, or the stage is disabled.
     pub(super) fn end(&self, state: &mut CommissionState<N>, reason: Reason) {
         state.phase = match state.phase {
             Phase::Trial | Phase::Applied | Phase::RolledBack => Phase::RolledBack,
@@ -180,7 +180,7 @@ impl<N: Number> CommissionIsr<N> {
         };
     }
 
-    /// Held where it is by the gains before, where there are any.
+    /// Held at its position by the old gains, if there are any.
     fn held_as_before(&self, state: &mut CommissionState<N>) -> Option<Holding<N>> {
         if let Activity::OnTrial(_, trial) = &state.activity {
             state.measured = Some(*trial);
@@ -191,8 +191,8 @@ impl<N: Number> CommissionIsr<N> {
         Some(self.held_by(before, state.position, velocity, command))
     }
 
-    /// Has the gains before hold a servo with a fault that a load or friction may feign, until a command shows which it is;
-    /// false for any other reason.
+    /// A load or friction can look like this fault: the old gains hold the servo until a test command shows which it
+    /// is. False for any other reason.
     pub(super) fn suspected_reason(&self, state: &mut CommissionState<N>, fault: Reason) -> bool {
         let is_doubtful = may_be_feigned(fault)
             && state.suspected_fault().is_none()
@@ -218,8 +218,8 @@ impl<N: Number> CommissionIsr<N> {
         true
     }
 
-    /// The fault that is suspected, where this reason confirms it: the servo moves against the gains before, leaves its travel
-    /// under them or is not braked by them.
+    /// The suspected fault, if this reason confirms it. The servo then moves against the old gains, leaves its
+    /// travel, or is not braked by them.
     fn confirmed(&self, state: &CommissionState<N>, reason: Reason) -> Result<(), Reason> {
         /// Rests in which a servo is braked.
         const BRAKED: u32 = 5;
@@ -234,7 +234,8 @@ impl<N: Number> CommissionIsr<N> {
         }
     }
 
-    /// Brakes a servo under a suspicion, and pushes it by a command that grows. One that obeys has no fault.
+    /// Brakes a servo with a suspected fault, and tests it with a growing command. If the servo follows, there is no
+    /// fault.
     pub(super) fn prove(
         &self,
         state: &mut CommissionState<N>,
@@ -257,7 +258,7 @@ impl<N: Number> CommissionIsr<N> {
             return Ok(());
         };
         let [passed, rest] = [state.passed, self.rest].map(|samples| N::from_count(samples as i32));
-        // One that stands need not be braked.
+        // A servo at standstill need not be braked.
         if *pushed == 0 && *speed * rest > N::from_f64(MOVED) {
             let moved = state.position - holding.reference();
             if moved.magnitude() > *speed * passed + self.pace * rest {

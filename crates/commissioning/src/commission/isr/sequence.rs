@@ -16,7 +16,7 @@ impl<N: Number> CommissionIsr<N> {
     /// The size of a further motion, a part of the first.
     const PART: f64 = 0.8;
 
-    /// Continues the activity after its command, or goes on to the next one.
+    /// Continues the activity after its command, or begins the next one.
     pub(super) fn proceed(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
         let Some(increment) = state.observation.increment else {
             return Ok(());
@@ -171,7 +171,7 @@ impl<N: Number> CommissionIsr<N> {
         Ok(())
     }
 
-    /// Holds a servo after a motion by what is known of it, or by how it moved.
+    /// Holds a servo after a motion with gains from its estimates, or from how it moved.
     fn hold_after_motion(
         &self,
         state: &mut CommissionState<N>,
@@ -192,8 +192,8 @@ impl<N: Number> CommissionIsr<N> {
         state.begin(Activity::Probing(probing));
     }
 
-    /// Begins the record of the next motion while the servo is still held: the first commands of the
-    /// motion act late, and those before them are to be known.
+    /// Begins the record of the next motion while the servo is still held. Commands act late, so the fit needs those
+    /// before the motion.
     fn begin_pre_roll(&self, state: &mut CommissionState<N>) {
         state.phase = Phase::ProbeAgain;
         state.next = Next::PreRoll(self.lead);

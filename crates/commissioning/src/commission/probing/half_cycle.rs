@@ -111,8 +111,8 @@ impl<N: Number> Probing<N> {
         command
     }
 
-    /// All of the command does not move the servo in a direction: it is tried the other way. If it moves there, and
-    /// again does not come back, it may move in one direction only. If not, nothing moves it.
+    /// Full command does not move the servo in one direction, so the opposite direction is tried. If it moves there
+    /// and again does not return, it can move in one direction only. Otherwise nothing moves it.
     fn hit_end_stop(&self, state: &mut ProbingState<N>, command: N) -> N {
         let direction = state.direction;
         if state.blocked.replace(direction).is_none() {

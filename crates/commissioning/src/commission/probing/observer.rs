@@ -3,9 +3,9 @@ use identifier_core::number::Number;
 
 /// Velocity and unexplained acceleration of the servo from its counts and the command that acted.
 ///
-/// It predicts with the rough model's acceleration and a remainder. It corrects position, velocity and remainder by the
-/// error of the prediction. All three errors thus decay as pᵏ. While nothing is known of the servo, the rest is its
-/// whole acceleration.
+/// It predicts with the rough model's acceleration and a remainder. It corrects position, velocity and remainder by
+/// the error of the prediction. All three errors thus decay as pᵏ. Before the servo is identified, the remainder is
+/// its whole acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Observer<N> {
     gains: [N; 3],
@@ -43,7 +43,7 @@ impl<N: Number> ObserverState<N> {
         }
     }
 
-    /// Where the servo is known to stand.
+    /// The servo is at standstill.
     pub(super) fn stand(&mut self) {
         *self = Self::AT_REST;
     }

@@ -43,7 +43,7 @@ pub(super) struct Plan<N> {
     pub(super) longest: u32,
     /// Samples within which a motion that is to end must be at rest.
     pub(super) settling: u32,
-    /// Samples after which a motion of a servo that is known may end.
+    /// Samples after which a motion of an identified servo may end.
     pub(super) later: u32,
     pub(super) first_direction: N,
     /// Samples for which a servo that holds must not move to be at rest.
@@ -61,7 +61,7 @@ pub(super) struct Plan<N> {
     pub(super) off: N,
     /// Samples after which braking should show.
     pub(super) reaction: u32,
-    /// Samples for which a released servo must stand.
+    /// Samples for which a disabled servo must be at standstill.
     pub(super) released: u32,
     /// Samples within which a ramp does not catch a fall if it must be noticed first.
     pub(super) soon: N,
@@ -87,7 +87,7 @@ impl<N: Number> Plan<N> {
     /// The part of the command that may grow from a break-away to the count that shows it.
     const TIMED: f64 = 0.2;
 
-    /// Time for which a released servo must stand, s.
+    /// Time for which a disabled servo must be at standstill, s.
     const RELEASED: f64 = 0.02;
 
     /// The time that a ramp takes to catch a servo, s, and samples.
@@ -99,7 +99,7 @@ impl<N: Number> Plan<N> {
     /// The time within which a motion that is to end must be at rest, s.
     const SETTLING: f64 = 1.0;
 
-    /// The time after which a motion of a servo that is known may end, s.
+    /// The time after which a motion of an identified servo may end, s.
     const LATER: f64 = 0.15;
 
     pub(super) fn new(settings: &ProbingSettings) -> Self {
@@ -108,7 +108,7 @@ impl<N: Number> Plan<N> {
         let limits = &settings.limits;
         let known_delay = settings.command_delay / time;
         let travel = limits.travel.map(|end| end * counts);
-        // Half-cycles have their middle where the servo stands.
+        // The present position is the middle of the half-cycles.
         let room = travel[1].min(-travel[0]);
         let noticed = libm::floor(room / 12.0).clamp(3.0, 20.0);
         let most = limits.command[1].min(-limits.command[0]);
@@ -127,7 +127,7 @@ impl<N: Number> Plan<N> {
             delay => bandwidth.min(Self::HOLD_PHASE / delay),
         } * time;
         Self {
-            // A servo that stands on an edge of the encoder may show a count.
+            // At an edge of the encoder a servo at standstill may show a count.
             travel: [number(travel[0] - 1.5), number(travel[1] + 1.5)],
             command: limits.command.map(number),
             half_room: number(room * Self::USED_TRAVEL),

@@ -9,7 +9,7 @@ pub(crate) struct ProbingSettings {
     pub resolution: f64,
     /// Limits of the axis.
     pub limits: Limits,
-    /// The largest b that the servo may have, rad/s² per command unit, if that is known.
+    /// The largest b that the servo may have, rad/s² per command unit, if it is stated.
     pub max_gain: Option<f64>,
     /// The known part of the delay from the reading of the encoder to the change of the output, s.
     pub command_delay: f64,

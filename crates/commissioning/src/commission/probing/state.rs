@@ -23,11 +23,11 @@ pub(crate) struct ProbingState<N> {
     pub(super) extreme: N,
     /// The direction of the last count.
     pub(super) motion_direction: N,
-    /// True if the encoder shows that it stands.
+    /// True if the encoder shows a standstill.
     pub(super) stands: bool,
     /// The ramp's distance from its beginning, command units.
     pub(super) ramp: N,
-    /// Where it last stood.
+    /// The position of the last standstill.
     pub(super) origin: N,
     /// Commands and displacement since then.
     pub(super) free_motion: FreeMotion<N>,
@@ -36,7 +36,7 @@ pub(crate) struct ProbingState<N> {
     /// The guess from which the regression is to begin.
     pub(super) pending_estimate: Option<Guess<N>>,
     pub(super) servo: RoughModel<N>,
-    /// b as it was first known.
+    /// The first estimate of b.
     pub(super) guessed: N,
     pub(super) observed: ObserverState<N>,
     pub(super) gathered: RegressionState<N>,
@@ -64,7 +64,7 @@ pub(crate) struct ProbingState<N> {
     /// Its half-cycles as the counts show them, and how many of them the relay did not plan.
     pub(super) half_cycles: HalfCycles<N>,
     pub(super) ringing: u32,
-    /// True if the servo is known anew since evidence was judged.
+    /// True if there is a new estimate since the evidence was last judged.
     pub(super) is_new: bool,
     pub(super) evidence: Option<u32>,
     pub(super) held_at: N,
@@ -104,7 +104,7 @@ pub(super) enum ProbingStage {
 pub(super) struct FreeMotion<N> {
     /// The command with which it began.
     pub(super) base: N,
-    /// True if it began when the servo was released.
+    /// True if it began when the servo was disabled.
     pub(super) is_released: bool,
     /// Samples, the integral of the command beyond that one, and the integral of that.
     pub(super) time: N,
@@ -115,7 +115,7 @@ pub(super) struct FreeMotion<N> {
 }
 
 impl<N: Number> FreeMotion<N> {
-    /// Of a servo that was released this many samples ago.
+    /// The motion of a servo that was disabled this number of samples ago.
     pub(super) fn released(samples: u32) -> Self {
         Self {
             is_released: true,
@@ -149,9 +149,9 @@ impl<N: Number> FreeMotion<N> {
 }
 
 impl<N: Number> FreeMotion<N> {
-    /// A servo that turns within a number of samples under the commands so far; `given` is the last. It follows from how
-    /// far it fell and how fast it falls `against` the direction of the ramp: w t²/2 − b ∬u = q and w t − b ∫u = v. None if
-    /// it does not turn, or the encoder hardly shows that it is braked.
+    /// The servo that reverses within a number of samples under the commands so far; `given` is the last. It follows
+    /// from distance and speed `against` the direction of the ramp: w t²/2 − b ∬u = q and w t − b ∫u = v. None if it
+    /// does not reverse, or the encoder does not clearly show that it is braked.
     pub(super) fn turns(&self, direction: N, against: N, given: N, within: N) -> Option<Guess<N>> {
         /// Counts by which the ramp must have held it back, and counts a sample that it must have fallen in the mean.
         const HELD_BACK: f64 = 4.0;
@@ -177,7 +177,8 @@ impl<N: Number> FreeMotion<N> {
         })
     }
 
-    /// Of a fall whose last count has just been taken back: midway between the two.
+    /// The turning point of a motion by the load whose last count has just been reversed: midway between the two
+    /// counts.
     pub(super) fn turning(&self) -> [N; 4] {
         let half = N::from_f64(0.5);
         let [time, pushed, motion_direction, moved] = self.furthest;
@@ -270,7 +271,7 @@ impl<N: Number> ProbingState<N> {
         self.position != N::ZERO
     }
 
-    /// True if it accelerates or brakes a servo whose friction is known.
+    /// True if it accelerates or brakes a servo whose friction is estimated.
     pub(in crate::commission) fn is_oscillating(&self) -> bool {
         self.servo.is_known() && matches!(self.stage, ProbingStage::Push | ProbingStage::Brake)
     }
@@ -281,11 +282,11 @@ impl<N: Number> ProbingState<N> {
         self.extreme = self.position;
     }
 
-    /// Takes in the direction of a count. The loop that holds a servo reduces its bandwidth each time that it moves back faster than the
-    /// loop itself would: slower half-cycles are those of a load on a spring, which the loop damps.
+    /// Takes in the direction of a count. The holding loop reduces its bandwidth at each half-cycle that is faster
+    /// than its own. Slower half-cycles are those of a load on a spring, which the loop damps.
     pub(super) fn move_on(&mut self, motion_direction: N, hold_half_cycle: u32) {
-        /// The part of the bandwidth that is left after a turn, and at least: of a servo that its load moves, and of one
-        /// that friction held until the ramp moved it.
+        /// The part of the bandwidth that remains after a reversal, and the least part. First for a servo that its
+        /// load moves, then for one that friction held until the ramp moved it.
         const LEFT: f64 = 0.8;
         const LEAST: [f64; 2] = [0.4, 0.1];
         if motion_direction != self.motion_direction && self.stage == ProbingStage::Hold {
@@ -299,7 +300,7 @@ impl<N: Number> ProbingState<N> {
         self.motion_direction = motion_direction;
     }
 
-    /// A push goes on with another model: what that has learnt of friction is no longer added to it.
+    /// Half-cycles continue with another model. Friction that this one has estimated is no longer added.
     pub(super) fn push_on_with(&mut self, servo: &RoughModel<N>) {
         let motion_direction = self.direction;
         let response_motions =
@@ -308,7 +309,7 @@ impl<N: Number> ProbingState<N> {
         self.extra = (self.extra - learnt).limited(N::ZERO, self.extra);
     }
 
-    /// True if a servo that is braked has come to its furthest place: it comes back, or stands.
+    /// True if a braked servo has passed its furthest position: it moves back, or is at standstill.
     pub(super) fn has_turned(&self) -> bool {
         self.stands || self.direction * (self.position - self.extreme) < N::ZERO
     }

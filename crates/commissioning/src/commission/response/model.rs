@@ -3,8 +3,8 @@ use core::f64::consts::TAU;
 use identifier_core::number::Complex;
 use identifier_core::tuning::{Mode, PossibleServo, SampledServo};
 
-/// The unknowns of a response. They are ln b, the delay and the current loop's time constant in samples, viscous
-/// friction a (1/s), ln ω, ln ζ and ln β.
+/// The unknowns of a response: ln b, the delay and the current loop's time constant in samples, viscous friction a
+/// (1/s), ln ω, ln ζ, ln β.
 pub(super) type Unknowns = [f64; UNKNOWNS];
 pub(super) const UNKNOWNS: usize = 7;
 pub(super) const GAIN: usize = 0;

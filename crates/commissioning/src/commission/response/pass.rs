@@ -40,8 +40,8 @@ impl ResponsePass {
         (RATIO, 0.0, 3.0),
     ];
 
-    /// A pass at unknowns, with the expected viscous friction as its mean and deviation, 1/s. The deviation is zero if
-    /// it is known.
+    /// A pass at unknowns, with the expected viscous friction as its mean and deviation, 1/s. The deviation is zero
+    /// if it is declared.
     pub(super) fn at(
         unknowns: &Unknowns,
         [friction, uncertain]: [f64; 2],

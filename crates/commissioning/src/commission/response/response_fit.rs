@@ -10,7 +10,7 @@ use identifier_core::tuning::{MeasuredLine, Resonance};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::commission) struct ResponseFit {
     sample_time: f64,
-    /// Viscous friction with its deviation, 1/s, zero if it is known. Also the delay (samples) from the earlier
+    /// Viscous friction with its deviation, 1/s, zero if it is declared. Also the delay (samples) from the earlier
     /// motions.
     friction: [f64; 2],
     delay: f64,

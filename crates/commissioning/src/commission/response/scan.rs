@@ -18,7 +18,7 @@ pub(super) struct Scan {
     starts: Starts,
 }
 
-/// Unknowns from which two masses are fitted, the most promising first.
+/// Unknowns from which two masses are fitted, those of the smallest cost first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Starts {
     all: [Option<Start>; Self::MOST],

@@ -52,7 +52,7 @@ impl Step {
     }
 }
 
-/// What is known of an axis.
+/// The evidence about an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Evidence {
     /// A motion was recorded and is not fitted yet. It was cut short if it was over before there was enough evidence.
@@ -91,13 +91,14 @@ impl Evidence {
     const MAX_PROBES: u8 = 3;
     pub(super) const MAX_ROUNDS: u8 = 3;
 
-    /// The standard error of b up to which further motions are not worth their time, and the largest that gains are
-    /// looked for with, parts of b.
+    /// The standard error of b below which no further motions are made, and the largest for which gains are computed,
+    /// as parts of b.
     const WELL_KNOWN: f64 = 0.02;
     const KNOWN: f64 = 0.05;
 
-    /// The ratio of the response's b to that of the motions from which on further lines are asked for, with its standard
-    /// errors, and the largest for which gains are looked for. Where friction holds a load, the motor alone answers.
+    /// The ratio of the response's b to that of the motions above which further lines are measured, with its standard
+    /// errors. Then the largest ratio for which gains are computed. If friction holds the load, the response is that
+    /// of the motor only.
     const APART: f64 = 1.25;
     const ERRORS_APART: f64 = 3.0;
     const MOST_APART: f64 = 1.6;
@@ -128,8 +129,8 @@ impl Evidence {
         })
     }
 
-    /// The logarithm of the response's b over that of the motions, with its standard error. None where the motions are
-    /// doubted, or there is no response.
+    /// The logarithm of the response's b over that of the motions, with its standard error. None if the motions are
+    /// not explained, or there is no response.
     fn apart(&self) -> Option<[f64; 2]> {
         let (servo, masses) = (self.fitted.as_ref()?, self.masses.as_ref()?);
         let b = servo.parameters.b;
@@ -197,7 +198,7 @@ mod tests {
     use super::Step;
     use std::vec::Vec;
 
-    /// What each step does, as the page has it.
+    /// The text of each step on the page.
     const fn does(step: Step) -> &'static str {
         match step {
             Step::Fit => "the five numbers are fitted",

@@ -10,8 +10,8 @@ use identifier_core::number::Number;
 use identifier_core::tuning::Resonance;
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
-    /// Motions of the first round, one each way, and of a further one, both ways and both ways again with the injection
-    /// inverted.
+    /// Motions of the first round, one in each direction. Then those of a further round: both directions, and both
+    /// again with the injection inverted.
     const FIRST_ROUND: u8 = 2;
     const ROUND: u8 = 4;
 
@@ -26,7 +26,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.evidence.masses.and_then(|masses| masses.resonance)
     }
 
-    /// Measures the frequency response, or more of it. The order goes on without where there is no room.
+    /// Measures the frequency response, or more lines of it. Without room the order continues with its next step.
     pub(super) fn measure(&mut self) -> Option<DecisionKind<N>> {
         let Evidence {
             masses,
@@ -43,7 +43,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             _ => Lines::first_pass(time),
         };
         let is_between = masses.is_some_and(|masses| masses.may_hide_a_resonance());
-        // Friction and gain of a doubted servo are learnt before its lines.
+        // For an unexplained servo, friction and gain are estimated before the lines.
         let is_uncertain = unexplained_reason.is_some() && masses.is_none();
         let motions = if rounds == 0 {
             Self::FIRST_ROUND
@@ -84,7 +84,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         (self.work, self.motion) = (Work::Nothing, Phase::FrequencyResponse);
     }
 
-    /// Begins to fit masses to the response; the order goes on if there are too few lines.
+    /// Begins to fit masses to the response. With too few lines the order continues with its next step.
     pub(super) fn respond(&mut self) {
         let servo = self.evidence.servo();
         let fit = servo

@@ -54,7 +54,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
     }
 
-    /// A decision with the servo as it is known.
+    /// A decision with the present estimate of the servo.
     pub(super) fn publish(
         &self,
         decision: impl Fn(Identified<N>) -> DecisionKind<N>,

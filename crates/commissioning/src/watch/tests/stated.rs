@@ -367,8 +367,8 @@ fn the_page_has_the_figures_of_the_code() {
         row("encoder lost", false, |stated| stated.encoder_lost),
         row("overrun", false, |stated| stated.overrun),
         row("reversed, weak", false, |stated| stated.response),
-        row("standing, unknown servo", false, |stated| stated.standing),
-        row("standing, known servo, at least", true, |stated| {
+        row("no motion, unknown servo", false, |stated| stated.standing),
+        row("no motion, known servo, at least", true, |stated| {
             stated.standing
         }),
     ] {

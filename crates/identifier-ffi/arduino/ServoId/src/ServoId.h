@@ -1,4 +1,4 @@
-// Identifies a motor that SimpleFOC runs: ServoIdMotor::move in place of motor.move.
+// Identifies a motor that SimpleFOC runs: call ServoIdMotor::move instead of motor.move.
 #ifndef SERVO_ID_ARDUINO_H
 #define SERVO_ID_ARDUINO_H
 
@@ -8,7 +8,7 @@
 
 #include "servo_id.hpp"
 
-// The identifier of one motor. The command is the voltage, or the current where SimpleFOC controls the current.
+// The identifier of one motor. The command is the voltage, or the current if SimpleFOC controls the current.
 class ServoIdMotor {
 public:
     // The time from move to move (s), and the counts of the sensor's revolution.
@@ -24,7 +24,7 @@ public:
         return identifier_.init(settings_);
     }
 
-    // In place of motor.move(target), as often as motor.loopFOC(): the motor moves once in each sample time.
+    // Instead of motor.move(target), as often as motor.loopFOC(): the motor moves once in each sample time.
     template <class Motor> servo_id::Status move(Motor &motor, float target) {
         const uint32_t now = micros();
         if (joined_ && now - last_time_ < period_) {
@@ -37,7 +37,7 @@ public:
         const bool in_time = joined_ && late < 2 * period_;
         last_count_ = count;
         last_time_ = in_time ? last_time_ + period_ : now;
-        // What acted since the last sample: some versions of SimpleFOC output it in move, others in loopFOC.
+        // The command that acted since the last sample: some versions of SimpleFOC output it in move, others in loopFOC.
         const bool is_voltage = motor.torque_controller == TorqueControlType::voltage;
         const float acted = is_voltage ? motor.voltage.q : motor.current_sp;
         motor.move(target);
@@ -75,7 +75,7 @@ public:
     }
 
 private:
-    // Of the first fit between two samples.
+    // Blocks of the first fit between two samples.
     static constexpr uint32_t BLOCKS = 4;
 
     servo_id::Settings settings_;

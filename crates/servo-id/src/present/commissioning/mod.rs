@@ -56,7 +56,7 @@ pub fn commissioning(of: &Commissioned<'_>) -> Page {
             Section::full("Over time", vec![Block::Figures(figures)]),
             Section::full("Uncertainty", how_sure(of)),
             Section::full("Data and method", rests_on(of)),
-            Section::full("What to do next", next(of)),
+            Section::full("Next steps", next(of)),
         ]);
     }
     Page::new(of.title, of.command, verdict(of), sections)

@@ -28,7 +28,7 @@ pub fn comparison(title: &str, command: &str, result: &ComparisonResult, duratio
         Section::brief("The methods", vec![Block::Table(methods(result))]),
         Section::brief("The cases", each_case(result, duration)),
         Section::full("Uncertainty", vec![how_sure()]),
-        Section::full("What to do next", next()),
+        Section::full("Next steps", next()),
     ];
     let verdict = Verdict {
         tone: Tone::Good,

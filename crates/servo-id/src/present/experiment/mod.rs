@@ -62,7 +62,7 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
             Section::full("Uncertainty", how_sure(of.summary, &rows)),
             Section::full("Data and method", rests_on(of)),
         ]);
-        sections.extend(gains.map(|(blocks, _)| Section::full("What to do next", blocks)));
+        sections.extend(gains.map(|(blocks, _)| Section::full("Next steps", blocks)));
     }
     if !steps.is_empty() {
         let why = match of.summary.status() {
@@ -72,7 +72,7 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
             _ => "No gains: for this result they would be a guess.",
         };
         let steps = vec![Block::List(steps), Block::Text(why.to_owned())];
-        sections.push(Section::brief("What to do next", steps));
+        sections.push(Section::brief("Next steps", steps));
     }
     Page::new(of.title, of.command, verdict(of.summary, &rows), sections)
 }
@@ -336,11 +336,11 @@ fn left_over(residual: &Residual, summary: &Summary) -> String {
             per_cent(finding.share)
         )
     } else if !residual.is_large() {
-        "no larger than the encoder's noise, and no effect stands out.".to_owned()
+        "no larger than the encoder's noise; no single effect explains it.".to_owned()
     } else if residual.is_autocorrelated() {
-        "the model lacks something, and no effect stands out.".to_owned()
+        "the model lacks something, and no single effect explains it.".to_owned()
     } else {
-        "white like sensor noise, and no effect stands out.".to_owned()
+        "white like sensor noise; no single effect explains it.".to_owned()
     };
     begin + &end
 }

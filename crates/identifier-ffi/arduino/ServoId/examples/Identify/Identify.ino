@@ -27,7 +27,7 @@ void setup() {
 void loop() {
     static uint32_t printed = 0;
     motor.loopFOC();
-    // To and fro every 300 ms: in place of motor.move(target).
+    // To and fro every 300 ms: instead of motor.move(target).
     identifier.move(motor, millis() / 300 % 2 ? 1.0f : -1.0f);
     if (millis() - printed > 1000) {
         printed = millis();
