@@ -1,7 +1,7 @@
 //! Unknown servos of two masses, commissioned, and the applied gains judged by the frequency response of the true loop:
 //! `CAMPAIGN=4` for 240 of them, `CAMPAIGN_SEED=7` for others than usual, `CAMPAIGN_FEED_FORWARD=1` for gains with a
 //! feed-forward, `CAMPAIGN_PLAY=0.003` for couplings with so much play, rad, `CAMPAIGN_NARROW=1` for narrow resonances about half of
-//! the sampling frequency.
+//! the sampling frequency, `CAMPAIGN_LOAD_FRICTION=0.5` for half of the friction on the load.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -394,6 +394,10 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
         bench.settings.feed_forward =
             environment("CAMPAIGN_FEED_FORWARD").is_some_and(|on| on > 0.0);
         bench.effects.backlash = environment("CAMPAIGN_PLAY").unwrap_or(0.0);
+        // Of the same friction as a whole.
+        let behind = bench.servo.coulomb * environment("CAMPAIGN_LOAD_FRICTION").unwrap_or(0.0);
+        bench.effects.load_friction = behind;
+        bench.servo.coulomb -= behind;
     }
     let half = benches.len().div_ceil(2);
     let judged: Vec<Judged> = std::thread::scope(|scope| {
