@@ -35,6 +35,20 @@ fn speed_step(bench: &Bench) -> f64 {
 }
 const MAX_SPEED_STEP: f64 = 0.15;
 
+/// The twist of the spring over which the motor turns round before the load does, over the travel from end to end, and
+/// that beyond which the turn is as large as the motions.
+fn wind_up(bench: &Bench) -> f64 {
+    let Effects {
+        resonance,
+        inertia_ratio: share,
+        load_friction,
+        ..
+    } = bench.effects;
+    let [low, high] = bench.settings.limits.travel;
+    2.0 * load_friction / (resonance * resonance * share * (1.0 - share) * (high - low))
+}
+const MAX_WIND_UP: f64 = 0.02;
+
 /// Logarithmic between two bounds.
 fn log_uniform(random: &mut SplitMix64, low: f64, high: f64) -> f64 {
     low * (high / low).powf(random.next_uniform())
@@ -437,6 +451,15 @@ fn a_servo_of_two_masses_gets_gains_that_its_resonance_bears_or_none() {
         "{} applied of {} whose speed all of the command changes by at most {MAX_SPEED_STEP} of its limit in a sample",
         slow.len(),
         slow.len() + others.len()
+    );
+    let wound = benches.iter().zip(&judged);
+    let wound = wound.filter(|(bench, _)| wind_up(bench) <= MAX_WIND_UP);
+    let (wound, others): (Vec<_>, Vec<_>) =
+        wound.partition(|(_, judged)| judged.sensitivity.is_some());
+    println!(
+        "{} applied of {} whose spring friction of the load winds up by at most {MAX_WIND_UP} of the travel",
+        wound.len(),
+        wound.len() + others.len()
     );
     assert_eq!(unstable, 0);
     assert!(
