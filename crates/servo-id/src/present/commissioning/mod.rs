@@ -286,9 +286,13 @@ pub fn found_servo(
 fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
     let old = before.map(|gains| Gains::of(&gains.controller, gains.cutoff));
     let new = Gains::tuned(tuning);
+    let size = |value: f64| match value {
+        0.0 => "none".to_owned(),
+        value => figure(value),
+    };
     let row = |name: &str, of: fn(&Gains) -> f64, unit: &str| {
-        let old = old.as_ref().map_or_else(dash, |old| figure(of(old)));
-        vec![name.to_owned(), old, figure(of(&new)), unit.to_owned()]
+        let old = old.as_ref().map_or_else(dash, |old| size(of(old)));
+        vec![name.to_owned(), old, size(of(&new)), unit.to_owned()]
     };
     Table::new(
         "Gains",
