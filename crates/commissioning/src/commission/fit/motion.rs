@@ -90,8 +90,8 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
     }
 
     /// The blocks, from the first.
-    pub(crate) fn blocks(&self) -> impl Iterator<Item = &Block<N>> {
-        self.blocks.iter().take(self.count)
+    pub(crate) fn blocks(&self) -> &[Block<N>] {
+        self.blocks.get(..self.count).unwrap_or_default()
     }
 
     /// From the lowest to the highest position, counts.

@@ -10,6 +10,7 @@ use super::{
     CommissionError, CommissionSettings, Decision, MotionRecord, Phase, RecordEvent, RoughModel,
     ServoFit, ServoFitter,
 };
+use identifier_core::fit::Block;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::{MeasuredLine, Resonance, Tuner, TunerState, TuningError};
@@ -114,6 +115,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
         evidence.fitted = evidence.fitted.or(rough);
         self.work = Work::Decide;
+    }
+
+    /// The record of the last probing motion: its blocks, the samples of each, and the position of a count in it, rad.
+    #[must_use]
+    pub fn motion_record(&self) -> (&[Block<N>], u16, f64) {
+        let samples = self.record.samples().whole() as u16;
+        (self.record.blocks(), samples, self.settings.resolution)
     }
 
     /// The frequency response that was measured, by frequency; empty before there were any.
