@@ -2,6 +2,7 @@
 
 mod lines;
 mod locks;
+mod magnitudes;
 mod modules;
 mod public_items;
 mod rust;

@@ -2,7 +2,7 @@ use super::frequency_response::{FrictionBalance, LineSums, ResponsePlan};
 use super::gains::{HoldingGains, Loop};
 use super::trial::Trial;
 use super::{CommissionSettings, Phase, RoughModel};
-use crate::watch::KnownServo;
+use crate::watch::{KnownServo, LOW_SPEED};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::NumberedBlock;
 use identifier_core::number::Number;
@@ -127,7 +127,7 @@ impl<N: Number> Identified<N> {
     /// Takes in the command at which the servo is at rest. If friction does not explain its distance from the command
     /// that balances the load, the load has changed.
     pub(super) fn set_load_from_standstill(&mut self, command: N, spare: N) {
-        let friction = N::from_f64(Trial::<N>::LOW_SPEED);
+        let friction = N::from_f64(LOW_SPEED);
         let reach = friction * self.rough.coulomb() * self.rough.per_gain + spare;
         let holding = self.rough.holding();
         let met = holding.limited(command - reach, command + reach);

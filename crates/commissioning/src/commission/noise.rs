@@ -17,6 +17,12 @@ const APPARENT: f64 = 24.0;
 /// Noise that rounding hides, counts.
 const HIDDEN: f64 = 0.1;
 
+/// Standard deviation of a count's rounding, counts: the root of a twelfth.
+pub(super) const QUANTISATION_SIGMA: f64 = 0.3;
+
+/// Counts that are no motion yet: at an edge of the encoder a servo at rest shows one, a servo that moves shows two.
+pub(super) const EDGE_COUNTS: f64 = 1.5;
+
 /// The position of an encoder with noise, in units of that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hysteresis<N> {

@@ -4,6 +4,8 @@
 //! other way it moves, and goes on. With a stuck encoder or a dead actuator it moves neither way.
 
 use super::RoughModel;
+use super::noise::EDGE_COUNTS;
+use crate::watch::LOW_SPEED;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
@@ -54,12 +56,8 @@ pub(super) enum Led<N> {
 }
 
 impl<N: Number> StandingTest<N> {
-    /// Counts of a motion, and those that must have become one.
-    const MOVED: f64 = 1.5;
+    /// Counts that must have become a motion.
     const MISSED: f64 = 20.0;
-
-    /// Friction's range that Stribeck's may add to Coulomb's.
-    const LOW_SPEED: f64 = 1.5;
 
     /// The part of the command's limit beyond friction that moves a servo.
     const LEAST_PUSH: f64 = 0.05;
@@ -107,7 +105,7 @@ impl<N: Number> StandingTest<N> {
         command: N,
         led: Led<N>,
     ) -> Result<(), Reason> {
-        if (position - state.at).magnitude() > N::from_f64(Self::MOVED) {
+        if (position - state.at).magnitude() > N::from_f64(EDGE_COUNTS) {
             let braking = if state.tried > 0 {
                 self.push
             } else {
@@ -125,7 +123,7 @@ impl<N: Number> StandingTest<N> {
         if state.still < self.least {
             (state.still, state.under) = (state.still + 1, command);
         }
-        let range = N::from_f64(Self::LOW_SPEED) * servo.coulomb();
+        let range = N::from_f64(LOW_SPEED) * servo.coulomb();
         let (origin, friction, error) = match led {
             Led::Behind(error) => (servo.holding(), range, error),
             // From the one edge of its friction to the other.
@@ -164,7 +162,7 @@ impl<N: Number> StandingTest<N> {
         state.velocity += self.least_push * servo.gain;
         state.displacement += state.velocity;
         if state.tried >= self.steady {
-            if state.displacement < N::from_f64(2.0 * Self::MOVED) {
+            if state.displacement < N::from_f64(2.0 * EDGE_COUNTS) {
                 return Ok(());
             }
             let is_up = state.push > origin;

@@ -14,9 +14,6 @@ impl<N: Number> CommissionIsr<N> {
     /// Half-cycles running after which the bandwidth is reduced, fewer than make an oscillation.
     const HALF_CYCLES: u32 = 3;
 
-    /// The part of its bandwidth that it keeps.
-    pub(super) const REDUCED_BANDWIDTH: f64 = 0.4;
-
     /// The part of the largest bandwidth below which it is not reduced further.
     const LEAST: f64 = 0.08;
 
@@ -125,7 +122,7 @@ impl<N: Number> CommissionIsr<N> {
         if state.driven < Self::DRIVEN && state.watch.half_cycles() < Self::HALF_CYCLES {
             return;
         }
-        let part = N::from_f64(Self::REDUCED_BANDWIDTH);
+        let part = N::from_f64(ConservativePid::<N>::REDUCED_BANDWIDTH);
         let bandwidth = part * ConservativePid::bandwidth(holding.controller());
         if bandwidth > N::from_f64(Self::LEAST) * self.conservative.max_bandwidth() {
             state.bandwidth = bandwidth;

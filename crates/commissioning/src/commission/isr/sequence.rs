@@ -1,5 +1,6 @@
 //! The order of the activities, from the first motion to the trial.
 
+use super::super::conservative_pid::ConservativePid;
 use super::super::frequency_response::{ResponseProgress, ResponseWindows};
 use super::super::gains::Loop;
 use super::super::holding::Holding;
@@ -50,7 +51,7 @@ impl<N: Number> CommissionIsr<N> {
                         reason @ (Reason::TooLittleEvidence | Reason::Oscillating),
                     ) if servo.is_known() && !self.hysteresis.is_coarse() => {
                         if reason == Reason::Oscillating {
-                            state.bandwidth = N::from_f64(Self::REDUCED_BANDWIDTH)
+                            state.bandwidth = N::from_f64(ConservativePid::<N>::REDUCED_BANDWIDTH)
                                 * self.conservative.max_bandwidth();
                         }
                         state.end_record(EventKind::Inconclusive(servo));

@@ -1,4 +1,5 @@
 use super::super::CommissionError;
+use super::super::conservative_pid::ConservativePid;
 use super::super::regression::Regression;
 use super::super::rough_model::RoughModel;
 use super::observer::{Observer, ObserverState};
@@ -184,8 +185,6 @@ impl<N: Number> Probing<N> {
         /// Half-cycles after which it ends, and the multiple of the planned acceleration that they took.
         const HALF_CYCLES: u32 = 2;
         const HARDER: f64 = 2.4;
-        /// The part of its bandwidth with which the loop begins to hold such a servo.
-        const HELD_BY: f64 = 0.4;
         let [speed, bandwidth] = self.plan.ringing;
         if let Some(half_cycle) = state.half_cycles.take(state.position) {
             let acceleration = N::from_f64(HARDER) * state.acceleration;
@@ -196,7 +195,7 @@ impl<N: Number> Probing<N> {
         if state.ringing >= HALF_CYCLES {
             state.ending = Some(Err(Reason::Oscillating));
             state.held_at = state.position;
-            state.held_by = N::from_f64(HELD_BY);
+            state.held_by = N::from_f64(ConservativePid::<N>::REDUCED_BANDWIDTH);
             state.enter(ProbingStage::Hold);
         }
     }
