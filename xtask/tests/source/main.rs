@@ -6,3 +6,4 @@ mod magnitudes;
 mod modules;
 mod public_items;
 mod rust;
+mod variants;

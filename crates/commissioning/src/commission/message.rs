@@ -23,10 +23,7 @@ impl<N> RecordEvent<N> {
         match self.0 {
             EventKind::Begins(_) => 0,
             EventKind::Block(_) => blocks.saturating_add(1),
-            EventKind::Balance(_)
-            | EventKind::Line(_)
-            | EventKind::Ended(_)
-            | EventKind::Inconclusive(_) => blocks,
+            EventKind::Balance(_) | EventKind::Line(_) | EventKind::Ended { .. } => blocks,
         }
     }
 }
@@ -42,10 +39,9 @@ pub(super) enum EventKind<N> {
     Balance(FrictionBalance<N>),
     /// The sums of a line over a frequency-response motion that is over: line after line, motion after motion.
     Line(LineSums<N>),
-    /// The recorded motion has ended, or all frequency-response motions: study them. The servo as it moved by then.
-    Ended(RoughModel<N>),
-    /// The motion was over before there was enough evidence. The servo is the estimate by then.
-    Inconclusive(RoughModel<N>),
+    /// The recorded motion has ended, or all frequency-response motions: study them. The servo as it moved by then, and
+    /// whether the motion was over before there was enough evidence.
+    Ended { moved: RoughModel<N>, is_cut: bool },
 }
 
 /// A decision of the solver. There is one for each motion that has ended, and one more after tuning.

@@ -46,15 +46,6 @@ pub(super) struct Standing<N> {
     braking: u32,
 }
 
-/// Whether a servo is led.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Led<N> {
-    /// By a reference that it is this far behind, counts.
-    Behind(N),
-    /// It is held at a place.
-    Not,
-}
-
 impl<N: Number> StandingTest<N> {
     /// Counts that must have become a motion.
     const MISSED: f64 = 20.0;
@@ -103,7 +94,7 @@ impl<N: Number> StandingTest<N> {
         servo: &RoughModel<N>,
         position: N,
         command: N,
-        led: Led<N>,
+        led_behind: Option<N>,
     ) -> Result<(), Reason> {
         if (position - state.at).magnitude() > N::from_f64(EDGE_COUNTS) {
             let braking = if state.tried > 0 {
@@ -124,10 +115,10 @@ impl<N: Number> StandingTest<N> {
             (state.still, state.under) = (state.still + 1, command);
         }
         let range = N::from_f64(LOW_SPEED) * servo.coulomb();
-        let (origin, friction, error) = match led {
-            Led::Behind(error) => (servo.holding(), range, error),
+        let (origin, friction, error) = match led_behind {
+            Some(error) => (servo.holding(), range, error),
             // From the one edge of its friction to the other.
-            Led::Not => (state.under, range + range, N::ZERO),
+            None => (state.under, range + range, N::ZERO),
         };
         if state.tried == 0 {
             let force = servo.gain * (command - origin);
@@ -237,7 +228,7 @@ mod tests {
     fn found(
         rate: f64,
         command: f64,
-        led: Led<f64>,
+        led_behind: Option<f64>,
         mut position: impl FnMut(f64, f64) -> f64,
     ) -> Option<f64> {
         let time = 1.0 / rate;
@@ -247,7 +238,7 @@ mod tests {
             let now = f64::from(sample) * time;
             let acting = state.push().unwrap_or(command).clamp(-LIMIT, LIMIT);
             let position = position(now, acting);
-            let taken = test.take(&mut state, &servo(time), position, acting, led);
+            let taken = test.take(&mut state, &servo(time), position, acting, led_behind);
             (taken == Err(Reason::ActuatorDead)).then(|| {
                 assert!(test.is_final(&state));
                 now
@@ -264,10 +255,10 @@ mod tests {
             let command = command * LIMIT;
             // Eight samples and a command that is late at the lowest rate.
             let most = 0.05_f64.max(24.0 / rate);
-            let pushed = found(rate, command, Led::Behind(0.0), |_, _| 0.0);
+            let pushed = found(rate, command, Some(0.0), |_, _| 0.0);
             assert!(pushed.is_some_and(|time| time < most), "{rate} {pushed:?}");
             // By a command within friction the reference alone tells.
-            let led = found(rate, 0.1 * command, Led::Behind(50.0), |_, _| 0.0);
+            let led = found(rate, 0.1 * command, Some(50.0), |_, _| 0.0);
             let [least, most] = [0.1, 0.1 + most];
             assert!(
                 led.is_some_and(|time| (least..most).contains(&time)),
@@ -282,7 +273,7 @@ mod tests {
             for command in [0.5 * LIMIT, -0.7 * LIMIT] {
                 // Held in the direction of the command, it moves once it is pushed the other way.
                 let mut away = 0.0;
-                let held = found(rate, command, Led::Behind(50.0), |_, acting| {
+                let held = found(rate, command, Some(50.0), |_, acting| {
                     if acting * command < 0.0 {
                         away -= 1.0_f64.copysign(command) * 2000.0 / rate;
                     }
@@ -293,19 +284,15 @@ mod tests {
             }
             // Near an end of its travel it is pushed inwards alone.
             for (command, is_pushed) in [(0.5 * LIMIT, true), (-0.7 * LIMIT, false)] {
-                let near_end = found(rate, command, Led::Behind(50.0), |_, _| 900.0);
+                let near_end = found(rate, command, Some(50.0), |_, _| 900.0);
                 assert_eq!(near_end.is_some(), is_pushed, "{rate} {command}");
             }
             // Held at a place it bears any load: the command counts from where it came to stand.
-            assert_eq!(
-                found(rate, 0.9 * LIMIT, Led::Not, |_, _| 0.0),
-                None,
-                "{rate}"
-            );
+            assert_eq!(found(rate, 0.9 * LIMIT, None, |_, _| 0.0), None, "{rate}");
             // Friction and a tenth more, with the load.
             for command in [0.25 * LIMIT, -0.44 * LIMIT] {
                 assert_eq!(
-                    found(rate, command, Led::Behind(10.0), |_, _| 0.0),
+                    found(rate, command, Some(10.0), |_, _| 0.0),
                     None,
                     "{rate} {command}"
                 );

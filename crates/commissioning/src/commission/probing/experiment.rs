@@ -24,17 +24,6 @@ pub(crate) struct Probing<N> {
     settings: ProbingSettings,
 }
 
-/// The progress of a probing motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ProbingProgress {
-    /// It moves the servo.
-    Going,
-    /// It has ended with evidence, and the servo is held at rest.
-    AtRest,
-    /// It has ended without; the servo is at rest, or cannot be brought to rest.
-    Failed(Reason),
-}
-
 impl<N: Number> Probing<N> {
     /// # Errors
     /// See [`ProbingSettings::check`].
@@ -219,8 +208,13 @@ impl<N: Number> Probing<N> {
         }
     }
 
-    /// Learns from a sample after its command, for the next.
-    pub(crate) fn learn(&self, state: &mut ProbingState<N>, increment: N) -> ProbingProgress {
+    /// Learns from a sample after its command, for the next. Returns its end, with the servo held at rest: with evidence,
+    /// or without. The servo may then also be one that cannot be brought to rest.
+    pub(crate) fn learn(
+        &self,
+        state: &mut ProbingState<N>,
+        increment: N,
+    ) -> Option<Result<(), Reason>> {
         if let Some(guess) = state.pending_estimate.take() {
             self.begin_regression(state, &guess);
         }
@@ -299,20 +293,15 @@ impl<N: Number> Probing<N> {
         }
     }
 
-    fn progress(&self, state: &mut ProbingState<N>) -> ProbingProgress {
-        let Some(ending) = state.ending else {
-            return ProbingProgress::Going;
-        };
+    fn progress(&self, state: &mut ProbingState<N>) -> Option<Result<(), Reason>> {
+        let ending = state.ending?;
         state.ending_for = state.ending_for.saturating_add(1);
         let quiet = state.stage == ProbingStage::Hold && state.still >= self.plan.quiet;
         match ending {
-            Err(reason @ Reason::TravelLeft) => ProbingProgress::Failed(reason),
-            Ok(()) if quiet => ProbingProgress::AtRest,
-            Err(reason) if quiet => ProbingProgress::Failed(reason),
-            _ if state.ending_for > self.plan.settling => {
-                ProbingProgress::Failed(Reason::NeverAtRest)
-            }
-            _ => ProbingProgress::Going,
+            Err(Reason::TravelLeft) => Some(ending),
+            _ if quiet => Some(ending),
+            _ if state.ending_for > self.plan.settling => Some(Err(Reason::NeverAtRest)),
+            _ => None,
         }
     }
 }
