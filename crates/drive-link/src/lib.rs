@@ -13,6 +13,7 @@ mod frame;
 mod guidance;
 mod line;
 mod message;
+mod motion_record;
 mod no_gains;
 mod record;
 mod settings;
@@ -26,6 +27,7 @@ pub use message::{
     BootChecks, Command, Ended, Estimates, Fault, Kept, Noticed, PROTOCOL, Refusal, Report,
     Request, Snapshot, State, Status,
 };
+pub use motion_record::MotionRecord;
 pub use no_gains::NoGains;
 pub use record::{Commissioned, Record};
 pub use settings::{

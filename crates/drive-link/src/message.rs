@@ -8,13 +8,14 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
 use crate::guidance::Home;
+use crate::motion_record::MotionRecord;
 use crate::settings::{NotAllowed, Settings};
 use crate::term_sizes::TermSizes;
 
 /// The version of these messages, which every request but a stop carries. A drive rejects those of another.
 ///
 /// Above every index that a command had before requests carried it.
-pub const PROTOCOL: u8 = 20;
+pub const PROTOCOL: u8 = 21;
 
 /// The second and last byte of a stop, in every version from 18 on.
 pub(crate) const STOP: u8 = 6;
@@ -68,6 +69,8 @@ pub enum Command {
     Commission(CommissionSettings),
     /// Reports the last commissioning: answered by [`Report::Outcome`].
     Outcome,
+    /// Reports the record of its last probing motion from a block on: answered by [`Report::MotionRecord`].
+    MotionRecord(u16),
     /// Disables the servo at once: no command before it still moves the servo. Its bytes are those of a [`Request`].
     #[serde(skip)]
     Stop,
@@ -86,6 +89,7 @@ impl Command {
             | Self::Watch(_)
             | Self::Save
             | Self::Outcome
+            | Self::MotionRecord(_)
             | Self::Stop => false,
         }
     }
@@ -143,6 +147,13 @@ pub enum Report {
         id: u8,
         /// The outcome.
         outcome: Outcome,
+    },
+    /// A part of the record of the last commissioning.
+    MotionRecord {
+        /// The request's number.
+        id: u8,
+        /// The part.
+        part: MotionRecord,
     },
     /// The drive disabled its servo for a fault.
     Fault(Fault),

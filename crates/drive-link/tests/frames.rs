@@ -3,10 +3,12 @@
 use commissioning::{CommissionSettings, Limits, Phase, TrialResult};
 use drive_link::{
     Command, Commissioning, Dither, Estimates, Estimator, FrameError, Homing, LoopSettings,
-    MAX_FRAME_BYTES, NoGains, Outcome, PROTOCOL, Protection, Receiver, Refusal, Report, Request,
-    ServoChanges, Settings, Snapshot, StopListener, TargetSource, TermSizes, frame,
+    MAX_FRAME_BYTES, MotionRecord, NoGains, Outcome, PROTOCOL, Protection, Receiver, Refusal,
+    Report, Request, ServoChanges, Settings, Snapshot, StopListener, TargetSource, TermSizes,
+    frame,
 };
 use identifier_core::control::FeedForwardSettings;
+use identifier_core::fit::Block;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms};
 use identifier_core::reason::Reason;
@@ -232,6 +234,40 @@ fn every_report_of_a_commissioning_fits_a_message() {
 }
 
 #[test]
+fn a_record_is_whole_after_messages_that_all_fit() {
+    let block = |k: u16| Block {
+        travel: f32::from(k),
+        command: f32::MIN,
+        first_moment: f32::MAX,
+    };
+    let record: Vec<_> = (0..1000).map(block).collect();
+    let mut heard: Vec<f32> = Vec::new();
+    while heard.len() < record.len() {
+        let first = heard.len() as u16;
+        let part = MotionRecord::from((&record, u16::MAX, f64::MIN), first);
+        let report = Report::MotionRecord { id: 255, part };
+        let framed = report.framed().expect("it fits");
+        assert!(framed.len() <= MAX_FRAME_BYTES, "{}", framed.len());
+        let mut receiver = Receiver::new();
+        let received = framed.iter().find_map(|&byte| receiver.take(byte));
+        assert_eq!(received.as_ref(), Some(&Ok(report)));
+        let Some(Ok(Report::MotionRecord { part, .. })) = received else {
+            continue;
+        };
+        assert_eq!(part.total, 1000);
+        heard.extend(part.blocks.iter().map(|block| block[0]));
+    }
+    assert!(
+        heard
+            .iter()
+            .zip(0..)
+            .all(|(&travel, k)| travel == f32::from(k as u16))
+    );
+    let beyond = MotionRecord::from((&record, 1, 1.0), 1000);
+    assert!(beyond.blocks.is_empty());
+}
+
+#[test]
 fn settings_are_decoded_as_given() {
     let mut settings = filled(&mut || 1.5, u32::MAX, 3);
     let all = settings.to_string();
@@ -256,6 +292,7 @@ fn request() -> impl Strategy<Value = Request> {
         Just(Command::Home),
         Just(Command::Commission(order())),
         Just(Command::Outcome),
+        any::<u16>().prop_map(Command::MotionRecord),
     ];
     (any::<u8>(), command).prop_map(|(id, command)| Request { id, command })
 }

@@ -146,6 +146,7 @@ fn any_command() -> impl Strategy<Value = Command> {
         Just(Command::Clear),
         Just(Command::Save),
         any::<u16>().prop_map(Command::Watch),
+        any::<u16>().prop_map(Command::MotionRecord),
         number().prop_map(Command::Target),
         any_settings().prop_map(Command::Configure),
     ]

@@ -4,7 +4,9 @@
 mod support;
 
 use commissioning::{CommissionIsr, Phase};
-use drive_link::{Command, Commissioning, Fault, Origin, Progress, Refusal, Report, State};
+use drive_link::{
+    Command, Commissioning, Fault, MotionRecord, Origin, Progress, Refusal, Report, State,
+};
 use drive_logic::Channel;
 use identifier_core::reason::Reason;
 use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, ready, until};
@@ -107,6 +109,47 @@ fn its_progress_is_reported() {
         };
         assert!(reports.iter().any(is_reported), "{phase:?}");
     }
+}
+
+/// The part of the record from a block on.
+fn part(drive: &mut Drive<'_>, first: u16) -> MotionRecord {
+    match drive.ask(Command::MotionRecord(first)) {
+        Report::MotionRecord { part, .. } => part,
+        other => panic!("{other:?} is no record"),
+    }
+}
+
+#[test]
+fn its_record_is_there_once_it_is_over_and_during_the_next_run() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    assert_eq!(part(&mut drive, 0), MotionRecord::NONE);
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::FrequencyResponse);
+    assert_eq!(part(&mut drive, 0), MotionRecord::NONE, "it may still grow");
+    over(&mut drive);
+    let mut displacements = Vec::new();
+    while let blocks = part(&mut drive, displacements.len() as u16).blocks
+        && !blocks.is_empty()
+    {
+        displacements.extend(blocks.iter().map(|[displacement, ..]| *displacement));
+    }
+    let first = part(&mut drive, 0);
+    assert_eq!(displacements.len(), usize::from(first.total));
+    assert!((16..=256).contains(&first.total) && first.samples > 0);
+    assert_eq!(first.resolution.to_bits(), ORDER.resolution.to_bits());
+    let farthest = displacements
+        .iter()
+        .scan(0.0_f32, |position, displacement| {
+            *position += displacement;
+            Some(position.abs())
+        });
+    let farthest = f64::from(farthest.fold(0.0, f32::max)) * first.resolution;
+    assert!((0.01..2.0).contains(&farthest), "{farthest}");
+    // A run has a record of its own.
+    drive.done(Command::Start);
+    drive.pass(500);
+    assert_eq!(part(&mut drive, 0), first);
 }
 
 /// A harm, the number of its reason, and its fault, if it is one.

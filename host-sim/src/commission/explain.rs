@@ -1,5 +1,6 @@
 //! The effects that a commissioning of five numbers did not explain, by the fit of all that it recorded.
 
+use drive_link::MotionRecord;
 use identifier_core::reason::Reason;
 use log_fit::fit::Values;
 use log_fit::{Cause, Logged, ModelDemand, Recording, identify};
@@ -7,20 +8,42 @@ use log_fit::{Cause, Logged, ModelDemand, Recording, identify};
 use super::Sample;
 use crate::scenario::Scenario;
 
-/// All that a commissioning has recorded until its end.
+/// The record of a commissioning: every sample until its end, or what the drive keeps of it.
 #[derive(Debug, Clone, Default)]
-pub struct Recorded(Vec<Logged>);
+pub struct Recorded {
+    samples: Vec<Logged>,
+    /// Position of a count in the blocks of a drive, rad; none of samples.
+    block_resolution: Option<f64>,
+}
 
 impl Recorded {
     /// Takes a sample in, if it has a reading.
     pub fn add(&mut self, sample: &Sample) {
         if let Some(position) = sample.measured.filter(|_| !sample.phase.is_end()) {
-            self.0.push(Logged {
+            self.samples.push(Logged {
                 position,
                 command: sample.command.unwrap_or(0.0),
-                begins: self.0.is_empty(),
+                begins: self.samples.is_empty(),
             });
         }
+    }
+
+    /// Takes in the next part of a drive's record; true if more is to follow, after this many blocks.
+    pub fn take_part(&mut self, part: &MotionRecord) -> Option<u16> {
+        let last = self.samples.last_chunk::<2>();
+        let mut position = last.map_or(0.0, |[first, middle]| {
+            2.0 * middle.position - first.position
+        });
+        for &[travel, command, moment] in &part.blocks {
+            let next = position + f64::from(travel) * part.resolution;
+            let moment = -f64::from(moment);
+            let halves = Logged::halves([position, next], command.into(), moment);
+            self.samples.extend(halves);
+            position = next;
+        }
+        self.block_resolution = Some(part.resolution);
+        let taken = (self.samples.len() / 2) as u16;
+        (taken < part.total && !part.blocks.is_empty()).then_some(taken)
     }
 
     /// The effects beside a, b, c, d and a delay, if a commissioning ended for this reason because no model explains
@@ -48,7 +71,10 @@ impl Recorded {
             return Vec::new();
         }
         let revolution = scenario.stated.identifier.terms.revolution;
-        let recording = Recording::new(&self.0, 1.0 / scenario.stated.resolution, revolution);
+        let recording = match self.block_resolution {
+            None => Recording::new(&self.samples, 1.0 / scenario.stated.resolution, revolution),
+            Some(resolution) => Recording::of_halves(&self.samples, 1.0 / resolution, revolution),
+        };
         let demand = ModelDemand {
             known: Values::NONE,
             required: Vec::new(),

@@ -55,6 +55,8 @@ pub struct CommissioningEnd {
     pub trial: Option<TrialResult>,
     /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.
     pub encoder_noise: f64,
+    /// Names of the effects that its model lacks, by the fit of what it recorded.
+    pub effects: Vec<&'static str>,
 }
 
 /// The result of a simulated commissioning.
@@ -75,8 +77,6 @@ pub struct CommissioningResult {
     pub phases: Vec<PhaseSpan>,
     /// The motion that there was, in truth, and the commands that acted.
     pub extremes: Excursion,
-    /// Names of the effects that its model lacks, by the fit of all that it recorded.
-    pub effects: Vec<&'static str>,
     /// The frequency response that was measured.
     #[serde(serialize_with = "response")]
     pub response: Option<FrequencyResponse>,
@@ -134,6 +134,7 @@ impl CommissioningEnd {
         largest: &LargestMotion,
         before: Option<&HoldingGains>,
         outcome: &drive_link::Outcome,
+        effects: &[Cause],
     ) -> Self {
         let drive_link::Commissioning { phase, reason } = outcome.commissioning;
         let tuning = outcome.tuning.as_ref();
@@ -154,6 +155,7 @@ impl CommissioningEnd {
             predicted_response: tuning.map(|tuning| tuning.predicted_response),
             trial: outcome.trial,
             encoder_noise: outcome.noise,
+            effects: effects.iter().map(|cause| cause.name()).collect(),
         }
     }
 }
@@ -183,7 +185,14 @@ impl CommissioningResult {
             kept: false,
         };
         let sample_time = scenario.sample_time();
-        let common = CommissioningEnd::new(sample_time, limits, largest, before, &as_of_a_drive);
+        let common = CommissioningEnd::new(
+            sample_time,
+            limits,
+            largest,
+            before,
+            &as_of_a_drive,
+            effects,
+        );
         let common = match end {
             Some(_) => common,
             None => CommissioningEnd {
@@ -200,7 +209,6 @@ impl CommissioningResult {
             duration: end.map(|end| end.time),
             phases: outcome.course.phases.clone(),
             extremes: outcome.course.excursion(),
-            effects: effects.iter().map(|cause| cause.name()).collect(),
             response: outcome.response.clone(),
             truth: commissioned_truth(scenario),
         }

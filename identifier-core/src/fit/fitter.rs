@@ -134,7 +134,10 @@ where
     const HORIZONS: [f64; 3] = [21.0, 6.0, 74.0];
 
     /// The same for a motion that begins at rest. The last is an open-loop simulation, and that one counts.
-    const HORIZONS_FROM_REST: [f64; 3] = [21.0, 74.0, Self::OPEN_LOOP_MEMORY];
+    const HORIZONS_FROM_REST: [f64; 3] = {
+        let [start, _, longer] = Self::HORIZONS;
+        [start, longer, Self::OPEN_LOOP_MEMORY]
+    };
 
     /// More than the blocks of any record.
     pub(super) const OPEN_LOOP_MEMORY: f64 = 1e4;

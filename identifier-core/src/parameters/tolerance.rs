@@ -19,9 +19,12 @@ impl Tolerance {
     /// The standard error up to which an unknown is within tolerance.
     pub const STD_ERROR: Self = Self {
         gain: 0.015,
-        force: [0.05, 0.005],
-        other: [0.05, 0.01],
+        force: [Self::OF_ITSELF, 0.005],
+        other: [Self::OF_ITSELF, 0.01],
     };
+
+    /// The part of itself to which every unknown but b is known.
+    const OF_ITSELF: f64 = 0.05;
 
     /// An estimate nearer to zero than this part of the quantity that it acts beside is at no bound. Friction is never
     /// negative.

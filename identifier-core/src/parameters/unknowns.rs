@@ -79,6 +79,11 @@ macro_rules! unknowns {
     };
 }
 
+/// The usual size of what motor and amplifier add, and of what bearings and masses do, as a share of the quantity that it
+/// acts beside.
+const OF_ELECTRONICS: f64 = 0.1;
+const OF_MECHANICS: f64 = 0.3;
+
 // A set begins with a and b, and the load, if it is one of them, comes last.
 unknowns! {
     /// a, viscous friction over inertia, 1/s.
@@ -88,23 +93,23 @@ unknowns! {
     /// c, Coulomb friction over inertia, rad/s².
     Coulomb: "coulomb", Acceleration, "Coulomb friction over inertia", Role::Parameter(Parameter::Coulomb);
     /// τ, the total delay from command to acceleration, s.
-    Delay: "delay", Time, "delay from command to acceleration", Size(Term::Delay, 0.1, Command);
+    Delay: "delay", Time, "delay from command to acceleration", Size(Term::Delay, OF_ELECTRONICS, Command);
     /// δa, the half difference of viscous friction forwards and backwards, over inertia, 1/s.
     Asymmetry: "asymmetry", Rate, "asymmetry of viscous friction",
-        Size(Term::Asymmetry, 0.3, ViscousFriction);
+        Size(Term::Asymmetry, OF_MECHANICS, ViscousFriction);
     /// s, friction over inertia that fades with speed as exp(−(q̇/v_s)²), rad/s².
     LowSpeed: "low-speed", Acceleration, "low-speed friction",
-        Size(Term::LowSpeed, 0.3, CoulombFriction);
+        Size(Term::LowSpeed, OF_MECHANICS, CoulombFriction);
     /// g_s, gravity over inertia in proportion to sin q, rad/s².
-    GravitySine: "gravity-sine", Acceleration, "gravity with sin q", Size(Term::Gravity, 0.3, Load);
+    GravitySine: "gravity-sine", Acceleration, "gravity with sin q", Size(Term::Gravity, OF_MECHANICS, Load);
     /// g_c, gravity over inertia in proportion to cos q, rad/s².
-    GravityCosine: "gravity-cosine", Acceleration, "gravity with cos q", Size(Term::Gravity, 0.3, Load);
+    GravityCosine: "gravity-cosine", Acceleration, "gravity with cos q", Size(Term::Gravity, OF_MECHANICS, Load);
     /// r_s, ripple over inertia in proportion to sin Nq, rad/s².
-    RippleSine: "ripple-sine", Acceleration, "ripple with sin Nq", Size(Term::Ripple, 0.1, Load);
+    RippleSine: "ripple-sine", Acceleration, "ripple with sin Nq", Size(Term::Ripple, OF_ELECTRONICS, Load);
     /// r_c, ripple over inertia in proportion to cos Nq, rad/s².
-    RippleCosine: "ripple-cosine", Acceleration, "ripple with cos Nq", Size(Term::Ripple, 0.1, Load);
+    RippleCosine: "ripple-cosine", Acceleration, "ripple with cos Nq", Size(Term::Ripple, OF_ELECTRONICS, Load);
     /// δ, the dead band of the bridge to either side, command units.
-    DeadBand: "dead-band", Command, "dead band of the power stage", Size(Term::DeadBand, 0.1, Command);
+    DeadBand: "dead-band", Command, "dead band of the power stage", Size(Term::DeadBand, OF_ELECTRONICS, Command);
     /// d, constant load over inertia, rad/s².
     Load: "load", Acceleration, "load over inertia", Role::Parameter(Parameter::Load);
 }

@@ -1,6 +1,6 @@
 use core::marker::PhantomData;
 
-use super::fitted::{FITTED, FirstFitSolution, GaussNewtonFitted};
+use super::fitted::{COVARIANCE_FACTOR, FITTED, FirstFitSolution, GaussNewtonFitted};
 use crate::constants::{Encode, encode};
 use crate::fit::{EarlyCommand, FitResult, Fits, Fitter, NumberedBlock};
 use crate::linalg::Factors;
@@ -66,9 +66,6 @@ where
 
     /// A fit result with its covariance in factors.
     fn explained(&self, result: &FitResult<N>) -> FirstFitSolution<N> {
-        /// The factor on the fit's covariance: its gradients were taken far from the truth, and its
-        /// errors are not white.
-        const COVARIANCE_FACTOR: f64 = 4.0;
         let factor = N::from_f64(COVARIANCE_FACTOR);
         // Motion in one direction determines only d − c sign(q̇), not c and d separately.
         let half = N::from_f64(0.5) * result.acceleration;

@@ -14,6 +14,9 @@ pub struct GaussNewtonFitted<N> {
 /// The parameters that a fit without terms finds: a, b, Coulomb friction, load.
 pub(super) const FITTED: usize = Parameter::ALL.len();
 
+/// The factor on the covariance of a fit: its gradients were taken far from the truth, and its errors are not white.
+pub(super) const COVARIANCE_FACTOR: f64 = 4.0;
+
 /// The place of b among them.
 pub(super) const B: usize = Parameter::B as usize;
 

@@ -1,5 +1,5 @@
 use super::GaussNewtonRecursion;
-use super::fitted::FirstFitSolution;
+use super::fitted::{COVARIANCE_FACTOR, FirstFitSolution};
 use super::interrupt::GaussNewtonRecursionState;
 use crate::constants::{Encode, encode};
 use crate::identify::Identify;
@@ -30,9 +30,6 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// The factor on the covariance of a fit: its errors are not white.
-    const COVARIANCE_FACTOR: f64 = 4.0;
-
     /// Starts from an identified servo with its covariance, without a first fit. For the background: it converts from
     /// SI.
     ///
@@ -76,7 +73,7 @@ where
                 }
                 let row = servo.covariance.get(places[i]);
                 let entry = row.and_then(|row| row.get(places[j])).copied();
-                Self::COVARIANCE_FACTOR * entry.unwrap_or(0.0) * scales[i] * scales[j]
+                COVARIANCE_FACTOR * entry.unwrap_or(0.0) * scales[i] * scales[j]
             })
         });
         let unexplained = servo.unexplained * units.position();

@@ -187,7 +187,7 @@ where
     pub const JOINING_TIME: f64 = 0.1;
 
     /// The time for which the load is estimated anew after a step, s.
-    pub const SEARCH_TIME: f64 = 0.1;
+    pub const SEARCH_TIME: f64 = Self::JOINING_TIME;
 
     /// The time without a count after which the servo is at standstill, s.
     pub const STANDSTILL_TIME: f64 = 0.005;

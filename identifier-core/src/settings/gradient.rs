@@ -48,7 +48,7 @@ enum Decay {
 
 /// The largest b̂, ĉ and |d̂|, SI. They are far beyond any servo, and keep the model loop in the range of single
 /// precision.
-pub(crate) const LARGEST: f64 = 1e9;
+pub(crate) const LARGEST: f64 = Gains::LARGEST;
 
 /// The range of an estimate, and the names of bounds and initial value.
 pub(crate) fn allowed(

@@ -4,8 +4,8 @@
 //! x²/2, the acceleration ω_m² e^(−x) (x − x²/2). Both begin at zero, so a delay in the loop turns little of the step
 //! into an error.
 
-use super::TuningSettings;
 use super::possible_servos::PossibleServo;
+use super::{StepMeasure, TuningSettings};
 use crate::control::FeedForwardSettings;
 
 /// The limits of a feed-forward for a servo, SI.
@@ -42,7 +42,7 @@ impl FeedForwardLimits {
 
     /// The remaining part of the step within which friction is no longer compensated in full. Within this part the
     /// servo has settled.
-    const SETTLED: f64 = 0.02;
+    const SETTLED: f64 = StepMeasure::<f64>::BAND;
 
     /// Halvings of the range of ω_m, in which the largest is found to 0.02 %.
     const HALVINGS: u32 = 12;

@@ -2,6 +2,8 @@
 
 mod lines;
 mod locks;
+mod magnitudes;
 mod modules;
 mod public_items;
 mod rust;
+mod variants;

@@ -38,13 +38,13 @@ fn members(root: &Path) -> Vec<String> {
 
 /// The sources of a crate by module: comments, literals and tests are left out.
 #[derive(Debug, Default)]
-struct Sources(Vec<(Vec<String>, String)>);
+pub(crate) struct Sources(Vec<(Vec<String>, String)>);
 
 /// For each module those it depends on.
 type Graph = BTreeMap<String, BTreeSet<String>>;
 
 impl Sources {
-    fn read(folder: &Path) -> Self {
+    pub(crate) fn read(folder: &Path) -> Self {
         let mut sources = Self::default();
         let mut folders = vec![folder.to_owned()];
         while let Some(next) = folders.pop() {
@@ -62,6 +62,13 @@ impl Sources {
             }
         }
         sources
+    }
+
+    /// The code of every module that is none of tests.
+    pub(crate) fn code(&self) -> impl Iterator<Item = &str> {
+        let modules = self.0.iter();
+        let own = modules.filter(|(module, _)| module.last().is_none_or(|name| name != "tests"));
+        own.map(|(_, text)| text.as_str())
     }
 
     fn add(&mut self, module: Vec<String>, text: &str) {

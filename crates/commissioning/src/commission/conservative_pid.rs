@@ -20,10 +20,13 @@ pub(super) struct ConservativePid<N> {
 
 impl<N: Number> ConservativePid<N> {
     /// The largest ω T: unknown delays of some samples cost little phase.
-    const MAX_BANDWIDTH_PER_SAMPLE: f64 = 0.08;
+    pub(super) const MAX_BANDWIDTH_PER_SAMPLE: f64 = 0.08;
 
     /// The largest ω, rad/s: a servo at rest asks for no more.
-    const MAX_BANDWIDTH: f64 = 250.0;
+    pub(super) const MAX_BANDWIDTH: f64 = 250.0;
+
+    /// The part of its bandwidth that a loop keeps whose servo oscillates.
+    pub(super) const REDUCED_BANDWIDTH: f64 = 0.4;
 
     /// The part of the command that a count of the encoder may change.
     const MAX_QUANTISATION_SHARE: f64 = 0.1;
@@ -31,8 +34,15 @@ impl<N: Number> ConservativePid<N> {
     /// The cut-off of the velocity estimate over ω.
     const CUTOFF: f64 = 6.0;
 
+    /// The slow pole over ω.
+    const SLOW_POLE: f64 = 0.2;
+
     /// k_p, k_d and k_i over ω²/b, ω/b and ω³/b for these poles, without viscous friction.
-    const PLACED: [f64; 3] = [1.4, 2.2, 0.2];
+    const PLACED: [f64; 3] = [
+        1.0 + 2.0 * Self::SLOW_POLE,
+        2.0 + Self::SLOW_POLE,
+        Self::SLOW_POLE,
+    ];
 
     /// Within these limits.
     pub(super) fn new(units: &Units, limits: &Limits) -> Self {

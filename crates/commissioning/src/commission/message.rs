@@ -2,7 +2,7 @@ use super::frequency_response::{FrictionBalance, LineSums, ResponsePlan};
 use super::gains::{HoldingGains, Loop};
 use super::trial::Trial;
 use super::{CommissionSettings, Phase, RoughModel};
-use crate::watch::KnownServo;
+use crate::watch::{KnownServo, LOW_SPEED};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::NumberedBlock;
 use identifier_core::number::Number;
@@ -23,10 +23,7 @@ impl<N> RecordEvent<N> {
         match self.0 {
             EventKind::Begins(_) => 0,
             EventKind::Block(_) => blocks.saturating_add(1),
-            EventKind::Balance(_)
-            | EventKind::Line(_)
-            | EventKind::Ended(_)
-            | EventKind::Inconclusive(_) => blocks,
+            EventKind::Balance(_) | EventKind::Line(_) | EventKind::Ended { .. } => blocks,
         }
     }
 }
@@ -42,10 +39,9 @@ pub(super) enum EventKind<N> {
     Balance(FrictionBalance<N>),
     /// The sums of a line over a frequency-response motion that is over: line after line, motion after motion.
     Line(LineSums<N>),
-    /// The recorded motion has ended, or all frequency-response motions: study them. The servo as it moved by then.
-    Ended(RoughModel<N>),
-    /// The motion was over before there was enough evidence. The servo is the estimate by then.
-    Inconclusive(RoughModel<N>),
+    /// The recorded motion has ended, or all frequency-response motions: study them. The servo as it moved by then, and
+    /// whether the motion was over before there was enough evidence.
+    Ended { moved: RoughModel<N>, is_cut: bool },
 }
 
 /// A decision of the solver. There is one for each motion that has ended, and one more after tuning.
@@ -127,7 +123,7 @@ impl<N: Number> Identified<N> {
     /// Takes in the command at which the servo is at rest. If friction does not explain its distance from the command
     /// that balances the load, the load has changed.
     pub(super) fn set_load_from_standstill(&mut self, command: N, spare: N) {
-        let friction = N::from_f64(Trial::<N>::LOW_SPEED);
+        let friction = N::from_f64(LOW_SPEED);
         let reach = friction * self.rough.coulomb() * self.rough.per_gain + spare;
         let holding = self.rough.holding();
         let met = holding.limited(command - reach, command + reach);

@@ -35,7 +35,7 @@ pub use limits::Limits;
 pub use message::{Decision, RecordEvent};
 pub use phase::Phase;
 pub use probing::LargestMotion;
-pub(crate) use probing::{Probing, ProbingProgress, ProbingSettings, ProbingState};
+pub(crate) use probing::{Probing, ProbingSettings, ProbingState};
 pub(crate) use rough_model::RoughModel;
 pub use settings::CommissionSettings;
 pub use solver::CommissionSolver;

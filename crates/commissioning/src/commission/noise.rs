@@ -5,6 +5,7 @@
 //! noise, not counts. The axis then has a coarser encoder without noise.
 
 use identifier_core::number::Number;
+use identifier_core::reason::Reason;
 
 /// Hysteresis in half widths, and the unit of a position, both in standard deviations of the noise. Over 10⁴ samples
 /// noise reaches four: a few of them pass, as edges of a count do.
@@ -16,6 +17,12 @@ const APPARENT: f64 = 24.0;
 
 /// Noise that rounding hides, counts.
 const HIDDEN: f64 = 0.1;
+
+/// Standard deviation of a count's rounding, counts: the root of a twelfth.
+pub(super) const QUANTISATION_SIGMA: f64 = 0.3;
+
+/// Counts that are no motion yet: at an edge of the encoder a servo at rest shows one, a servo that moves shows two.
+pub(super) const EDGE_COUNTS: f64 = 1.5;
 
 /// The position of an encoder with noise, in units of that.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,14 +136,6 @@ impl Held {
     }
 }
 
-/// A rest as an encoder shows it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Rest {
-    Quiet,
-    /// Its noise would be mistaken for motion.
-    Noisy,
-}
-
 /// The noise of an encoder at rest, from its counts y. White noise with variance σ² has E[Δ²y(k) Δ²y(k − 1)] = −4 σ². A
 /// smooth motion has a positive one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -175,22 +174,28 @@ impl<N: Number> RestNoise<N> {
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// Judges a rest with this many tolerated counts of noise; none before the result is clear. The position is from
+    /// Judges a rest with this many tolerated counts of noise, beyond which it would be mistaken for motion; none before
+    /// the result is clear. The position is from
     /// where it began, units; `is_declared` if the hysteresis keeps noise out of it.
-    pub(super) fn judge(&self, position: N, tolerated: N, is_declared: bool) -> Option<Rest> {
+    pub(super) fn judge(
+        &self,
+        position: N,
+        tolerated: N,
+        is_declared: bool,
+    ) -> Option<Result<(), Reason>> {
         /// Factor by which chance increases the deviation of few samples, over their inverse.
         const CHANCE: f64 = 8.0;
         let chance = N::from_f64(CHANCE) * self.inverse_of_samples();
         let rest = if self.deviation() > tolerated * (N::ONE + chance) {
-            Rest::Noisy
+            Err(Reason::EncoderNoise)
         } else {
-            Rest::Quiet
+            Ok(())
         };
         let falls = position.magnitude() > N::from_f64(APPARENT)
             || self.samples >= Self::ABOVE_FREE_MOTION && !self.takes_back;
         let is_clear = self.samples >= Self::KNOWN
-            || rest == Rest::Quiet && (falls || is_declared)
-            || rest == Rest::Noisy && falls;
+            || rest.is_ok() && (falls || is_declared)
+            || rest.is_err() && falls;
         is_clear.then_some(rest)
     }
 

@@ -150,15 +150,13 @@ impl CommissionSettings {
     fn can_be_sampled(&self, bandwidth: f64) -> Result<(), CommissionError> {
         /// The largest ω T that the tuner takes for a loop at all.
         const FASTEST: f64 = 0.5;
-        /// ω times hold and delay that a servo without friction tolerates with Mₛ = 1.6. Also the Mₛ that is left with
-        /// none.
+        /// ω times hold and delay that a servo without friction tolerates with Mₛ = 1.6.
         const BORNE: f64 = 0.085;
-        const MIN_SENSITIVITY: f64 = 1.1;
         if bandwidth <= FASTEST / (self.sample_time + self.command_delay) {
             return Ok(());
         }
-        let asked = (self.max_sensitivity - MIN_SENSITIVITY)
-            / (TuningSettings::MAX_SENSITIVITY - MIN_SENSITIVITY);
+        let (least, _) = Self::SENSITIVITIES;
+        let asked = (self.max_sensitivity - least) / (TuningSettings::MAX_SENSITIVITY - least);
         let late = 0.5 * self.sample_time + self.command_delay;
         Err(CommissionError::TooFast {
             bandwidth,

@@ -5,6 +5,8 @@
 //! and the commissioning continues. With a stuck encoder or a dead actuator it moves in neither direction.
 
 use super::RoughModel;
+use super::noise::EDGE_COUNTS;
+use crate::watch::LOW_SPEED;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
@@ -46,22 +48,9 @@ pub(super) struct Standing<N> {
     braking: u32,
 }
 
-/// Whether a servo follows a moving reference.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Led<N> {
-    /// By a reference that it is this far behind, counts.
-    Behind(N),
-    /// It is held at a place.
-    Not,
-}
-
 impl<N: Number> StandingTest<N> {
-    /// Counts of a motion, and those that must have become one.
-    const MOVED: f64 = 1.5;
+    /// Counts that must have become a motion.
     const MISSED: f64 = 20.0;
-
-    /// Friction's range that Stribeck's may add to Coulomb's.
-    const LOW_SPEED: f64 = 1.5;
 
     /// The part of the command's limit beyond friction that moves a servo.
     const LEAST_PUSH: f64 = 0.05;
@@ -108,9 +97,9 @@ impl<N: Number> StandingTest<N> {
         servo: &RoughModel<N>,
         position: N,
         command: N,
-        led: Led<N>,
+        led_behind: Option<N>,
     ) -> Result<(), Reason> {
-        if (position - state.at).magnitude() > N::from_f64(Self::MOVED) {
+        if (position - state.at).magnitude() > N::from_f64(EDGE_COUNTS) {
             let braking = if state.tried > 0 {
                 self.push
             } else {
@@ -128,11 +117,11 @@ impl<N: Number> StandingTest<N> {
         if state.still < self.least {
             (state.still, state.under) = (state.still + 1, command);
         }
-        let range = N::from_f64(Self::LOW_SPEED) * servo.coulomb();
-        let (origin, friction, error) = match led {
-            Led::Behind(error) => (servo.holding(), range, error),
+        let range = N::from_f64(LOW_SPEED) * servo.coulomb();
+        let (origin, friction, error) = match led_behind {
+            Some(error) => (servo.holding(), range, error),
             // From the one edge of its friction to the other.
-            Led::Not => (state.under, range + range, N::ZERO),
+            None => (state.under, range + range, N::ZERO),
         };
         if state.tried == 0 {
             let force = servo.gain * (command - origin);
@@ -167,7 +156,7 @@ impl<N: Number> StandingTest<N> {
         state.velocity += self.least_push * servo.gain;
         state.displacement += state.velocity;
         if state.tried >= self.steady {
-            if state.displacement < N::from_f64(2.0 * Self::MOVED) {
+            if state.displacement < N::from_f64(2.0 * EDGE_COUNTS) {
                 return Ok(());
             }
             let is_up = state.push > origin;
@@ -242,7 +231,7 @@ mod tests {
     fn found(
         rate: f64,
         command: f64,
-        led: Led<f64>,
+        led_behind: Option<f64>,
         mut position: impl FnMut(f64, f64) -> f64,
     ) -> Option<f64> {
         let time = 1.0 / rate;
@@ -252,7 +241,7 @@ mod tests {
             let now = f64::from(sample) * time;
             let acting = state.push().unwrap_or(command).clamp(-LIMIT, LIMIT);
             let position = position(now, acting);
-            let taken = test.take(&mut state, &servo(time), position, acting, led);
+            let taken = test.take(&mut state, &servo(time), position, acting, led_behind);
             (taken == Err(Reason::ActuatorDead)).then(|| {
                 assert!(test.is_final(&state));
                 now
@@ -269,10 +258,10 @@ mod tests {
             let command = command * LIMIT;
             // Eight samples and a command that is late at the lowest rate.
             let most = 0.05_f64.max(24.0 / rate);
-            let pushed = found(rate, command, Led::Behind(0.0), |_, _| 0.0);
+            let pushed = found(rate, command, Some(0.0), |_, _| 0.0);
             assert!(pushed.is_some_and(|time| time < most), "{rate} {pushed:?}");
             // By a command within friction the reference alone tells.
-            let led = found(rate, 0.1 * command, Led::Behind(50.0), |_, _| 0.0);
+            let led = found(rate, 0.1 * command, Some(50.0), |_, _| 0.0);
             let [least, most] = [0.1, 0.1 + most];
             assert!(
                 led.is_some_and(|time| (least..most).contains(&time)),
@@ -287,7 +276,7 @@ mod tests {
             for command in [0.5 * LIMIT, -0.7 * LIMIT] {
                 // Held in the direction of the command, it moves once it is pushed the other way.
                 let mut away = 0.0;
-                let held = found(rate, command, Led::Behind(50.0), |_, acting| {
+                let held = found(rate, command, Some(50.0), |_, acting| {
                     if acting * command < 0.0 {
                         away -= 1.0_f64.copysign(command) * 2000.0 / rate;
                     }
@@ -298,19 +287,15 @@ mod tests {
             }
             // Near an end of its travel it is pushed inwards alone.
             for (command, is_pushed) in [(0.5 * LIMIT, true), (-0.7 * LIMIT, false)] {
-                let near_end = found(rate, command, Led::Behind(50.0), |_, _| 900.0);
+                let near_end = found(rate, command, Some(50.0), |_, _| 900.0);
                 assert_eq!(near_end.is_some(), is_pushed, "{rate} {command}");
             }
             // A held servo may have any load: the command counts from that at the beginning of the standstill.
-            assert_eq!(
-                found(rate, 0.9 * LIMIT, Led::Not, |_, _| 0.0),
-                None,
-                "{rate}"
-            );
+            assert_eq!(found(rate, 0.9 * LIMIT, None, |_, _| 0.0), None, "{rate}");
             // Friction and a tenth more, with the load.
             for command in [0.25 * LIMIT, -0.44 * LIMIT] {
                 assert_eq!(
-                    found(rate, command, Led::Behind(10.0), |_, _| 0.0),
+                    found(rate, command, Some(10.0), |_, _| 0.0),
                     None,
                     "{rate} {command}"
                 );

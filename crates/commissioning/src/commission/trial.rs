@@ -1,6 +1,7 @@
 use super::RoughModel;
 use super::acting_share::ActingShare;
 use super::holding::Holding;
+use crate::watch::LOW_SPEED;
 use identifier_core::number::Number;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
@@ -81,9 +82,6 @@ impl<N: Number> Trial<N> {
     /// Tolerance of the overshoot, as a part of the step.
     pub(super) const OVERSHOOT: f64 = 0.03;
 
-    /// Friction at low speed over Coulomb friction, which may act to either side at first.
-    pub(super) const LOW_SPEED: f64 = 1.5;
-
     /// Friction at rest over Coulomb friction that no axis has. A larger command moves it, or nothing does.
     const STICTION: f64 = 5.0;
 
@@ -128,7 +126,7 @@ impl<N: Number> Trial<N> {
             step: N::from_f64(counts),
             returns,
             balance: N::from_f64(-servo.load / b),
-            friction: [Self::LOW_SPEED, Self::STICTION].map(|of| N::from_f64(of * coulomb / b)),
+            friction: [LOW_SPEED, Self::STICTION].map(|of| N::from_f64(of * coulomb / b)),
             predicted: Predicted {
                 rise: [
                     (1.0 - Self::RISE) * quickest - per_count,

@@ -40,6 +40,7 @@ mod tests;
 
 pub use bounds::LateSamples;
 pub use known_servo::KnownServo;
+pub(crate) use model::LOW_SPEED;
 pub use servo_watch::{ServoWatch, ServoWatchState};
 #[cfg(test)]
 use settings::DetectionTimes;

@@ -10,6 +10,9 @@ pub(super) const LOAD_STEP: f64 = 0.3;
 /// Largest ratio of a servo's parameter to its model's.
 pub(super) const MODEL_ERROR: f64 = 1.2;
 
+/// Friction at low speed over Coulomb friction, to which Stribeck's may add a half.
+pub(crate) const LOW_SPEED: f64 = 1.5;
+
 /// Position in counts, time in samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Model {

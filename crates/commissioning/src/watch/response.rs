@@ -117,14 +117,14 @@ impl<N: Number> ResponseCheck<N> {
         /// The smallest informative change of the command, as a share of the limit. Below it the errors of delay and
         /// friction are too large a part.
         const MIN_COMMAND_CHANGE: f64 = 0.05;
-        /// The command that neither a load nor a step of it explains: either is 30 %.
-        const BEYOND_LOAD_STEP: f64 = 0.7;
+        // The command that neither a load nor a step of it explains.
+        let beyond_step = 2.0 * Self::BEYOND_LOAD;
         let length = f64::from(parts) * f64::from(part);
         let area = length * length;
         Self {
             blocks: Blocks::new(parts, part),
             least: N::from_f64(MIN_COMMAND_CHANGE * limit * area),
-            strong: N::from_f64(BEYOND_LOAD_STEP * limit * area),
+            strong: N::from_f64(beyond_step * limit * area),
             held: N::from_f64(Self::BEYOND_LOAD * limit * area),
         }
     }

@@ -1,7 +1,7 @@
 //! Detection of a standstill that is none: a stuck encoder, a dead actuator.
 
 use super::blocks::WatchBlock;
-use super::model::{MODEL_ERROR, Model};
+use super::model::{LOW_SPEED, MODEL_ERROR, Model};
 use super::{Use, WatchSettings};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
@@ -103,8 +103,6 @@ impl<N: Number> StandstillWatch<N> {
     const SETPOINT_STEP: i32 = 20;
     /// Braking beyond which a stop is abrupt, over the largest possible.
     const LIKELY_BRAKING: f64 = 0.4;
-    /// Friction's range that Stribeck's may add to Coulomb's.
-    const LOW_SPEED: f64 = 1.5;
     /// Memory of the command, s.
     const SMOOTHING_TIME: f64 = 5e-3;
     /// Memory of the range of the command, s: a load that changes more slowly is no fault.
@@ -132,7 +130,8 @@ impl<N: Number> StandstillWatch<N> {
     fn samples(time: f64, sample_time: f64) -> i32 {
         /// The fewest, so that a delay of the command has passed.
         const MIN_SAMPLES: f64 = 8.0;
-        (time / sample_time).clamp(MIN_SAMPLES, 1e9) as i32
+        // A cast saturates.
+        (time / sample_time).max(MIN_SAMPLES) as i32
     }
 
     pub(super) fn start(&self) -> StandstillWatchState<N> {
@@ -183,8 +182,8 @@ impl<N: Number> StandstillWatch<N> {
         };
         // To either side of the holding command, and a step of the load.
         let load_step = MODEL_ERROR * model.load_step / model.gain;
-        let friction = 2.0 * Self::LOW_SPEED * model.breakaway + push_share * settings.limit();
-        let reach = Self::LOW_SPEED * model.breakaway + load_step + push_share * settings.limit();
+        let friction = 2.0 * LOW_SPEED * model.breakaway + push_share * settings.limit();
+        let reach = LOW_SPEED * model.breakaway + load_step + push_share * settings.limit();
         // Until it has moved by what counts as motion, under a push that is hardly more than friction.
         let push = push_share * settings.limit() * model.gain;
         let moves = libm::sqrt(2.0 * f64::from(Self::MISSED_COUNTS) / push);

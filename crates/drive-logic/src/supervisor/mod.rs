@@ -264,6 +264,10 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                     || refused(Refusal::NeverCommissioned),
                     |outcome| Report::Outcome { id, outcome },
                 ),
+                Command::MotionRecord(first) => Report::MotionRecord {
+                    id,
+                    part: self.solver.motion_record(first),
+                },
                 _ => Report::Done { id },
             },
             Err(refusal) => refused(refusal),
@@ -275,7 +279,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             self.must_be_last()?;
         }
         match *command {
-            Command::Hello | Command::Show | Command::Outcome => {}
+            Command::Hello | Command::Show | Command::Outcome | Command::MotionRecord(_) => {}
             Command::Configure(_) | Command::Start if self.is_commissioning() => {
                 self.channel.change_mode();
                 return Err(Refusal::EndedCommissioning);

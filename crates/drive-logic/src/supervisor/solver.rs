@@ -2,7 +2,7 @@
 //! recording, or the solver of a commissioning.
 
 use commissioning::{CommissionSettings, CommissionSolver};
-use drive_link::{Estimator, LoopSettings, NotAllowed};
+use drive_link::{Estimator, LoopSettings, MotionRecord, NotAllowed};
 use identifier_core::identifier::{GaussNewtonFitter, GaussNewtonFitterState};
 use identifier_core::parameters::{IdentifiedServo, Unknowns};
 use identifier_core::reason::Reason;
@@ -28,8 +28,10 @@ type FitterState = GaussNewtonFitterState<f32, BLOCKS>;
 pub(super) struct Solver {
     /// The first fit of a run, if its estimator needs one.
     first_fit: Option<(Fitter, FitterState)>,
-    /// The solver of a commissioning under way.
+    /// The solver of a commissioning, and whether that is under way. The record of one that is over is kept for the
+    /// host.
     commissioning: &'static mut Option<CommissioningSolver>,
+    is_commissioning: bool,
     /// Slices of a commissioning that go with a sample, and those that were done since the background last slept.
     slices: u32,
     done: u32,
@@ -44,6 +46,7 @@ impl Solver {
         Self {
             first_fit: None,
             commissioning,
+            is_commissioning: false,
             slices: 1,
             done: 0,
             pending: None,
@@ -73,6 +76,7 @@ impl Solver {
     ) -> Result<(), NotAllowed> {
         let solver = CommissioningSolver::new(settings);
         *self.commissioning = Some(solver.map_err(|error| conversion::not_commissioned(&error))?);
+        self.is_commissioning = true;
         self.slices = slices;
         (self.servo, self.tuning) = (None, None);
         Ok(())
@@ -80,11 +84,26 @@ impl Solver {
 
     /// A commissioning is over.
     pub(super) fn end_commissioning(&mut self) {
-        *self.commissioning = None;
+        self.is_commissioning = false;
         // A fit may still be for the run in whose place it was ordered.
         if matches!(self.pending, Some(Solution::Decision(_))) {
             self.pending = None;
         }
+    }
+
+    /// The record of the last motion of a commissioning that is over, from a block on.
+    pub(super) fn motion_record(&self, first: u16) -> MotionRecord {
+        let over = self.commissioning.as_ref();
+        let over = over.filter(|_| !self.is_commissioning);
+        over.map_or(MotionRecord::NONE, |solver| {
+            MotionRecord::from(solver.motion_record(), first)
+        })
+    }
+
+    /// The solver of the commissioning under way.
+    fn under_way(&mut self) -> Option<&mut CommissioningSolver> {
+        let solver = self.commissioning.as_mut();
+        solver.filter(|_| self.is_commissioning)
     }
 
     /// Why a run's estimator has no first fit after a second of motion.
@@ -113,14 +132,21 @@ impl Solver {
     /// sample. It does one slice at a time, so that a stop waits for one slice only.
     #[inline(never)]
     pub(super) fn work(&mut self, channel: &mut BackgroundEnd<'_>) -> bool {
-        if self.first_fit.is_none() && self.commissioning.is_none() {
+        if self.first_fit.is_none() && !self.is_commissioning {
             return false;
         }
         while let Some(piece) = channel.recorded() {
-            match (piece, &mut self.first_fit, &mut *self.commissioning) {
-                (Recorded::Block(block), Some((fitter, state)), _) => fitter.take(state, &block),
-                (Recorded::Event(event), _, Some(solver)) => solver.take(&event),
-                _ => {}
+            match piece {
+                Recorded::Block(block) => {
+                    if let Some((fitter, state)) = &mut self.first_fit {
+                        fitter.take(state, &block);
+                    }
+                }
+                Recorded::Event(event) => {
+                    if let Some(solver) = self.under_way() {
+                        solver.take(&event);
+                    }
+                }
             }
         }
         if self.pending.is_none()
@@ -134,7 +160,7 @@ impl Solver {
             self.pending = None;
         }
         self.done += 1;
-        let more = self.commissioning.is_some() && self.done < self.slices;
+        let more = self.is_commissioning && self.done < self.slices;
         if !more {
             self.done = 0;
         }
@@ -142,7 +168,7 @@ impl Solver {
     }
 
     fn slice(&mut self) -> Option<Solution> {
-        let Some(solver) = self.commissioning else {
+        let Some(solver) = self.under_way() else {
             let (fitter, state) = self.first_fit.as_mut()?;
             return fitter.work(state, SLICE).map(Solution::Fit);
         };

@@ -41,6 +41,23 @@ pub struct Logged {
     pub begins: bool,
 }
 
+impl Logged {
+    /// The two halves of a block from one position to another, rad. Their commands have its mean, and its first moment
+    /// about the middle. The position there is interpolated.
+    #[must_use]
+    pub fn halves([first, next]: [f64; 2], command: f64, moment: f64) -> [Self; 2] {
+        let half = |position, command| Self {
+            position,
+            command,
+            begins: false,
+        };
+        [
+            half(first, command - 4.0 * moment),
+            half(0.5 * (first + next), command + 4.0 * moment),
+        ]
+    }
+}
+
 /// The units of positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Axis {
@@ -78,6 +95,15 @@ impl<'a> Recording<'a> {
             },
             None,
         )
+    }
+
+    /// A recording from the [halves](Logged::halves) of blocks: only the first half of each has a measured position.
+    #[must_use]
+    pub fn of_halves(halves: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
+        let mut recording = Self::new(halves, per_rad, revolution);
+        recording.stride = 2;
+        recording.recorded = recording.commands.clone();
+        recording
     }
 
     /// Every sample of a log of which this has blocks.
@@ -296,8 +322,7 @@ fn motions(samples: &[Logged], in_pieces: bool) -> impl Iterator<Item = (usize, 
     })
 }
 
-/// A motion in whole blocks of samples, each as two samples. Their commands have the block's mean and first moment. The
-/// position in its middle is interpolated.
+/// A motion in whole blocks of samples, each as two samples.
 fn in_blocks(motion: &[Logged], block: usize) -> Vec<Logged> {
     let mut blocks = Vec::new();
     let positions = motion.iter().step_by(block).map(|first| first.position);
@@ -310,13 +335,7 @@ fn in_blocks(motion: &[Logged], block: usize) -> Vec<Logged> {
             mean += sample.command / count;
             moment += sample.command * place / count;
         }
-        let half = |position, command| Logged {
-            position,
-            command,
-            begins: false,
-        };
-        blocks.push(half(first, mean - 4.0 * moment));
-        blocks.push(half(0.5 * (first + next), mean + 4.0 * moment));
+        blocks.extend(Logged::halves([first, next], mean, moment));
     }
     blocks
 }

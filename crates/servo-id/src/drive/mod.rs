@@ -7,6 +7,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use commissioning::CommissionSettings;
 use drive_link::{Command, Outcome, Refusal, Report, Request, Settings, State, Status};
+use host_sim::commission::Recorded;
 
 pub use self::loop_settings::loop_settings;
 pub use self::silence::Silence;
@@ -169,6 +170,22 @@ impl Client {
         }
     }
 
+    /// The record that the drive keeps of its last commissioning.
+    ///
+    /// # Errors
+    /// If the line breaks.
+    pub fn recorded(&mut self) -> Result<Recorded, DriveError> {
+        let mut recorded = Recorded::default();
+        let mut next = Some(0);
+        while let Some(first) = next {
+            match self.report(Command::MotionRecord(first))? {
+                Report::MotionRecord { part, .. } => next = recorded.take_part(&part),
+                _ => return Err(DriveError::Silent),
+            }
+        }
+        Ok(recorded)
+    }
+
     /// The drive's status.
     ///
     /// # Errors
@@ -238,6 +255,7 @@ impl Client {
             Report::Status { id: same, .. } => *same == Some(id),
             Report::Settings { id: same, .. }
             | Report::Outcome { id: same, .. }
+            | Report::MotionRecord { id: same, .. }
             | Report::Done { id: same }
             | Report::Refused { id: same, .. } => *same == id,
             Report::Snapshot(_) | Report::Progress(_) | Report::Fault(_) => false,

@@ -3,7 +3,11 @@
 
 use std::fs;
 
+#[cfg(unix)]
+use crate::monitor::Bench;
 use crate::support::{assert_done, folder, servo_id, standard_error};
+#[cfg(unix)]
+use host_sim::verdict::Cause;
 use identifier_core::reason::Reason;
 use serde_json::Value;
 
@@ -275,6 +279,63 @@ fn gains_are_led_on_request_and_not_for_a_response_time() {
         "{led}"
     );
     assert!(quick < 0.7 * slow, "{quick} {slow}");
+}
+
+/// Servos that five numbers do not explain, beside gains that hold them, and the effect of each.
+#[cfg(unix)]
+const EFFECTS: [(&str, &str, &str); 2] = [
+    (
+        "dead-band",
+        "a = 1.5\nb = 3000.0\ncoulomb = 150.0\nload = 30.0\ndead_band = 0.25\n\
+         [encoder]\ncounts_per_rev = 20000\n[amplifier]\nlimit = 5.0\n\
+         [controller]\nkp = 0.9\nkd = 0.02\nki = 4.0\nsample_time = 0.0005\n",
+        "travel = 0.5",
+    ),
+    (
+        "gravity",
+        "a = 0.5\nb = 257.7\ncoulomb = 30.0\nload = 3.0\ngravity = [-300.0, 0.0]\n\
+         [encoder]\ncounts_per_rev = 20000\n[amplifier]\nlimit = 10.0\n\
+         [controller]\nkp = 1.6\nkd = 0.06\nki = 4.0\nsample_time = 0.001\n",
+        "travel = 1.5",
+    ),
+];
+
+#[cfg(unix)]
+#[test]
+fn the_effect_of_an_axis_is_named_from_what_a_drive_keeps_as_from_every_sample() {
+    let named = |(effect, servo, travel): (&str, &str, &str)| {
+        let text = format!(
+            "[plant]\n{servo}velocity_filter = {{ kind = \"low-pass\", cutoff = 300.0 }}\n\
+             [excitation]\nkind = \"none\"\n\
+             [identifier]\nlaw = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
+             [commission]\n{travel}\nspeed = 40.0\n"
+        );
+        let (_, answer, result) = commission(&format!("effect-{effect}"), &text);
+        let result = result.unwrap_or_else(|| panic!("{answer}"));
+        let bench = Bench::with_scenario(&format!("commission-drive-{effect}"), &text);
+        let [scenario, json] = ["servo.toml", "result.json"].map(|name| bench.folder.join(name));
+        let [scenario, json] = [&scenario, &json].map(|path| path.display().to_string());
+        let verb = ["drive", "--port", &bench.port, "commission", &scenario];
+        let output = servo_id(&[&verb[..], &["--json", &json]].concat());
+        assert_eq!(output.status.code(), Some(1), "{effect}");
+        let answer = standard_error(&output);
+        let of_drive = fs::read_to_string(&json).unwrap_or_else(|_| panic!("{answer}"));
+        let of_drive: Value = serde_json::from_str(&of_drive).expect("JSON");
+        for result in [result, of_drive] {
+            assert_eq!(result["code"], Reason::PartlyExplained.number(), "{effect}");
+            assert_eq!(result["effects"], serde_json::json!([effect]), "{effect}");
+        }
+        let cause = Cause::ALL.iter().find(|cause| cause.name() == effect);
+        assert!(
+            answer.contains(cause.expect("its name").meaning()),
+            "{answer}"
+        );
+    };
+    std::thread::scope(|scope| {
+        for one in EFFECTS {
+            scope.spawn(move || named(one));
+        }
+    });
 }
 
 /// The way out of an axis that may not reverse: a motion forwards alone.

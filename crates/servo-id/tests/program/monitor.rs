@@ -19,10 +19,10 @@ const SCENARIO: &str = "[plant]\na = 0.2174\nb = 257.7\ncoulomb = 5.0\n\
 const PROGRAM: &str = env!("CARGO_BIN_EXE_servo-id");
 
 /// A simulated drive, and a person who looks at it.
-struct Bench {
+pub(crate) struct Bench {
     drive: Child,
-    port: String,
-    folder: PathBuf,
+    pub(crate) port: String,
+    pub(crate) folder: PathBuf,
 }
 
 impl Bench {
@@ -36,7 +36,7 @@ impl Bench {
     }
 
     /// On a simulated drive of a scenario.
-    fn with_scenario(test: &str, scenario: &str) -> Self {
+    pub(crate) fn with_scenario(test: &str, scenario: &str) -> Self {
         let folder = folder(test);
         std::fs::write(folder.join("servo.toml"), scenario).expect("it is written");
         let mut drive = Command::new(PROGRAM)

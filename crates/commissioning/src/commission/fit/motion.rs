@@ -1,3 +1,4 @@
+use super::super::noise::EDGE_COUNTS;
 use super::piece::Piece;
 use identifier_core::fit::{Block, Blocks};
 use identifier_core::identifier::NumberedBlock;
@@ -90,8 +91,8 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
     }
 
     /// The blocks, from the first.
-    pub(crate) fn blocks(&self) -> impl Iterator<Item = &Block<N>> {
-        self.blocks.iter().take(self.count)
+    pub(crate) fn blocks(&self) -> &[Block<N>] {
+        self.blocks.get(..self.count).unwrap_or_default()
     }
 
     /// From the lowest to the highest position, counts.
@@ -107,8 +108,6 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
 
     /// The mean speed over at least this many first samples; zero where it is within rounding.
     pub(crate) fn speed_at_first(&self, samples: N) -> N {
-        /// Counts that a servo at rest may show.
-        const QUANTISATION_COUNTS: f64 = 1.5;
         let (mut time, mut travel) = (N::ZERO, N::ZERO);
         for block in self.blocks() {
             time += self.samples;
@@ -117,7 +116,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
                 break;
             }
         }
-        if travel.magnitude() > N::from_f64(QUANTISATION_COUNTS) {
+        if travel.magnitude() > N::from_f64(EDGE_COUNTS) {
             travel.magnitude() * time.reciprocal()
         } else {
             N::ZERO

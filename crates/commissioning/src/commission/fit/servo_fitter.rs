@@ -1,5 +1,6 @@
 use core::marker::PhantomData;
 
+use super::super::conservative_pid::ConservativePid;
 use super::motion::MotionRecord;
 use super::motion_model::{MotionFit, MotionFitter};
 use super::prediction::PredictionRun;
@@ -54,10 +55,6 @@ impl<N: Number> ServoFitter<N> {
 
     /// The speed of a servo at standstill, counts per sample: a count in a hundred.
     const STOOD: f64 = 0.01;
-
-    /// The bandwidth of gains that hold a servo, rad/s, and the most of it per sample.
-    const HELD: f64 = 250.0;
-    const HELD_SAMPLED: f64 = 0.08;
 
     /// The largest speed with which a record begins, in standard deviations.
     const FASTEST_AT_FIRST: f64 = 4.0;
@@ -176,7 +173,8 @@ impl<N: Number> ServoFitter<N> {
     fn speed_at_first<const W: usize>(&self, motion: &MotionRecord<N, W>, held: bool) -> f64 {
         let time = self.settings.sample_time;
         let hunting = if held {
-            0.5 * (Self::HELD * time).min(Self::HELD_SAMPLED)
+            let sampled = ConservativePid::<N>::MAX_BANDWIDTH_PER_SAMPLE;
+            0.5 * (ConservativePid::<N>::MAX_BANDWIDTH * time).min(sampled)
         } else {
             Self::STOOD
         };

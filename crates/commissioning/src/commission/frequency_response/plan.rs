@@ -88,7 +88,7 @@ impl<N: Number> ResponsePlan<N> {
     /// Time from constant speed to the window, s, for an identified and for an uncertain servo. The transient of the
     /// turn has then decayed to a part that the inverted motions cancel.
     const SETTLING: f64 = 0.1;
-    const UNCERTAIN_SETTLING: f64 = 0.2;
+    const UNCERTAIN_SETTLING: f64 = 2.0 * Self::SETTLING;
 
     /// Motions, both ways, that teach friction and gain of a servo that its fit does not explain.
     const LEARNING: u8 = 2;
@@ -118,8 +118,8 @@ impl<N: Number> ResponsePlan<N> {
     /// The part of the speed to which the velocities of the lines may add up, so that the servo does not stop.
     const LINES_SPEED: f64 = 0.7;
 
-    /// The parts of the command, and of that which friction and load leave, to which the injections may add up.
-    const INJECTION: [f64; 2] = [0.4, 0.8];
+    /// The part of the command to which the injections may add up. It is twice that of what friction and load leave.
+    const INJECTION: f64 = 0.4;
 
     /// The largest value of the multisine over its root mean square, with the phases of its lines.
     const CREST: f64 = 3.5;
@@ -215,7 +215,7 @@ impl<N: Number> ResponsePlan<N> {
         if lines.are_low() {
             bandwidth = bandwidth.min(Self::BELOW_LINES * lowest);
         }
-        let [of_command, of_free] = Self::INJECTION;
+        let [of_command, of_free] = [Self::INJECTION, 2.0 * Self::INJECTION];
         let part = libm::sqrt(2.0 / lines.count() as f64) / Self::CREST;
         let line_speed = part * Self::LINES_SPEED * speed;
         let max_injection = part * (of_command * command).min(of_free * free);

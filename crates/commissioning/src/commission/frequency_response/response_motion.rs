@@ -5,6 +5,7 @@ use super::window::{ResponseWindows, Window};
 use super::{FrictionBalance, LineSums, Lines, ResponsePlan};
 use crate::commission::RoughModel;
 use crate::commission::holding::Holding;
+use crate::commission::noise::QUANTISATION_SIGMA;
 use identifier_core::number::Number;
 
 /// Frequency-response motions under way: reference, oscillators and sums. Counts and samples.
@@ -75,7 +76,6 @@ impl<N: Number> ResponseMotion<N> {
 
     /// The part of the motion's speed at which it has stopped, but for a count of the smoothed velocity.
     const STANDS: f64 = 0.2;
-    const QUANTISATION_SIGMA: f64 = 0.3;
 
     /// Without a plan.
     pub(in crate::commission) const NONE: Self = Self {
@@ -222,8 +222,8 @@ impl<N: Number> ResponseMotion<N> {
 
     /// Has the sums handed over, unless the servo stopped, and turns it round.
     fn end_window(&mut self) {
-        let least = N::from_f64(Self::STANDS) * self.heading.magnitude()
-            - N::from_f64(Self::QUANTISATION_SIGMA);
+        let least =
+            N::from_f64(Self::STANDS) * self.heading.magnitude() - N::from_f64(QUANTISATION_SIGMA);
         self.line = 0;
         let has_stopped = self.window.slowest < least;
         if self.learning > 0 {

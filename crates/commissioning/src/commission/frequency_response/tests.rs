@@ -149,7 +149,8 @@ impl Axis {
                     sums.add(line);
                 }
                 solver.take(event);
-                if step.phase == Phase::FrequencyResponse && matches!(event.0, EventKind::Ended(_))
+                if step.phase == Phase::FrequencyResponse
+                    && matches!(event.0, EventKind::Ended { .. })
                 {
                     break;
                 }

@@ -3,8 +3,7 @@
 use super::super::Phase;
 use super::super::conservative_pid::ConservativePid;
 use super::super::holding::Holding;
-use super::super::noise::Rest;
-use super::super::standing::{Led, Standing};
+use super::super::standing::Standing;
 use super::super::state::{Activity, CommissionState, Next};
 use super::CommissionIsr;
 use identifier_core::number::Number;
@@ -13,9 +12,6 @@ use identifier_core::reason::Reason;
 impl<N: Number> CommissionIsr<N> {
     /// Half-cycles running after which the bandwidth is reduced, fewer than make an oscillation.
     const HALF_CYCLES: u32 = 3;
-
-    /// The part of its bandwidth that it keeps.
-    pub(super) const REDUCED_BANDWIDTH: f64 = 0.4;
 
     /// The part of the largest bandwidth below which it is not reduced further.
     const LEAST: f64 = 0.08;
@@ -88,13 +84,13 @@ impl<N: Number> CommissionIsr<N> {
                 } else {
                     error
                 };
-                (state.response_motion.loop_plan().0, Led::Behind(error))
+                (state.response_motion.loop_plan().0, Some(error))
             }
             Activity::Holding(_) if state.phase.is_end() || state.suspected_fault().is_some() => {
                 return Ok(true);
             }
-            Activity::Holding(holding) if holding.is_led() => (&state.rough, Led::Behind(N::ZERO)),
-            Activity::Holding(_) => (&state.rough, Led::Not),
+            Activity::Holding(holding) if holding.is_led() => (&state.rough, Some(N::ZERO)),
+            Activity::Holding(_) => (&state.rough, None),
             _ => return Ok(true),
         };
         if servo.is_known() {
@@ -125,7 +121,7 @@ impl<N: Number> CommissionIsr<N> {
         if state.driven < Self::DRIVEN && state.watch.half_cycles() < Self::HALF_CYCLES {
             return;
         }
-        let part = N::from_f64(Self::REDUCED_BANDWIDTH);
+        let part = N::from_f64(ConservativePid::<N>::REDUCED_BANDWIDTH);
         let bandwidth = part * ConservativePid::bandwidth(holding.controller());
         if bandwidth > N::from_f64(Self::LEAST) * self.conservative.max_bandwidth() {
             state.bandwidth = bandwidth;
@@ -144,13 +140,13 @@ impl<N: Number> CommissionIsr<N> {
     /// by noise.
     fn may_be_noise(&self, state: &CommissionState<N>) -> bool {
         let was_noisy = state.reason == Some(Reason::EncoderNoise) && !self.hysteresis.is_coarse();
-        was_noisy || self.rest(state) != Some(Rest::Quiet)
+        was_noisy || self.rest(state) != Some(Ok(()))
     }
 
     /// The rest before the first motion, as the encoder shows it; none after it, and before that is clear.
-    pub(super) fn rest(&self, state: &CommissionState<N>) -> Option<Rest> {
+    pub(super) fn rest(&self, state: &CommissionState<N>) -> Option<Result<(), Reason>> {
         if state.phase != Phase::Rest {
-            return Some(Rest::Quiet);
+            return Some(Ok(()));
         }
         let is_declared = self.hysteresis.is_coarse();
         let noise = &state.rest_noise;

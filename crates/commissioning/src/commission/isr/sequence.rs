@@ -1,12 +1,12 @@
 //! The order of the activities, from the first motion to the trial.
 
+use super::super::conservative_pid::ConservativePid;
 use super::super::frequency_response::{ResponseProgress, ResponseWindows};
 use super::super::gains::Loop;
 use super::super::holding::Holding;
 use super::super::message::EventKind;
-use super::super::noise::Rest;
 use super::super::state::{Activity, CommissionState, Next};
-use super::super::{Phase, ProbingProgress, ProbingState, RoughModel};
+use super::super::{Phase, ProbingState, RoughModel};
 use super::CommissionIsr;
 use identifier_core::control::ControlSample;
 use identifier_core::number::Number;
@@ -24,8 +24,7 @@ impl<N: Number> CommissionIsr<N> {
         state.passed = state.passed.saturating_add(1);
         match self.rest(state) {
             None => return Ok(()),
-            Some(Rest::Noisy) => return Err(Reason::EncoderNoise),
-            Some(Rest::Quiet) => {}
+            Some(rest) => rest?,
         }
         // What it is led through waits meanwhile.
         if !self.moves(state)? {
@@ -46,22 +45,28 @@ impl<N: Number> CommissionIsr<N> {
                 let servo = *probing.servo();
                 match progress {
                     // It is at rest, and known well enough to be led through frequency-response motions.
-                    ProbingProgress::Failed(
-                        reason @ (Reason::TooLittleEvidence | Reason::Oscillating),
-                    ) if servo.is_known() && !self.hysteresis.is_coarse() => {
+                    Some(Err(reason @ (Reason::TooLittleEvidence | Reason::Oscillating)))
+                        if servo.is_known() && !self.hysteresis.is_coarse() =>
+                    {
                         if reason == Reason::Oscillating {
-                            state.bandwidth = N::from_f64(Self::REDUCED_BANDWIDTH)
+                            state.bandwidth = N::from_f64(ConservativePid::<N>::REDUCED_BANDWIDTH)
                                 * self.conservative.max_bandwidth();
                         }
-                        state.end_record(EventKind::Inconclusive(servo));
+                        state.end_record(EventKind::Ended {
+                            moved: servo,
+                            is_cut: true,
+                        });
                         self.hold_after_motion(state, &servo)
                     }
-                    ProbingProgress::Going => Ok(()),
-                    ProbingProgress::AtRest => {
-                        state.end_record(EventKind::Ended(servo));
+                    None => Ok(()),
+                    Some(Ok(())) => {
+                        state.end_record(EventKind::Ended {
+                            moved: servo,
+                            is_cut: false,
+                        });
                         self.hold_after_motion(state, &servo)
                     }
-                    ProbingProgress::Failed(reason) => Err(reason),
+                    Some(Err(reason)) => Err(reason),
                 }
             }
             Activity::Holding(_) if state.phase.is_end() => Ok(()),
@@ -89,7 +94,10 @@ impl<N: Number> CommissionIsr<N> {
                     }
                     ResponseProgress::Over => {
                         let (&servo, delay, _) = state.response_motion.loop_plan();
-                        state.end_record(EventKind::Ended(servo));
+                        state.end_record(EventKind::Ended {
+                            moved: servo,
+                            is_cut: false,
+                        });
                         self.hold(state, &servo, delay)
                     }
                 }

@@ -1,4 +1,5 @@
 use super::super::CommissionError;
+use super::super::conservative_pid::ConservativePid;
 use super::super::regression::Regression;
 use super::super::rough_model::RoughModel;
 use super::observer::{Observer, ObserverState};
@@ -21,17 +22,6 @@ pub(crate) struct Probing<N> {
     pub(super) observer: Observer<N>,
     pub(super) regression: Regression<N>,
     settings: ProbingSettings,
-}
-
-/// The progress of a probing motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ProbingProgress {
-    /// It moves the servo.
-    Going,
-    /// It has ended with evidence, and the servo is held at rest.
-    AtRest,
-    /// It has ended without; the servo is at rest, or cannot be brought to rest.
-    Failed(Reason),
 }
 
 impl<N: Number> Probing<N> {
@@ -184,8 +174,6 @@ impl<N: Number> Probing<N> {
         /// Half-cycles after which it ends, and the multiple of the planned acceleration that they took.
         const HALF_CYCLES: u32 = 2;
         const HARDER: f64 = 2.4;
-        /// The part of its bandwidth with which the loop begins to hold such a servo.
-        const HELD_BY: f64 = 0.4;
         let [speed, bandwidth] = self.plan.ringing;
         if let Some(half_cycle) = state.half_cycles.take(state.position) {
             let acceleration = N::from_f64(HARDER) * state.acceleration;
@@ -196,7 +184,7 @@ impl<N: Number> Probing<N> {
         if state.ringing >= HALF_CYCLES {
             state.ending = Some(Err(Reason::Oscillating));
             state.held_at = state.position;
-            state.held_by = N::from_f64(HELD_BY);
+            state.held_by = N::from_f64(ConservativePid::<N>::REDUCED_BANDWIDTH);
             state.enter(ProbingStage::Hold);
         }
     }
@@ -220,8 +208,13 @@ impl<N: Number> Probing<N> {
         }
     }
 
-    /// Learns from a sample after its command, for the next.
-    pub(crate) fn learn(&self, state: &mut ProbingState<N>, increment: N) -> ProbingProgress {
+    /// Learns from a sample after its command, for the next. Returns its end, with the servo held at rest: with evidence,
+    /// or without. The servo may then also be one that cannot be brought to rest.
+    pub(crate) fn learn(
+        &self,
+        state: &mut ProbingState<N>,
+        increment: N,
+    ) -> Option<Result<(), Reason>> {
         if let Some(guess) = state.pending_estimate.take() {
             self.begin_regression(state, &guess);
         }
@@ -300,20 +293,15 @@ impl<N: Number> Probing<N> {
         }
     }
 
-    fn progress(&self, state: &mut ProbingState<N>) -> ProbingProgress {
-        let Some(ending) = state.ending else {
-            return ProbingProgress::Going;
-        };
+    fn progress(&self, state: &mut ProbingState<N>) -> Option<Result<(), Reason>> {
+        let ending = state.ending?;
         state.ending_for = state.ending_for.saturating_add(1);
         let quiet = state.stage == ProbingStage::Hold && state.still >= self.plan.quiet;
         match ending {
-            Err(reason @ Reason::TravelLeft) => ProbingProgress::Failed(reason),
-            Ok(()) if quiet => ProbingProgress::AtRest,
-            Err(reason) if quiet => ProbingProgress::Failed(reason),
-            _ if state.ending_for > self.plan.settling => {
-                ProbingProgress::Failed(Reason::NeverAtRest)
-            }
-            _ => ProbingProgress::Going,
+            Err(Reason::TravelLeft) => Some(ending),
+            _ if quiet => Some(ending),
+            _ if state.ending_for > self.plan.settling => Some(Err(Reason::NeverAtRest)),
+            _ => None,
         }
     }
 }

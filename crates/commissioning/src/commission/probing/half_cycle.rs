@@ -1,15 +1,19 @@
+use super::super::noise::QUANTISATION_SIGMA;
 use super::experiment::Probing;
 use super::state::{ProbingStage, ProbingState};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
 impl<N: Number> Probing<N> {
+    /// The part of an acceleration that is planned with. The rest corrects the rough model.
+    const USED: f64 = 0.85;
+
     /// Acceleration and amplitude of the next half-cycle: the largest that command, travel and speed permit.
     pub(super) fn choose_half_cycle(&self, state: &mut ProbingState<N>) {
         let plan = &self.plan;
         let servo = &state.servo;
         let [least, most] = plan.command;
-        let used = N::from_f64(0.85);
+        let used = N::from_f64(Self::USED);
         let mut available = plan.usable_speed * plan.half_cycle_speed.reciprocal();
         for direction in [N::ONE, -N::ONE] {
             let without = servo.without_command(direction);
@@ -82,7 +86,7 @@ impl<N: Number> Probing<N> {
             return self.braking(state, -direction);
         }
         let [position, velocity] = self.ahead(state, direction);
-        let braking = N::from_f64(0.85) * state.acceleration;
+        let braking = N::from_f64(Self::USED) * state.acceleration;
         let room = state.amplitude - position;
         let moves = velocity > N::ZERO;
         let must = moves
@@ -187,8 +191,6 @@ impl<N: Number> Probing<N> {
     pub(super) fn has_evidence(&self, state: &ProbingState<N>) -> bool {
         /// The largest standard error of an acceleration, over it.
         const KNOWN: f64 = 0.008;
-        /// Standard deviation of an equation's error, counts.
-        const QUANTISATION_SIGMA: f64 = 0.3;
         if state.reversals.iter().any(|&count| count < 2) {
             return false;
         }

@@ -30,7 +30,7 @@ mod ramp;
 mod settings;
 mod state;
 
-pub(crate) use experiment::{Probing, ProbingProgress};
+pub(crate) use experiment::Probing;
 pub use settings::LargestMotion;
 pub(crate) use settings::ProbingSettings;
 pub(crate) use state::ProbingState;

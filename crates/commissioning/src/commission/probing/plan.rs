@@ -1,3 +1,4 @@
+use super::super::noise::{EDGE_COUNTS, QUANTISATION_SIGMA};
 use super::ProbingSettings;
 use identifier_core::number::Number;
 
@@ -93,6 +94,16 @@ impl<N: Number> Plan<N> {
     /// The time that a ramp takes to catch a servo, s, and samples.
     const SOON: (f64, f64) = (0.06, 32.0);
 
+    /// A first motion is noticed after this part of the room, one in so many, and after the fewest to the most counts.
+    const NOTICED: (f64, f64, f64) = (12.0, 3.0, 20.0);
+
+    /// The growth of the ramp, 1/s, and its steepest change, limits of the command a second.
+    const GROWTH: f64 = 200.0;
+    const STEEPEST: f64 = 20.0;
+
+    /// The error of the rough model beside the rounding, a part of the room.
+    const OFF: f64 = 0.003;
+
     /// The time under all of the command within which a servo must move, s.
     const JAMMED: f64 = 0.02;
 
@@ -110,15 +121,19 @@ impl<N: Number> Plan<N> {
         let travel = limits.travel.map(|end| end * counts);
         // The present position is the middle of the half-cycles.
         let room = travel[1].min(-travel[0]);
-        let noticed = libm::floor(room / 12.0).clamp(3.0, 20.0);
+        let (part, fewest, most_noticed) = Self::NOTICED;
+        let share = room / part;
+        let noticed = libm::floor(share).clamp(fewest, most_noticed);
         let most = limits.command[1].min(-limits.command[0]);
         let number = N::from_f64;
         let samples = |seconds: f64| libm::ceil(seconds / time);
         let half_of_cycle = 0.042_f64
             .max(16.0 * time)
             .max(Self::HALF_CYCLE_DELAYS * settings.command_delay);
+        let steepest = Self::STEEPEST * time * most;
         // That of a push that does not move the servo.
-        let steepest = 40.0 * time * most;
+        let pushed = 2.0 * steepest;
+        let growth = (Self::GROWTH * time).min(0.5);
         let usable_speed = Self::USED_SPEED * limits.speed * time * counts;
         let [ringing_speed, ringing_time] = Self::RINGING;
         let bandwidth = 60.0_f64.min(0.1 / time);
@@ -128,7 +143,10 @@ impl<N: Number> Plan<N> {
         } * time;
         Self {
             // At an edge of the encoder a servo at standstill may show a count.
-            travel: [number(travel[0] - 1.5), number(travel[1] + 1.5)],
+            travel: [
+                number(travel[0] - EDGE_COUNTS),
+                number(travel[1] + EDGE_COUNTS),
+            ],
             command: limits.command.map(number),
             half_room: number(room * Self::USED_TRAVEL),
             usable_speed: number(usable_speed),
@@ -136,12 +154,12 @@ impl<N: Number> Plan<N> {
             delay: (libm::round(known_delay + 0.5 * Self::UNKNOWN_DELAY) as usize)
                 .min(COMMANDS - 2),
             noticed: number(noticed),
-            much: number((room / 12.0).max(3.0)),
+            much: number(share.max(fewest)),
             first_step: number(0.005 * most),
-            growth: number((200.0 * time).min(0.5)),
-            per_growth: number(1.0 / (200.0 * time).min(0.5)),
-            steepest: number(20.0 * time * most),
-            timed_gain: number(6.0 * steepest * steepest / libm::pow(Self::TIMED * most, 3.0)),
+            growth: number(growth),
+            per_growth: number(1.0 / growth),
+            steepest: number(steepest),
+            timed_gain: number(6.0 * pushed * pushed / libm::pow(Self::TIMED * most, 3.0)),
             half_cycle: number(half_of_cycle * half_of_cycle / (8.0 * time * time)),
             half_cycle_speed: number(half_of_cycle / (2.0 * time)),
             least_half_cycle: number(40.0),
@@ -153,7 +171,7 @@ impl<N: Number> Plan<N> {
             first_direction: number(if travel[1] >= -travel[0] { 1.0 } else { -1.0 }),
             quiet: samples(0.004).max(4.0) as u32,
             usual_viscous: number(20.0 * time),
-            off: number(0.3 + 0.003 * room),
+            off: number(QUANTISATION_SIGMA + Self::OFF * room),
             reaction: (libm::ceil(known_delay + Self::UNKNOWN_DELAY) + samples(0.001)) as u32,
             released: (Self::RELEASED / time) as u32,
             soon: number((Self::SOON.0 / time).max(Self::SOON.1)),

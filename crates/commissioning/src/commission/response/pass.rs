@@ -20,8 +20,18 @@ pub(super) struct ResponsePass {
 }
 
 impl ResponsePass {
-    /// Steps of the derivatives.
-    const STEPS: Unknowns = [1e-5, 1e-4, 1e-4, 1e-3, 1e-6, 1e-4, 1e-4];
+    /// Steps of the derivatives: small beside an unknown's standard error, large beside the digits of its response. Delay
+    /// and lag are in samples, ζ and the share of the load are logarithms.
+    const STEPS: Unknowns = [
+        1e-5,
+        Self::STEP,
+        Self::STEP,
+        1e-3,
+        1e-6,
+        Self::STEP,
+        Self::STEP,
+    ];
+    const STEP: f64 = 1e-4;
 
     /// The least relative error of any model's response. Friction and speed are not as constant as in the model.
     const FLOOR: f64 = 0.03;

@@ -303,7 +303,7 @@ impl ResponseDescent {
     };
 
     /// Lowest and highest values: logarithms of b, ω, ζ and β, delay and lag in samples, friction in 1/s.
-    const LOW: Unknowns = [-30.0, 0.0, 0.0, 0.0, 0.0, -6.9, -4.0];
+    const LOW: Unknowns = [-Self::HIGH[GAIN], 0.0, 0.0, 0.0, 0.0, -6.9, -4.0];
     const HIGH: Unknowns = [30.0, 60.0, 30.0, 1e3, 13.0, -0.7, 3.4];
 
     fn from(start: &Unknowns, friction: [f64; 2], two_masses: bool, sample_time: f64) -> Self {

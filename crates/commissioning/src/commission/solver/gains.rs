@@ -48,9 +48,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             },
             // The largest step that the travel has room for is too few counts of the encoder.
             Err(TuningError::OutOfRange(error)) if error.parameter == "step" => {
-                Work::Failed(Reason::TooLittleEvidence)
+                Work::Decided(DecisionKind::Failed(Reason::TooLittleEvidence))
             }
-            Err(error) => Work::NotTuned(error),
+            Err(error) => Work::Decided(DecisionKind::NoGains(error)),
         };
     }
 

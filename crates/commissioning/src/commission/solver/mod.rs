@@ -10,9 +10,10 @@ use super::{
     CommissionError, CommissionSettings, Decision, MotionRecord, Phase, RecordEvent, RoughModel,
     ServoFit, ServoFitter,
 };
+use identifier_core::fit::Block;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
-use identifier_core::tuning::{MeasuredLine, Resonance, Tuner, TunerState, TuningError};
+use identifier_core::tuning::{MeasuredLine, Resonance, Tuner, TunerState};
 use order::{Evidence, Step};
 
 /// The background's half of a commissioning: it fits, measures and tunes, a slice at a time. W is the number of blocks of
@@ -53,8 +54,8 @@ enum Work<N: Number> {
         /// True if the step was already chosen for the bandwidth that was found.
         fitted: bool,
     },
-    NotTuned(TuningError),
-    Failed(Reason),
+    /// The next slice gives this decision.
+    Decided(DecisionKind<N>),
 }
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
@@ -94,11 +95,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             EventKind::Balance(balance) => self.response.take_balance(balance),
             EventKind::Line(sums) => self.response.take(sums),
-            EventKind::Ended(_) if self.motion == Phase::FrequencyResponse => {
+            EventKind::Ended { .. } if self.motion == Phase::FrequencyResponse => {
                 self.work = Work::Lines(self.response.begin_lines());
             }
-            EventKind::Ended(moved) => self.take_motion(moved, false),
-            EventKind::Inconclusive(moved) => self.take_motion(moved, true),
+            EventKind::Ended { moved, is_cut } => self.take_motion(moved, *is_cut),
         }
     }
 
@@ -114,6 +114,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         }
         evidence.fitted = evidence.fitted.or(rough);
         self.work = Work::Decide;
+    }
+
+    /// The record of the last probing motion: its blocks, the samples of each, and the position of a count in it, rad.
+    #[must_use]
+    pub fn motion_record(&self) -> (&[Block<N>], u16, f64) {
+        let samples = self.record.samples().whole() as u16;
+        (self.record.blocks(), samples, self.settings.resolution)
     }
 
     /// The frequency response that was measured, by frequency; empty before there were any.
@@ -142,15 +149,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     fn decide(&mut self) -> Option<DecisionKind<N>> {
         match &mut self.work {
             Work::Nothing => None,
-            Work::NotTuned(error) => {
-                let error = *error;
+            Work::Decided(decision) => {
+                let decision = *decision;
                 self.work = Work::Nothing;
-                Some(DecisionKind::NoGains(error))
-            }
-            Work::Failed(reason) => {
-                let reason = *reason;
-                self.work = Work::Nothing;
-                Some(DecisionKind::Failed(reason))
+                Some(decision)
             }
             Work::Decide => self.proceed(Step::after(&self.evidence)),
             Work::Fit(fit) => {

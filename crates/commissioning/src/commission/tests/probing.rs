@@ -1,9 +1,7 @@
 use std::vec::Vec;
 
 use super::unknown_servos::{Probed, Unknown, unknown_servos};
-use crate::commission::{
-    CommissionError, Limits, Probing, ProbingProgress, ProbingSettings, RoughModel,
-};
+use crate::commission::{CommissionError, Limits, Probing, ProbingSettings, RoughModel};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use virtual_servo::Effects;
@@ -25,16 +23,16 @@ fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evid
         assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
         servos += 1;
         match progress {
-            ProbingProgress::AtRest => {
+            Some(Ok(())) => {
                 at_rest += 1;
                 assert!(evidence.is_some_and(|time| time <= 1.0));
             }
             // Refused; only a coarse encoder may need more than a second.
-            ProbingProgress::Failed(Reason::TooLittleEvidence) => {
+            Some(Err(Reason::TooLittleEvidence)) => {
                 assert!(unknown.counts < 4096.0, "{unknown:?}");
             }
             // It stands, and moves off.
-            ProbingProgress::Failed(Reason::Oscillating) => {}
+            Some(Err(Reason::Oscillating)) => {}
             _ => panic!("{progress:?}: {unknown:?}"),
         }
     }
@@ -69,7 +67,7 @@ fn a_speed_limit_far_below_the_servo_s_own_is_kept() {
             progress, speed, ..
         } = unknown.probe();
         assert!(speed < 1.0, "speed {speed:.3}: {unknown:?}");
-        assert_eq!(progress, ProbingProgress::AtRest, "{unknown:?}");
+        assert_eq!(progress, Some(Ok(())), "{unknown:?}");
         fastest = fastest.max(speed);
     }
     assert!(fastest > 0.5, "it is made use of: {fastest}");
@@ -105,7 +103,7 @@ fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
         let probing = Probing::new(&held.settings()).expect("allowed");
         let sizes = [1.0, 0.6].map(|part| {
             let moved = held.moved_by(&probing, Some(probing.start_from_known(&known, 0.0, part)));
-            assert_eq!(moved.progress, ProbingProgress::AtRest, "{unknown:?}");
+            assert_eq!(moved.progress, Some(Ok(())), "{unknown:?}");
             assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
             moved.travel
         });
@@ -149,7 +147,7 @@ fn a_coarse_encoder_under_all_of_the_command_neither_leaves_the_travel_nor_is_ja
         };
         let moved = coarse.probe_released();
         assert!(moved.travel < 0.8, "{}: {coarse:?}", moved.travel);
-        let reason = ProbingProgress::Failed(Reason::TooLittleEvidence);
+        let reason = Some(Err(Reason::TooLittleEvidence));
         assert_eq!(moved.progress, reason, "{coarse:?}");
     }
 }
@@ -180,7 +178,7 @@ fn a_motion_ends_though_a_resonance_keeps_the_servo_from_rest() {
         ..coasting(parameters, 44_478.0, 1e-4, limits)
     };
     let moved = compliant.probe_released();
-    let reason = ProbingProgress::Failed(Reason::NeverAtRest);
+    let reason = Some(Err(Reason::NeverAtRest));
     assert_eq!(moved.progress, reason);
     assert!(moved.travel < 1.0, "{}", moved.travel);
 }
@@ -195,7 +193,7 @@ fn a_relay_that_drives_a_resonance_ends_and_the_loop_after_it_gives_way() {
         load: 95.0,
     };
     let limits = Limits::new([-1.47, 1.47], 29.7, [-10.0, 10.0]);
-    let oscillating = ProbingProgress::Failed(Reason::Oscillating);
+    let oscillating = Some(Err(Reason::Oscillating));
     for (hertz, progress) in [
         (80.0, oscillating),
         (95.0, oscillating),
@@ -225,11 +223,11 @@ fn a_servo_that_does_not_move_is_reported() {
     jammed.parameters.load = 0.0;
     jammed.parameters.coulomb = 1.1 * jammed.parameters.b * Unknown::COMMAND;
     let moved = jammed.probe();
-    assert_eq!(moved.progress, ProbingProgress::Failed(Reason::DoesNotMove));
+    assert_eq!(moved.progress, Some(Err(Reason::DoesNotMove)));
 }
 
 /// Outcome of the first motion of a servo with plain friction whose velocity a ratchet holds.
-fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
+fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<Result<(), Reason>> {
     let unknown = Unknown {
         sample_time: 1e-3,
         held: None,
@@ -261,17 +259,14 @@ fn moved_with(ratchet: impl Fn(f64) -> f64) -> Option<ProbingProgress> {
             ratchet(pushed)
         };
         position += velocity * time;
-        (progress != ProbingProgress::Going).then_some(progress)
+        progress
     })
 }
 
 #[test]
 fn a_servo_that_moves_in_one_direction_only_is_reported() {
-    let failed = |reason| Some(ProbingProgress::Failed(reason));
-    assert_eq!(
-        moved_with(|velocity| velocity),
-        Some(ProbingProgress::AtRest)
-    );
+    let failed = |reason| Some(Err(reason));
+    assert_eq!(moved_with(|velocity| velocity), Some(Ok(())));
     let forwards = moved_with(|velocity| velocity.max(0.0));
     assert_eq!(forwards, failed(Reason::DoesNotMove));
     // It sticks for good once it has come to rest.

@@ -2,8 +2,9 @@
 
 use std::vec::Vec;
 
-use crate::commission::{Limits, Probing, ProbingProgress, ProbingSettings, ProbingState};
+use crate::commission::{Limits, Probing, ProbingSettings, ProbingState};
 use identifier_core::parameters::ServoParameters;
+use identifier_core::reason::Reason;
 use virtual_servo::{Effects, Encoder, Servo, SplitMix64};
 
 /// A servo that is unknown to the probing experiment.
@@ -134,7 +135,7 @@ impl Unknown {
         let start = state.map_or(0.0, |state| f64::from(state.position()) * self.resolution());
         let (mut last, mut released) = (0, 0);
         let mut result = Probed::NOTHING;
-        while result.progress == ProbingProgress::Going {
+        while result.progress.is_none() {
             let between = self.between_edges * self.resolution();
             let count = encoder.read(servo.position() + between);
             let increment = (count - last) as f32;
@@ -170,7 +171,7 @@ impl Unknown {
 /// Outcome of a motion.
 #[derive(Debug, Clone)]
 pub(crate) struct Probed {
-    pub(crate) progress: ProbingProgress,
+    pub(crate) progress: Option<Result<(), Reason>>,
     /// After which time there was evidence, s.
     pub(crate) evidence: Option<f64>,
     /// The lowest and highest position, rad.
@@ -186,7 +187,7 @@ pub(crate) struct Probed {
 
 impl Probed {
     const NOTHING: Self = Self {
-        progress: ProbingProgress::Going,
+        progress: None,
         evidence: None,
         reached: [0.0; 2],
         travel: 0.0,

@@ -7,6 +7,7 @@ use commissioning::{HoldingGains, Phase};
 use drive_link::{Command, Commissioning, Outcome, Progress, State, Status};
 use host_sim::provenance::ScenarioText;
 use host_sim::result::{CommissioningEnd, DriveCommissioningResult};
+use host_sim::verdict::Cause;
 
 use super::fault;
 use super::follow::{Event, follow, samples_in};
@@ -73,10 +74,12 @@ impl Arguments {
         let outcome = client.outcome().map_err(fault)?;
         client.ask(Command::Watch(0)).map_err(fault)?;
         let state = client.status().map_err(fault)?.state;
+        let recorded = client.recorded().map_err(fault)?;
+        let effects = recorded.effects(&plan.scenario, outcome.commissioning.reason);
 
         let (time, limits) = (order.sample_time, &order.limits);
         let result = DriveCommissioningResult {
-            end: CommissioningEnd::new(time, limits, &largest_motion, before, &outcome),
+            end: CommissioningEnd::new(time, limits, &largest_motion, before, &outcome, &effects),
             kept: outcome.kept,
         };
         files::commit([json.map(|json| json.document(&result))])?;
@@ -88,7 +91,7 @@ impl Arguments {
             state,
             link_timeout,
         };
-        judged(&end, &outcome, silent)
+        judged(&end, &outcome, &effects, silent)
     }
 }
 
@@ -189,7 +192,7 @@ impl End {
     }
 }
 
-fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
+fn judged(end: &End, outcome: &Outcome, effects: &[Cause], silent: bool) -> Result<(), Fault> {
     let Commissioning { phase, reason } = outcome.commissioning;
     let stands = end.stands();
     if reason.is_none() && phase == Phase::Applied {
@@ -210,7 +213,7 @@ fn judged(end: &End, outcome: &Outcome, silent: bool) -> Result<(), Fault> {
         return Ok(());
     }
     let why = match reason {
-        Some(reason) => present::why(reason, outcome.no_gains.as_ref(), outcome.noise),
+        Some(reason) => present::why(reason, outcome.no_gains.as_ref(), outcome.noise, effects),
         None => "it did not end".to_owned(),
     };
     Err(Fault::Other(format!(
@@ -242,7 +245,7 @@ mod tests {
             state,
             link_timeout: 0.0,
         };
-        judged(&end, &outcome, true).map_err(|fault| fault.to_string())
+        judged(&end, &outcome, &[], true).map_err(|fault| fault.to_string())
     }
 
     #[test]

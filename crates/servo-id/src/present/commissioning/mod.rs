@@ -139,28 +139,33 @@ fn detail(outcome: &Outcome, effects: &[Cause]) -> String {
                 None => ("the previous gains are in force", end.time),
                 Some(time) => ("the servo is disabled", time),
             };
-            let found = effects.iter().map(|cause| cause.meaning());
-            let found = match Vec::from_iter(found).join(", ") {
-                none if none.is_empty() => none,
-                found => format!("; the fit of the whole record finds {found}"),
-            };
             format!(
-                "in {}: {}{found} ({state} since {since:.4} s)",
+                "in {}: {} ({state} since {since:.4} s)",
                 end.within.name(),
-                why(reason, outcome.no_gains.as_ref(), outcome.noise),
+                why(reason, outcome.no_gains.as_ref(), outcome.noise, effects),
             )
         }
     }
 }
 
-/// A reason, with the possible figure if there is one.
-pub(crate) fn why(reason: Reason, no_gains: Option<&NoGains>, noise: f64) -> String {
+/// A reason, with the possible figure if there is one, and with the effects that the record shows.
+pub(crate) fn why(
+    reason: Reason,
+    no_gains: Option<&NoGains>,
+    noise: f64,
+    effects: &[Cause],
+) -> String {
+    let found = effects.iter().map(|cause| cause.meaning());
+    let found = match Vec::from_iter(found).join(", ") {
+        none if none.is_empty() => none,
+        found => format!("; the fit of the record finds {found}"),
+    };
     match no_gains {
-        Some(no_gains) => format!("{reason}: {no_gains}"),
+        Some(no_gains) => format!("{reason}: {no_gains}{found}"),
         None if reason == Reason::EncoderNoise => {
             format!("{reason}: the noise at standstill is identifier.noise = {noise:.3e} rad")
         }
-        None => reason.to_string(),
+        None => format!("{reason}{found}"),
     }
 }
 
