@@ -2,6 +2,7 @@ use core::fmt;
 
 use commissioning::CommissionSettings;
 use commissioning::servo_change::ServoChange;
+use heapless::String;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::reason::Reason;
 use serde::{Deserialize, Serialize, Serializer};
@@ -14,7 +15,7 @@ use crate::term_sizes::TermSizes;
 /// The version of these messages, which every request but a stop carries. A drive rejects those of another.
 ///
 /// Above every index that a command had before requests carried it.
-pub const PROTOCOL: u8 = 20;
+pub const PROTOCOL: u8 = 21;
 
 /// The second and last byte of a stop, in every version from 18 on.
 pub(crate) const STOP: u8 = 6;
@@ -68,6 +69,8 @@ pub enum Command {
     Commission(CommissionSettings),
     /// Reports the last commissioning: answered by [`Report::Outcome`].
     Outcome,
+    /// Reports the test of the board: answered by [`Report::BoardTest`].
+    BoardTest,
     /// Disables the servo at once: no command before it still moves the servo. Its bytes are those of a [`Request`].
     #[serde(skip)]
     Stop,
@@ -86,6 +89,7 @@ impl Command {
             | Self::Watch(_)
             | Self::Save
             | Self::Outcome
+            | Self::BoardTest
             | Self::Stop => false,
         }
     }
@@ -146,6 +150,45 @@ pub enum Report {
     },
     /// The drive disabled its servo for a fault.
     Fault(Fault),
+    /// The test of the board.
+    BoardTest {
+        /// The request's number.
+        id: u8,
+        /// Its result at the last boot.
+        test: BoardTest,
+    },
+}
+
+/// A known computation as the drive's chip did it at its boot, before anything interrupts: samples of controller and
+/// identifier over a fixed motion.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct BoardTest {
+    /// The board, by the name of its feature in the firmware.
+    pub board: String<24>,
+    /// The servo is simulated on the chip, and no output is driven.
+    pub servo_on_chip: bool,
+    /// The bits of the estimates a, b and Coulomb friction as doubles, the same on every machine.
+    pub bits: [u64; 3],
+    /// Cycles of a sample; none where no counter runs.
+    pub cycles: Option<Cycles>,
+}
+
+/// Cycles of a sample of the [`BoardTest`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cycles {
+    /// Their mean.
+    pub mean: u32,
+    /// Their maximum.
+    pub most: u32,
+}
+
+/// Cycles of the sample interrupt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InterruptCycles {
+    /// Of the last one.
+    pub last: u32,
+    /// Of the longest one since the start.
+    pub longest: u32,
 }
 
 /// The state of a drive.
@@ -191,6 +234,8 @@ pub struct Status {
     pub boot: BootChecks,
     /// Disturbances of the line: bytes that were lost, framing errors and breaks.
     pub disturbed: u32,
+    /// Cycles of the sample interrupt; none where no counter runs.
+    pub interrupt_cycles: Option<InterruptCycles>,
 }
 
 /// Findings of the boot that are no faults.

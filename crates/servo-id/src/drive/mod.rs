@@ -6,7 +6,7 @@ mod silence;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use commissioning::CommissionSettings;
-use drive_link::{Command, Outcome, Refusal, Report, Request, Settings, State, Status};
+use drive_link::{BoardTest, Command, Outcome, Refusal, Report, Request, Settings, State, Status};
 
 pub use self::loop_settings::loop_settings;
 pub use self::silence::Silence;
@@ -169,6 +169,17 @@ impl Client {
         }
     }
 
+    /// The test of the drive's board.
+    ///
+    /// # Errors
+    /// If the line breaks.
+    pub fn board_test(&mut self) -> Result<BoardTest, DriveError> {
+        match self.report(Command::BoardTest)? {
+            Report::BoardTest { test, .. } => Ok(test),
+            _ => Err(DriveError::Silent),
+        }
+    }
+
     /// The drive's status.
     ///
     /// # Errors
@@ -238,6 +249,7 @@ impl Client {
             Report::Status { id: same, .. } => *same == Some(id),
             Report::Settings { id: same, .. }
             | Report::Outcome { id: same, .. }
+            | Report::BoardTest { id: same, .. }
             | Report::Done { id: same }
             | Report::Refused { id: same, .. } => *same == id,
             Report::Snapshot(_) | Report::Progress(_) | Report::Fault(_) => false,

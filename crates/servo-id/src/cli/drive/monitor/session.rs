@@ -204,7 +204,11 @@ impl Session {
                 self.link.order(Command::Show);
                 return;
             }
-            Command::Hello | Command::Show | Command::Watch(_) | Command::Outcome => return,
+            Command::Hello
+            | Command::Show
+            | Command::Watch(_)
+            | Command::Outcome
+            | Command::BoardTest => return,
         };
         self.state.set_note(Note::Done(message));
     }
@@ -233,6 +237,10 @@ fn name(command: &Command) -> &'static str {
         Command::Save => "keep",
         Command::Commission(_) => "commission",
         Command::Configure(_) => "configure",
-        Command::Hello | Command::Show | Command::Watch(_) | Command::Outcome => "report",
+        Command::Hello
+        | Command::Show
+        | Command::Watch(_)
+        | Command::Outcome
+        | Command::BoardTest => "report",
     }
 }
