@@ -34,9 +34,16 @@ impl Counter {
     #[inline(always)]
     #[must_use]
     pub fn now(&self) -> u32 {
-        // SAFETY: a read of TIM2's counter has no effect.
-        unsafe { CNT.read_volatile() }
+        ticks()
     }
+}
+
+/// Ticks of the timer, if it was started.
+#[inline(always)]
+#[must_use]
+pub fn ticks() -> u32 {
+    // SAFETY: a read of TIM2's counter has no effect.
+    unsafe { CNT.read_volatile() }
 }
 
 /// Costs of several rounds.

@@ -63,11 +63,10 @@ pub fn run(scenario: &Scenario, observe: &mut impl FnMut(&Sample)) -> Result<Out
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::{Estimator, Purpose};
+    use crate::scenario::{Estimator, PAPER, Purpose};
 
     fn paper() -> Scenario {
-        let text = include_str!("../scenarios/paper.toml");
-        Scenario::parse("paper.toml", text, Purpose::Run).expect("valid")
+        Scenario::parse("paper.toml", PAPER, Purpose::Run).expect("valid")
     }
 
     #[test]

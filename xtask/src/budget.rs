@@ -254,7 +254,7 @@ fn count() -> Result<Figures, String> {
         benches.push(bench);
     }
     benches.pop();
-    let elf = Elf::read(&firmware::drive(&[])?)?;
+    let elf = Elf::read(&firmware::drive(&[emulator::BOARD])?)?;
     counted.insert("drive-flash-bytes".to_owned(), elf.flash);
     counted.insert("drive-memory-bytes".to_owned(), elf.memory);
     for (name, bound) in listing::bounds(&elf)? {
@@ -424,6 +424,14 @@ mod tests {
                 assert!(accepted.contains_key(&name), "{name}");
             }
         }
+    }
+
+    #[test]
+    fn the_program_has_the_instructions_of_the_board_test() {
+        let accepted = accepted().expect("the budget");
+        let of = |which| accepted[&format!("turn-board-test-{which}")];
+        let own = drive_logic::BOARD_TEST_INSTRUCTIONS.map(u64::from);
+        assert_eq!(own, [of("mean"), of("most")]);
     }
 
     #[test]

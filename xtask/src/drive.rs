@@ -44,6 +44,14 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
     expect("state after the boot", status.state, State::Disabled)?;
     expect("configured", status.configured, false)?;
     expect("the boot", status.boot, BootChecks::PASSED)?;
+    let test = drive.board_test()?;
+    expect("the board", test.board.as_str(), emulator::BOARD)?;
+    let (here, _) = drive_logic::self_test("", || 0);
+    expect("the bits", test.bits, here.bits)?;
+    // The emulator has no cycle counter.
+    expect("cycles of a sample", test.cycles, None)?;
+    expect("cycles of an interrupt", status.interrupt_cycles, None)?;
+    println!("the chip computes the bits of this machine");
     let refused = refusal(drive, Command::Start)?;
     expect("a start of a new drive", refused, Refusal::NotConfigured)?;
     expect("the store at first", status.kept, Kept::Nothing)?;

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use servo_id::port::Port;
 
-/// The Olimex STM32-H405, which carries the STM32F405RG: the board that the firmware is for.
+/// The Olimex STM32-H405, which carries the STM32F405RG: the only one of the firmware's boards that is emulated, by the
+/// name that its feature has too.
 pub(crate) const BOARD: &str = "olimex-stm32-h405";
 
 /// Time within which an emulator connects.

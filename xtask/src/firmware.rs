@@ -4,6 +4,7 @@ use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::emulator;
 use crate::seal::seal;
 
 /// The chip.
@@ -16,9 +17,14 @@ pub(crate) fn root() -> &'static Path {
         .unwrap_or_else(|| Path::new("."))
 }
 
-/// Builds and seals the drive with some features, and returns its file. It links only without a panic.
+/// Builds and seals the drive with some features, one of them its board, and returns its file. It links only without a
+/// panic.
 pub(crate) fn drive(features: &[&str]) -> Result<PathBuf, String> {
-    release(&folder(), &[&["--bin", "drive"], features].concat())?;
+    let features = of(features);
+    release(
+        &folder(),
+        &["--bin=drive", "--no-default-features", &features],
+    )?;
     let drive = built().join(TARGET).join("release/drive");
     seal(&drive)?;
     Ok(drive)
@@ -26,14 +32,19 @@ pub(crate) fn drive(features: &[&str]) -> Result<PathBuf, String> {
 
 /// The same for the emulator.
 pub(crate) fn emulated_drive() -> Result<PathBuf, String> {
-    drive(&["--features=emulator"])
+    drive(&[emulator::BOARD, "emulator"])
 }
 
 /// Builds and seals the drive for a board.
 pub(crate) fn image(board: &str) -> Result<(), String> {
-    let drive = drive(&["--no-default-features", &format!("--features={board}")])?;
+    let drive = drive(&[board])?;
     println!("sealed: {}", drive.display());
     Ok(())
+}
+
+/// Cargo's word for features.
+fn of(features: &[&str]) -> String {
+    format!("--features={}", features.join(","))
 }
 
 /// The crates whose code is generic or the firmware's own, which a bench is of.
@@ -45,7 +56,10 @@ pub(crate) const FOR_SIZE: Option<&str> = Some("\"s\"");
 
 /// Builds a part of the bench and returns its file. It links only without a panic, but for size.
 pub(crate) fn bench(part: &str, level: Option<&str>) -> Result<PathBuf, String> {
-    let mut what = vec!["--bin=bench".to_owned(), format!("--features={part}")];
+    let mut what = ["--bin=bench", "--no-default-features"]
+        .map(str::to_owned)
+        .to_vec();
+    what.push(of(&[emulator::BOARD, part]));
     if let Some(level) = level {
         let own = OF_A_BENCH.map(|name| format!("package.{name}.opt-level={level}"));
         let levels = own.into_iter().chain(["opt-level=3".to_owned()]);

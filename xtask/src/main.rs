@@ -44,7 +44,7 @@ enum Verb {
     /// Build the drive firmware for a board and seal it: it checks itself when it boots.
     Image {
         /// The board.
-        #[arg(long, default_value = "olimex-stm32-h405")]
+        #[arg(long, default_value = "nucleo-f446re")]
         board: String,
     },
     /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning, ends of the program.

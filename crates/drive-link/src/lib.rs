@@ -24,8 +24,8 @@ pub use frame::{FrameError, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, Receiver, StopLi
 pub use guidance::{Home, Homing, TargetSource};
 pub use line::Line;
 pub use message::{
-    BootChecks, Command, Ended, Estimates, Fault, Kept, Noticed, PROTOCOL, Refusal, Report,
-    Request, Snapshot, State, Status,
+    BoardTest, BootChecks, Command, Cycles, Ended, Estimates, Fault, InterruptCycles, Kept,
+    Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State, Status,
 };
 pub use motion_record::MotionRecord;
 pub use no_gains::NoGains;

@@ -2,6 +2,7 @@ use core::fmt;
 
 use commissioning::CommissionSettings;
 use commissioning::servo_change::ServoChange;
+use heapless::String;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::reason::Reason;
 use serde::{Deserialize, Serialize, Serializer};
@@ -71,6 +72,8 @@ pub enum Command {
     Outcome,
     /// Reports the record of its last probing motion from a block on: answered by [`Report::MotionRecord`].
     MotionRecord(u16),
+    /// Reports the test of the board: answered by [`Report::BoardTest`].
+    BoardTest,
     /// Disables the servo at once: no command before it still moves the servo. Its bytes are those of a [`Request`].
     #[serde(skip)]
     Stop,
@@ -90,6 +93,7 @@ impl Command {
             | Self::Save
             | Self::Outcome
             | Self::MotionRecord(_)
+            | Self::BoardTest
             | Self::Stop => false,
         }
     }
@@ -157,6 +161,45 @@ pub enum Report {
     },
     /// The drive disabled its servo for a fault.
     Fault(Fault),
+    /// The test of the board.
+    BoardTest {
+        /// The request's number.
+        id: u8,
+        /// Its result at the last boot.
+        test: BoardTest,
+    },
+}
+
+/// A known computation as the drive's chip did it at its boot, before anything interrupts: samples of controller and
+/// identifier over a fixed motion.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct BoardTest {
+    /// The board, by the name of its feature in the firmware.
+    pub board: String<24>,
+    /// The servo is simulated on the chip, and no output is driven.
+    pub servo_on_chip: bool,
+    /// The bits of the estimates a, b and Coulomb friction as doubles, the same on every machine.
+    pub bits: [u64; 3],
+    /// Cycles of a sample; none where no counter runs.
+    pub cycles: Option<Cycles>,
+}
+
+/// Cycles of a sample of the [`BoardTest`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cycles {
+    /// Their mean.
+    pub mean: u32,
+    /// Their maximum.
+    pub most: u32,
+}
+
+/// Cycles of the sample interrupt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InterruptCycles {
+    /// Of the last one.
+    pub last: u32,
+    /// Of the longest one since the start.
+    pub longest: u32,
 }
 
 /// The state of a drive.
@@ -202,6 +245,8 @@ pub struct Status {
     pub boot: BootChecks,
     /// Disturbances of the line: bytes that were lost, framing errors and breaks.
     pub disturbed: u32,
+    /// Cycles of the sample interrupt; none where no counter runs.
+    pub interrupt_cycles: Option<InterruptCycles>,
 }
 
 /// Findings of the boot that are no faults.

@@ -293,6 +293,7 @@ fn request() -> impl Strategy<Value = Request> {
         Just(Command::Commission(order())),
         Just(Command::Outcome),
         any::<u16>().prop_map(Command::MotionRecord),
+        Just(Command::BoardTest),
     ];
     (any::<u8>(), command).prop_map(|(id, command)| Request { id, command })
 }
@@ -468,7 +469,7 @@ fn a_request_of_another_version_is_none_whatever_it_asks_for() {
     }
     // A request of a host that sends no version, of any number and command; its stop is one here too.
     for id in [0, 3, 6, OURS - 1, OURS, 255] {
-        for command in (0..=11).filter(|&command| command != 6) {
+        for command in (0..=12).filter(|&command| command != 6) {
             for body in [&[][..], &[0], &[3], &[3, 3], &[0; 8]] {
                 let message = [&[id, command], body].concat();
                 assert_eq!(heard(&message), refused(&message));
@@ -481,7 +482,7 @@ fn a_request_of_another_version_is_none_whatever_it_asks_for() {
         &[7, OURS, 4, 0, 0],
         &[7, OURS],
         &[7, OURS, 200],
-        &[7, OURS, 11],
+        &[7, OURS, 99],
         &[7, 6, 0],
     ] {
         assert_eq!(heard(message), refused(message));

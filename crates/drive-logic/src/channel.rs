@@ -5,6 +5,7 @@ use core::fmt;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use commissioning::{Decision, RecordEvent};
+use drive_link::InterruptCycles;
 use heapless::spsc::{Consumer, Producer, Queue};
 use identifier_core::identifier::NumberedBlock;
 
@@ -75,6 +76,9 @@ struct Signals {
     background_turns: AtomicU32,
     /// Samples that ended too late since the start. The interrupt raises it and sets the next one.
     overruns: AtomicU32,
+    /// No counters: cycles of the last interrupt, and of the longest since the start. The interrupt sets them.
+    cycles: AtomicU32,
+    longest: AtomicU32,
     /// No counter: samples for which the axis has stood while it was disabled.
     standstill: AtomicU32,
     /// No counter: samples for which the background may not run while the servo is disabled.
@@ -144,6 +148,8 @@ impl Channel {
                 host_frames: AtomicU32::new(0),
                 background_turns: AtomicU32::new(0),
                 overruns: AtomicU32::new(0),
+                cycles: AtomicU32::new(0),
+                longest: AtomicU32::new(0),
                 standstill: AtomicU32::new(0),
                 disabled_patience: AtomicU32::new(1),
             },
@@ -313,6 +319,13 @@ impl BackgroundEnd<'_> {
         self.signals.overruns.load(Ordering::Relaxed)
     }
 
+    /// Cycles of the interrupts since the start; none where no counter runs.
+    pub(crate) fn interrupt_cycles(&self) -> Option<InterruptCycles> {
+        let [last, longest] =
+            [&self.signals.cycles, &self.signals.longest].map(|of| of.load(Ordering::Relaxed));
+        (longest > 0).then_some(InterruptCycles { last, longest })
+    }
+
     /// The samples for which the axis has stood while it was disabled.
     pub(crate) fn standstill(&self) -> u32 {
         self.signals.standstill.load(Ordering::Relaxed)
@@ -378,9 +391,19 @@ impl InterruptEnd<'_> {
         self.signals.standstill.store(samples, Ordering::Relaxed);
     }
 
-    /// Counts late samples from zero.
+    /// Counts late samples from zero, and looks for the longest interrupt anew.
     pub(crate) fn start_overruns(&self) {
         self.signals.overruns.store(0, Ordering::Relaxed);
+        self.signals.longest.store(0, Ordering::Relaxed);
+    }
+
+    /// Sets the cycles of an interrupt.
+    #[inline]
+    pub(crate) fn set_cycles(&self, taken: u32) {
+        self.signals.cycles.store(taken, Ordering::Relaxed);
+        if taken > self.signals.longest.load(Ordering::Relaxed) {
+            self.signals.longest.store(taken, Ordering::Relaxed);
+        }
     }
 
     /// Ends a sample that drove the servo: counts it if it ended too late.

@@ -31,6 +31,12 @@ pub trait Chip {
 
     /// Keeps the watchdog from resetting the chip.
     fn feed_watchdog(&mut self);
+
+    /// The chip's cycle counter; always zero where none runs.
+    #[inline]
+    fn cycles(&self) -> u32 {
+        0
+    }
 }
 
 /// State of the pins besides the encoder. Every line is healthy when it is closed, so a broken wire is a fault.

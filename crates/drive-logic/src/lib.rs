@@ -50,6 +50,6 @@ pub use image::{UNSEALED, check_image, seal};
 pub use listener::{LineListener, PolledLine};
 pub use run::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS};
 pub use sampler::Sampler;
-pub use self_test::self_test;
+pub use self_test::{BOARD_TEST_INSTRUCTIONS, self_test};
 pub use store::{Store, StoreError};
 pub use supervisor::{Memory, Supervisor};

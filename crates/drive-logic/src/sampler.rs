@@ -68,6 +68,14 @@ impl<'a> Sampler<'a> {
     /// All that the sample interrupt does.
     #[inline]
     pub fn interrupt<C: Chip>(&mut self, chip: &mut C) {
+        let begun = chip.cycles();
+        self.sample(chip);
+        let taken = chip.cycles().wrapping_sub(begun);
+        self.channel.set_cycles(taken);
+    }
+
+    #[inline]
+    fn sample<C: Chip>(&mut self, chip: &mut C) {
         let lines = chip.lines();
         if self.channel.requests() != self.requests {
             let (sensor, output) = chip.servo();

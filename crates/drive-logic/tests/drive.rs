@@ -9,9 +9,7 @@ use drive_link::{
     Command, Estimates, Estimator, Fault, Kept, NotAllowed, Noticed, Refusal, Report, Settings,
     State, Why,
 };
-use drive_logic::{
-    Channel, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store, self_test,
-};
+use drive_logic::{Channel, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store};
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::{ControllerSettings, IdentifierSettings, ParameterRangeSettings};
 use support::drive::{Drive, SERVO, snapshots};
@@ -22,7 +20,6 @@ fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     {
         boot!(drive, &bench, &flash);
-        assert_eq!(self_test(), Ok(()));
         assert_eq!(bench.held.get(), None);
         drive.done(Command::Watch(10));
         drive.done(Command::Start);

@@ -7,7 +7,8 @@ mod support;
 use core::f64::consts::TAU;
 
 use drive_link::{
-    Command, Ended, Estimator, Fault, NotAllowed, Refusal, Report, Settings, State, Why,
+    Command, Ended, Estimator, Fault, InterruptCycles, NotAllowed, Refusal, Report, Settings,
+    State, Why,
 };
 use drive_logic::Channel;
 use identifier_core::parameters::ServoParameters;
@@ -497,6 +498,24 @@ fn late_samples_in_a_row_or_every_other_one_are_a_fault_and_each_is_reported() {
     late(&mut drive, 1);
     assert_eq!(drive.supervisor.state(), State::Faulted(Fault::Overrun));
     assert_eq!(drive.status().overruns, 4);
+}
+
+#[test]
+fn the_status_has_the_cycles_of_the_last_interrupt_and_of_the_longest_since_the_start() {
+    running!(drive, bench, &SERVO, settings());
+    assert_eq!(drive.status().interrupt_cycles, None, "no counter runs");
+    // It wraps.
+    for taken in [300, 500, 400] {
+        bench.cycles.set([u32::MAX - 100, taken]);
+        drive.pass(1);
+    }
+    let cycles = |last, longest| Some(InterruptCycles { last, longest });
+    assert_eq!(drive.status().interrupt_cycles, cycles(400, 500));
+    drive.done(Command::Stop);
+    drive.pass(1);
+    drive.done(Command::Start);
+    drive.pass(10);
+    assert_eq!(drive.status().interrupt_cycles, cycles(400, 400));
 }
 
 #[test]

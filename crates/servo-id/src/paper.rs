@@ -4,7 +4,7 @@
 use host_sim::analysis::Summariser;
 use host_sim::experiment::Sample;
 use host_sim::result::Summary;
-use host_sim::scenario::{Fault, Purpose, Scenario};
+use host_sim::scenario::{self, Fault, Purpose, Scenario};
 use host_sim::simulate;
 
 /// The paper's nominal a, 1/s.
@@ -18,11 +18,10 @@ pub const UNBALANCE: f64 = 20.0;
 
 /// The scenario of the proposed method with a balanced amplifier. It is the file that the README
 /// offers as a first scenario.
-pub const PROPOSED: &str = include_str!("../../../host-sim/scenarios/paper.toml");
+pub const PROPOSED: &str = scenario::PAPER;
 
 /// The scenario of the least squares with a balanced amplifier.
-pub const LEAST_SQUARES: &str =
-    include_str!("../../../host-sim/scenarios/paper-least-squares.toml");
+pub const LEAST_SQUARES: &str = scenario::PAPER_LEAST_SQUARES;
 
 /// The two methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,6 +9,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use cortex_m::peripheral::DWT;
 use cortex_m_rt::{entry, exception};
 use drive_chip::inputs::Inputs;
 use drive_chip::sample_timer::SampleTimer;
@@ -18,9 +19,14 @@ use drive_chip::watchdog::Watchdog;
 use drive_chip::{interrupts, sample_timer};
 use drive_link::{BootChecks, State};
 use drive_logic::{Channel, Chip, Conversation, LineListener, Lines, Memory, Sampler, self_test};
-use firmware_stm32::board::{self, BUS, Encoder, Mmio, Output, Wired, interrupt};
+use firmware_stm32::board::{self, BUS, Mmio, Output as BoardOutput, Wired, interrupt};
+#[cfg(not(feature = "no-motor"))]
+use firmware_stm32::board::{Encoder, Output};
 use firmware_stm32::hand_off::HandOff;
 use firmware_stm32::{image, settings};
+
+#[cfg(feature = "no-motor")]
+use firmware_stm32::no_motor::{Encoder, Output};
 
 /// State of the sample interrupt.
 struct Control {
@@ -49,12 +55,14 @@ impl Chip for Wiring {
 
     #[inline]
     fn lines(&self) -> Lines {
+        // Nothing is connected to a board without a motor.
+        let connected = cfg!(not(feature = "no-motor"));
         let [low_switch, high_switch] = self.inputs.closed_switches();
         Lines {
             supply: self.inputs.supply_is_healthy(),
-            amplifier: self.inputs.amplifier_is_healthy(),
-            low_switch,
-            high_switch,
+            amplifier: !connected || self.inputs.amplifier_is_healthy(),
+            low_switch: !connected || low_switch,
+            high_switch: !connected || high_switch,
         }
     }
 
@@ -87,6 +95,11 @@ impl Chip for Wiring {
     fn feed_watchdog(&mut self) {
         self.watchdog.feed();
     }
+
+    #[inline]
+    fn cycles(&self) -> u32 {
+        DWT::cycle_count()
+    }
 }
 
 static CONTROL: HandOff<Control> = HandOff::new();
@@ -104,6 +117,8 @@ fn TIM5() {
     }
     if let Some(Control { sampler, chip }) = OWN {
         sampler.interrupt(chip);
+        #[cfg(feature = "no-motor")]
+        chip.encoder.advance(&chip.output);
     }
     let samples = SAMPLES.load(Ordering::Relaxed);
     SAMPLES.store(samples.wrapping_add(1), Ordering::Relaxed);
@@ -150,7 +165,7 @@ fn main() -> ! {
 /// The wired board, and the large parts of the program in static memory. The stack is for temporary values.
 struct Parts {
     wired: Wired,
-    output: Output,
+    output: BoardOutput,
     channel: &'static mut Channel,
     memory: &'static mut Memory,
     conversation: &'static mut Conversation,
@@ -159,6 +174,9 @@ struct Parts {
 /// Not inlined, for its stack to be free again.
 #[inline(never)]
 fn parts() -> Option<Parts> {
+    let mut core = cortex_m::Peripherals::take()?;
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
     let (wired, output) = board::wire()?;
     Some(Parts {
         wired,
@@ -192,7 +210,8 @@ fn background(parts: Parts) {
         ..
     } = wired;
     let image = image::check();
-    let found = self_test().and(image.map(drop)).and(found);
+    let (mut board_test, computed) = self_test(board::NAME, DWT::cycle_count);
+    let found = computed.and(image.map(drop)).and(found);
     let (back, interrupt, line_end) = channel.split();
     let built_in = settings::built_in();
     let begun = board::background::supervisor(back, memory, flash, &built_in, board::STAGE, found);
@@ -203,7 +222,11 @@ fn background(parts: Parts) {
         resets_in_time,
         image_checked: image == Ok(true),
     });
+    board_test.servo_on_chip = cfg!(feature = "no-motor");
+    supervisor.set_board_test(board_test);
     watchdog.start();
+    #[cfg(feature = "no-motor")]
+    let (encoder, output) = firmware_stm32::no_motor::in_place_of(encoder, output);
     CONTROL.give(Control {
         sampler: Sampler::new(interrupt, found),
         chip: Wiring {
@@ -263,11 +286,11 @@ fn sleep_while(stays: impl Fn() -> bool) {
     }) {}
 }
 
-/// Starts the samples, and an emulated servo with them.
+/// Starts the samples, and a servo on the chip with them.
 fn start(timer: &SampleTimer<Mmio>, sample_time: f64) {
     timer.start(sample_time);
-    #[cfg(feature = "emulator")]
-    firmware_stm32::emulated_servo::set_sample_time(sample_time);
+    #[cfg(any(feature = "emulator", feature = "no-motor"))]
+    firmware_stm32::servo_on_chip::set_sample_time(sample_time);
 }
 
 #[cfg(feature = "defmt")]

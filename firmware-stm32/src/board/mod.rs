@@ -20,28 +20,28 @@ pub use f4::{Interrupt, background, interrupt};
 #[cfg(all(feature = "g4", not(feature = "f4")))]
 pub use g4::{Interrupt, background, interrupt};
 #[cfg(feature = "nucleo-f446re")]
-pub use nucleo_f446re::BOARD;
+pub use nucleo_f446re::{BOARD, NAME};
 #[cfg(all(feature = "nucleo-g474re", not(feature = "f4")))]
-pub use nucleo_g474re::BOARD;
+pub use nucleo_g474re::{BOARD, NAME};
 #[cfg(all(feature = "olimex-stm32-h405", not(feature = "nucleo-f446re")))]
-pub use olimex_stm32_h405::BOARD;
+pub use olimex_stm32_h405::{BOARD, NAME};
 
 #[cfg(any(
     all(feature = "olimex-stm32-h405", feature = "nucleo-f446re"),
     all(feature = "f4", feature = "g4")
 ))]
 compile_error!(
-    "one board at a time, and none beside the default one: --no-default-features --features nucleo-f446re"
+    "one board at a time, and none beside the default one: --no-default-features --features nucleo-g474re"
 );
 #[cfg(not(any(
     feature = "olimex-stm32-h405",
     feature = "nucleo-f446re",
     feature = "nucleo-g474re"
 )))]
-compile_error!("a board is needed: --features olimex-stm32-h405, for instance");
+compile_error!("a board is needed: --features nucleo-f446re, for instance");
 #[cfg(all(feature = "g4", feature = "emulator"))]
 compile_error!(
-    "the emulator has an STM32F405: --features emulator without --features nucleo-g474re"
+    "the emulator has an STM32F405: --no-default-features --features olimex-stm32-h405,emulator"
 );
 
 use drive_chip::{pins, serial};

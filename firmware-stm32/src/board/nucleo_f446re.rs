@@ -21,6 +21,9 @@ use drive_chip::board::{Board, Oscillator};
 use drive_chip::flash::Areas;
 use drive_chip::pins::{Pin, Port};
 
+/// Its name, that of its feature.
+pub const NAME: &str = "nucleo-f446re";
+
 /// The board. Its flash keeps the records in the sectors 1 and 2.
 pub const BOARD: Board<F4> = Board {
     oscillator: Oscillator::clock(8_000_000),

@@ -24,6 +24,9 @@ use drive_chip::flash::Areas;
 use drive_chip::g4::OverCurrent;
 use drive_chip::pins::{Pin, Port};
 
+/// Its name, that of its feature.
+pub const NAME: &str = "nucleo-g474re";
+
 /// The board. Its flash keeps the records in the areas 1 and 2.
 pub const BOARD: Board<G4> = Board {
     oscillator: Oscillator::crystal(24_000_000),

@@ -18,6 +18,9 @@ use drive_chip::board::{Board, Oscillator};
 use drive_chip::flash::Areas;
 use drive_chip::pins::{Pin, Port};
 
+/// Its name, that of its feature.
+pub const NAME: &str = "olimex-stm32-h405";
+
 /// The board. Its flash keeps the records in the sectors 1 and 2.
 pub const BOARD: Board<F4> = Board {
     oscillator: Oscillator::crystal(8_000_000),

@@ -1,5 +1,5 @@
 use commissioning::servo_change::ServoChange;
-use drive_link::{Estimates, State, Status};
+use drive_link::{Estimates, InterruptCycles, State, Status};
 use identifier_core::reason::Reason;
 use serde::{Serialize, Serializer};
 
@@ -24,6 +24,8 @@ pub struct DriveStatus {
     /// How the servo differs from the one for which the gains' prediction holds.
     #[serde(serialize_with = "change")]
     pub servo_change: Option<ServoChange>,
+    /// Cycles of the sample interrupt: `last`, and `longest` since the start. None where no counter runs.
+    pub interrupt_cycles: Option<InterruptCycles>,
 }
 
 impl From<&Status> for DriveStatus {
@@ -44,6 +46,7 @@ impl From<&Status> for DriveStatus {
                 .gains
                 .map(|gains| Gains::of(&gains.controller, gains.cutoff)),
             servo_change: status.servo_change,
+            interrupt_cycles: status.interrupt_cycles,
         }
     }
 }

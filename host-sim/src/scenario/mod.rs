@@ -55,6 +55,12 @@ use names::named;
 use virtual_servo::faults::InjectedFault;
 use virtual_servo::{Effects, SensorEffects};
 
+/// The paper's experiment: the proposed method.
+pub const PAPER: &str = include_str!("../../scenarios/paper.toml");
+
+/// The paper's experiment: the least squares that it is compared with.
+pub const PAPER_LEAST_SQUARES: &str = include_str!("../../scenarios/paper-least-squares.toml");
+
 /// Why the parts can be relied on: a [`Scenario`] builds each of them once when it is read.
 pub(crate) const CHECKED: &str = "the scenario was checked when it was read";
 

@@ -96,8 +96,8 @@ mod tests {
         include_str!("../../scenarios/friction.toml"),
         include_str!("../../scenarios/geared_axis.toml"),
         include_str!("../../scenarios/minimal.toml"),
-        include_str!("../../scenarios/paper-least-squares.toml"),
-        include_str!("../../scenarios/paper.toml"),
+        super::super::PAPER_LEAST_SQUARES,
+        super::super::PAPER,
         include_str!("../../scenarios/replay.toml"),
         include_str!("../../scenarios/sweep.toml"),
     ];

@@ -12,8 +12,8 @@ use core::fmt;
 use commissioning::servo_change::ServoChangeState;
 use commissioning::{CommissionSettings, Phase};
 use drive_link::{
-    BootChecks, Command, Commissioned, Ended, Estimates, Fault, Kept, Noticed, Outcome, Record,
-    Refusal, Report, Request, Settings, State, TargetSource,
+    BoardTest, BootChecks, Command, Commissioned, Ended, Estimates, Fault, Kept, Noticed, Outcome,
+    Record, Refusal, Report, Request, Settings, State, TargetSource,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::reason::Reason;
@@ -79,6 +79,7 @@ pub struct Supervisor<'a, F> {
     reports_dropped: u32,
     garbled: u32,
     boot: BootChecks,
+    board_test: BoardTest,
 }
 
 impl<F> fmt::Debug for Supervisor<'_, F> {
@@ -159,6 +160,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             reports_dropped: 0,
             garbled: 0,
             boot: BootChecks::PASSED,
+            board_test: BoardTest::default(),
         };
         if record.is_some_and(|record| record.under_way) {
             // Reported once. If it cannot be saved, it is reported again.
@@ -171,6 +173,11 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// Sets what the boot has found, which the status reports.
     pub fn set_boot_checks(&mut self, boot: BootChecks) {
         self.boot = boot;
+    }
+
+    /// Sets the test of the board, which a request reports.
+    pub fn set_board_test(&mut self, test: BoardTest) {
+        self.board_test = test;
     }
 
     /// Sets the time for which the background may not run while the servo is disabled, s.
@@ -268,6 +275,10 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                     id,
                     part: self.solver.motion_record(first),
                 },
+                Command::BoardTest => Report::BoardTest {
+                    id,
+                    test: self.board_test.clone(),
+                },
                 _ => Report::Done { id },
             },
             Err(refusal) => refused(refusal),
@@ -279,7 +290,11 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             self.must_be_last()?;
         }
         match *command {
-            Command::Hello | Command::Show | Command::Outcome | Command::MotionRecord(_) => {}
+            Command::Hello
+            | Command::Show
+            | Command::Outcome
+            | Command::MotionRecord(_)
+            | Command::BoardTest => {}
             Command::Configure(_) | Command::Start if self.is_commissioning() => {
                 self.channel.change_mode();
                 return Err(Refusal::EndedCommissioning);

@@ -102,6 +102,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             garbled: self.garbled,
             boot: self.boot,
             disturbed: self.channel.disturbances(),
+            interrupt_cycles: self.channel.interrupt_cycles(),
         };
         Report::Status { id, status }
     }

@@ -220,6 +220,8 @@ pub(crate) struct Bench {
     pub(crate) steps: Cell<Option<i16>>,
     /// Number of times that the watchdog was fed.
     pub(crate) fed: Cell<u32>,
+    /// The cycle counter, and what every part between two readings takes.
+    pub(crate) cycles: Cell<[u32; 2]>,
     /// Commands that have not acted yet.
     waiting: RefCell<VecDeque<f32>>,
 }
@@ -247,6 +249,7 @@ impl Bench {
             index: Cell::new(None),
             steps: Cell::new(Some(0)),
             fed: Cell::new(0),
+            cycles: Cell::new([0, 0]),
             waiting: RefCell::default(),
         }
     }
@@ -349,6 +352,12 @@ impl<'a> Chip for Pins<'a> {
 
     fn feed_watchdog(&mut self) {
         self.bench.fed.set(self.bench.fed.get() + 1);
+    }
+
+    fn cycles(&self) -> u32 {
+        let [now, taken] = self.bench.cycles.get();
+        self.bench.cycles.set([now.wrapping_add(taken), taken]);
+        now
     }
 }
 

@@ -6,7 +6,7 @@ mod silence;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use commissioning::CommissionSettings;
-use drive_link::{Command, Outcome, Refusal, Report, Request, Settings, State, Status};
+use drive_link::{BoardTest, Command, Outcome, Refusal, Report, Request, Settings, State, Status};
 use host_sim::commission::Recorded;
 
 pub use self::loop_settings::loop_settings;
@@ -186,6 +186,17 @@ impl Client {
         Ok(recorded)
     }
 
+    /// The test of the drive's board.
+    ///
+    /// # Errors
+    /// If the line breaks.
+    pub fn board_test(&mut self) -> Result<BoardTest, DriveError> {
+        match self.report(Command::BoardTest)? {
+            Report::BoardTest { test, .. } => Ok(test),
+            _ => Err(DriveError::Silent),
+        }
+    }
+
     /// The drive's status.
     ///
     /// # Errors
@@ -256,6 +267,7 @@ impl Client {
             Report::Settings { id: same, .. }
             | Report::Outcome { id: same, .. }
             | Report::MotionRecord { id: same, .. }
+            | Report::BoardTest { id: same, .. }
             | Report::Done { id: same }
             | Report::Refused { id: same, .. } => *same == id,
             Report::Snapshot(_) | Report::Progress(_) | Report::Fault(_) => false,

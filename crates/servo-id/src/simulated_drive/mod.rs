@@ -18,6 +18,7 @@ use drive_link::{
 };
 use drive_logic::{
     Channel, Conversation, LineListener, Memory, OutputStage, PolledLine, Sampler, Supervisor,
+    self_test,
 };
 use host_sim::commission::Axis;
 use host_sim::scenario::{Fault, Scenario};
@@ -186,6 +187,9 @@ impl Board<'_> {
         let memory = Box::leak(Box::new(Memory::new()));
         let mut supervisor =
             Supervisor::new(background, memory, (flash, 0), built_in, stage, Ok(()));
+        let (mut board_test, _) = self_test("simulated", || 0);
+        board_test.servo_on_chip = true;
+        supervisor.set_board_test(board_test);
         if let Some(settings) = configured {
             let command = Command::Configure(settings);
             if let Report::Refused { refusal, .. } = supervisor.answer(&Request { id: 0, command })

@@ -5,12 +5,43 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::support::pages::root;
 use crate::support::simulated_drive::{Hand, SERVO, SimulatedDrive, built_in};
 use crate::support::{folder, servo_id, standard_error};
 use drive_link::{Estimator, Settings};
 use identifier_core::settings::diagonal;
 use servo_id::drive::Client;
 use servo_id::port::Port;
+
+#[test]
+fn the_test_of_a_board_compares_its_bits_and_has_no_cycles_where_none_are_counted() {
+    let drive = SimulatedDrive::start(SERVO, example());
+    drive.with(|around| around.supply = true);
+    let folder = folder("board_test");
+    let test = |ports: &[&str]| {
+        let script = root().join("tests/hil/run");
+        let ran = Command::new(script)
+            .args(ports)
+            .env("SERVO_ID", env!("CARGO_BIN_EXE_servo-id"))
+            .env_remove("SERVO_ID_PORT")
+            .current_dir(&folder)
+            .output()
+            .expect("it starts");
+        assert!(ran.status.success(), "{}", standard_error(&ran));
+        String::from_utf8_lossy(&ran.stdout).into_owned()
+    };
+    assert!(test(&[]).starts_with("skipped"));
+    let printed = test(&[&drive.port]);
+    assert!(printed.contains("not measured"), "{printed}");
+    let sent = std::fs::read_to_string(folder.join("board-test.json")).expect("a file to send");
+    let sent: serde_json::Value = serde_json::from_str(&sent).expect("JSON");
+    assert_eq!(sent["board"], "simulated");
+    assert_eq!(sent["same_bits"], true);
+    assert_eq!(sent["bits"][0], "3ff0a2dd2a400000");
+    assert_eq!(sent["protocol"], drive_link::PROTOCOL);
+    assert!(sent["sample_cycles"].is_null() && sent["interrupt_cycles"].is_null());
+    assert!(sent["sample_instructions"]["mean"].as_u64() > Some(100));
+}
 
 /// The settings of a drive that was never configured, with the gradient estimator.
 fn example() -> Settings {

@@ -61,6 +61,7 @@ fn status(state: Does) -> Status {
         garbled: 0,
         boot: BootChecks::PASSED,
         disturbed: 0,
+        interrupt_cycles: None,
     }
 }
 

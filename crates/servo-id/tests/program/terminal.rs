@@ -132,8 +132,9 @@ const WRONG: [&str; 16] = [
 ];
 
 /// Calls of a drive in their order, by their exit status.
-const DRIVE: [(&str, i32); 10] = [
+const DRIVE: [(&str, i32); 11] = [
     ("status", 0),
+    ("board-test", 0),
     ("start", 1),
     ("configure drive.toml --link-timeout 20", 0),
     ("start --for 0.5", 0),

@@ -2,11 +2,12 @@
 
 use core::convert::Infallible;
 
-use drive_link::{Command, Line, Request, frame};
-use drive_logic::{Channel, Chip, Conversation, Lines, Memory, Sampler, Supervisor};
+use drive_link::{Command, Cycles, Line, Request, frame};
+use drive_logic::{Channel, Chip, Conversation, Lines, Memory, Sampler, Supervisor, self_test};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use firmware_stm32::board::STAGE;
-use firmware_stm32::instructions::{Counter as Instructions, Tally};
+use firmware_stm32::host::{Text, print};
+use firmware_stm32::instructions::{Counter as Instructions, Tally, ticks};
 use firmware_stm32::settings;
 use identifier_core::drive::{Actuator, PositionSensor};
 
@@ -30,6 +31,7 @@ fn count(instructions: &Instructions) -> Option<()> {
     let mut sampler = Sampler::new(interrupt, Ok(()));
     let mut servo = Servo([Loose, Loose]);
 
+    board_test()?;
     background.count("idle", &[]);
     background.count("garbage", &[0x55; 500]);
     background.count("show", &request(Command::Show));
@@ -46,6 +48,15 @@ fn count(instructions: &Instructions) -> Option<()> {
     background.count("refused-configure", &request(Command::Configure(built_in)));
     sampler.interrupt(&mut servo);
     background.count("news", &[]);
+    Some(())
+}
+
+/// Counts the instructions of the samples of the boot's known computation, of which a board reports the cycles.
+fn board_test() -> Option<()> {
+    let (test, _) = self_test("bench", ticks);
+    let Cycles { mean, most } = test.cycles?;
+    let [mean, most, bytes] = [mean, most, size_of_val(&test) as u32].map(Text::whole);
+    print(&["board-test", mean.as_str(), most.as_str(), bytes.as_str()]);
     Some(())
 }
 

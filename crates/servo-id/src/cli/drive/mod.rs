@@ -1,5 +1,6 @@
 //! The verbs of `drive`: the host's end of a drive's serial line.
 
+mod board_test;
 mod commission;
 mod configure;
 mod follow;
@@ -31,6 +32,9 @@ pub(super) struct Arguments {
 enum Verb {
     /// Print the drive's state, estimates and settings.
     Status(status::Arguments),
+    /// Compare the bits that the drive's chip computes with this machine's, and print its cycles beside the instructions
+    /// of the budget. Nothing moves.
+    BoardTest(board_test::Arguments),
     /// Configure the drive with the loop of a scenario; the servo must be disabled.
     Configure(configure::Arguments),
     /// Close the loop at the present position, identify, and print reports until the run ends.
@@ -86,6 +90,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let status = client.status().map_err(fault)?;
     match &arguments.verb {
         Verb::Status(verb) => verb.run(&mut client, &status),
+        Verb::BoardTest(verb) => verb.run(&mut client, &status),
         Verb::Configure(configure) => configure.run(&mut client),
         Verb::Start(start) => start.run(&mut client),
         Verb::Target { radians } => client.ask(Command::Target(*radians)).map_err(fault),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use drive_link::{Estimates, Settings, Snapshot, Status, TermSizes};
+use drive_link::{Estimates, InterruptCycles, Settings, Snapshot, Status, TermSizes};
 use host_sim::result::DriveStatus;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
@@ -103,6 +103,19 @@ pub(super) fn change_line(status: &Status) -> Option<String> {
     status.servo_change.map(|change| change.to_string())
 }
 
+/// In place of cycles.
+pub(super) const NOT_MEASURED: &str = "not measured: the chip has no cycle counter that runs";
+
+/// The cycles of the sample interrupt.
+pub(super) fn interrupt_line(status: &Status) -> String {
+    status.interrupt_cycles.map_or_else(
+        || NOT_MEASURED.to_owned(),
+        |InterruptCycles { last, longest }| {
+            format!("{last} cycles the last, {longest} the longest since the start")
+        },
+    )
+}
+
 /// Prints state, estimates, history and settings.
 fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     show!("{}", status.state)?;
@@ -149,6 +162,7 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
         status.garbled,
         status.disturbed
     )?;
+    show!("sample interrupt: {}", interrupt_line(status))?;
     if !status.boot.resets_in_time {
         show!(
             "the chip's brown-out reset is too low: set it in the option bytes, level 3 of an STM32F4 (BOR_LEV = 0), \

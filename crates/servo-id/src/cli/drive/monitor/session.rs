@@ -208,7 +208,8 @@ impl Session {
             | Command::Show
             | Command::Watch(_)
             | Command::Outcome
-            | Command::MotionRecord(_) => return,
+            | Command::MotionRecord(_)
+            | Command::BoardTest => return,
         };
         self.state.set_note(Note::Done(message));
     }
@@ -241,6 +242,7 @@ fn name(command: &Command) -> &'static str {
         | Command::Show
         | Command::Watch(_)
         | Command::Outcome
-        | Command::MotionRecord(_) => "report",
+        | Command::MotionRecord(_)
+        | Command::BoardTest => "report",
     }
 }
