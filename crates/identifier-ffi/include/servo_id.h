@@ -3,8 +3,9 @@
  * The servo is q'' = -a q' + b u + d - c sign(q'), with the command u that acts, in SI (for a linear axis read m for
  * rad): a in 1/s, b in rad/s^2 per command unit, Coulomb friction c and load d in rad/s^2.
  *
- * Your program owns the memory of every object: declare one and initialise it. The library has no heap, no global
- * variable and no panic. An object may be copied byte by byte, and needs no destruction.
+ * Settings are a structure of named fields. Your program owns the memory of every object: declare one and initialise it.
+ * The library has no heap, no global variable and no panic. An object may be copied byte by byte, and needs no
+ * destruction.
  *
  * Every function returns a status: SERVO_ID_OK, a positive number for an event of a sample, or a negative number for an
  * error, which changes nothing. `size` is the sizeof of the object that is initialised; `error` may be NULL. Null and
@@ -19,173 +20,240 @@
 #include <stdint.h>
 
 /* Statuses. servo_id_status_text has a sentence for each. */
-#define SERVO_ID_OK                   0
-#define SERVO_ID_SLOWED               1
-#define SERVO_ID_STANDING             2
-#define SERVO_ID_RESTARTED            3
-#define SERVO_ID_STARTED              4
-#define SERVO_ID_LOAD_STEP            5
-#define SERVO_ID_TERM_ENTERED         6
-#define SERVO_ID_FRICTION_LOWERED     7
-#define SERVO_ID_AT_BOUND             8
-#define SERVO_ID_NOT_FOLLOWING        9
-#define SERVO_ID_FIRST_FIT_OVERDUE   10
-#define SERVO_ID_PENDING             20
-#define SERVO_ID_DECIDED             21
-#define SERVO_ID_NULL_POINTER        -1
-#define SERVO_ID_MISALIGNED          -2
-#define SERVO_ID_TOO_SMALL           -3
-#define SERVO_ID_NOT_INITIALISED     -4
-#define SERVO_ID_NO_SUCH_NUMBER      -5
-#define SERVO_ID_NOT_A_VALUE         -6
-#define SERVO_ID_NOT_A_RANGE         -7
-#define SERVO_ID_OUT_OF_RANGE       -10
-#define SERVO_ID_NOT_GIVEN          -11
-#define SERVO_ID_GAMMA              -12
-#define SERVO_ID_NO_MOTION          -13
-#define SERVO_ID_CERTIFICATE        -14
-#define SERVO_ID_LOOP_UNSTABLE      -15
-#define SERVO_ID_ESTIMATE_UNSTABLE  -16
-#define SERVO_ID_NOT_SUPPORTED      -17
-#define SERVO_ID_ERROR_NOT_FINITE   -20
-#define SERVO_ID_TOO_FAR_APART      -21
-#define SERVO_ID_COUNT_JUMPED       -22
-#define SERVO_ID_COMMAND_NOT_FINITE -23
-#define SERVO_ID_SAMPLE_REFUSED     -24
-#define SERVO_ID_NO_SAMPLE          -25
-#define SERVO_ID_NO_FIT             -30
-#define SERVO_ID_NO_STANDARD_ERRORS -31
-#define SERVO_ID_TOO_FAST           -40
-#define SERVO_ID_NOT_KNOWN          -41
-#define SERVO_ID_DOES_NOT_ARRIVE    -42
-#define SERVO_ID_CONSTANTS_VERSION  -50
-#define SERVO_ID_CONSTANTS_TYPE     -51
-#define SERVO_ID_CONSTANTS_CHANGED  -52
-
-/* Parameters, for servo_id_settings_set, or servo_id_settings_set_range for a range.
- * servo_id_parameter_name has a name for each. */
-#define SERVO_ID_SAMPLE_TIME           1  /* s */
-#define SERVO_ID_RESOLUTION            2  /* rad of a count */
-#define SERVO_ID_CUTOFF                3  /* of the velocity estimate, rad/s; default half of the sample rate */
-#define SERVO_ID_KP                    4  /* command units per rad */
-#define SERVO_ID_KD                    5  /* command units per rad/s */
-#define SERVO_ID_KI                    6  /* command units per rad s */
-#define SERVO_ID_LIMIT                 7  /* range of the command, command units */
-#define SERVO_ID_INITIAL_A             8  /* 1/s */
-#define SERVO_ID_INITIAL_B             9  /* rad/s^2 per command unit */
-#define SERVO_ID_INITIAL_COULOMB      10  /* rad/s^2 */
-#define SERVO_ID_INITIAL_LOAD         11  /* rad/s^2 */
-#define SERVO_ID_KNOWN_A              12  /* not zero: stays at its initial value */
-#define SERVO_ID_KNOWN_B              13
-#define SERVO_ID_KNOWN_COULOMB        14
-#define SERVO_ID_KNOWN_LOAD           15
-#define SERVO_ID_BOUNDS_A             16  /* range */
-#define SERVO_ID_BOUNDS_B             17  /* range */
-#define SERVO_ID_BOUNDS_COULOMB       18  /* range */
-#define SERVO_ID_BOUNDS_LOAD          19  /* range */
-#define SERVO_ID_UNCERTAINTY_A        20  /* standard deviation of the initial value */
-#define SERVO_ID_UNCERTAINTY_B        21
-#define SERVO_ID_UNCERTAINTY_COULOMB  22
-#define SERVO_ID_UNCERTAINTY_LOAD     23
-#define SERVO_ID_GAMMA_A              24  /* diagonal of gamma, of the gradient estimator */
-#define SERVO_ID_GAMMA_B              25
-#define SERVO_ID_GAMMA_COULOMB        26
-#define SERVO_ID_GAMMA_LOAD           27
-#define SERVO_ID_CORRECTION_KP        28  /* gains of the correction; default those of the PID */
-#define SERVO_ID_CORRECTION_KD        29
-#define SERVO_ID_CORRECTION_KI        30
-#define SERVO_ID_PLANT_BOX_A          31  /* parameter range that is certified */
-#define SERVO_ID_PLANT_BOX_B          32  /* range */
-#define SERVO_ID_MU                   33  /* 1/s */
-#define SERVO_ID_BANDWIDTH            34  /* of the position loop, rad/s */
-#define SERVO_ID_START_TIME           35  /* of the first fit, s */
-#define SERVO_ID_MEMORY               36  /* s; default unlimited */
-#define SERVO_ID_NOISE                37  /* standard deviation of the position, rad; default of a count */
-#define SERVO_ID_MAX_SPEED            38  /* rad/s */
-#define SERVO_ID_RANGES_ERROR         39  /* of fixed point: position error, rad */
-#define SERVO_ID_RANGES_VELOCITY      40  /* rad/s */
-#define SERVO_ID_RANGES_COMMAND       41  /* command units */
-#define SERVO_ID_COMMAND              42  /* of a tuning: largest command beyond that for the load; default infinite */
-#define SERVO_ID_COMMAND_DELAY        43  /* from the reading of the encoder to the output, s */
-#define SERVO_ID_RESPONSE_TIME        44  /* goal: from 10 to 90 %, s */
-#define SERVO_ID_LOOP_BANDWIDTH       45  /* goal: rad/s; without a goal the stiffest gains within the margins */
-#define SERVO_ID_MAX_SENSITIVITY      46  /* default 1.6 */
-#define SERVO_ID_MAX_NOISE            47  /* part of the command; default 0.03 */
-#define SERVO_ID_STEP                 48  /* of the reference, for the predicted response, rad */
-#define SERVO_ID_RESONANCE            49  /* lowest known, rad/s */
-#define SERVO_ID_TRAVEL               50  /* of a commissioning: range about the servo's position, rad */
-#define SERVO_ID_SPEED                51  /* largest, rad/s */
-#define SERVO_ID_DURATION             52  /* longest of a motion, s */
-#define SERVO_ID_MAX_GAIN             54  /* largest b that the servo may have; default unknown */
-#define SERVO_ID_TRIAL_STEP           55  /* rad; default half of the travel */
-#define SERVO_ID_REFERENCE_FILTER     56  /* of the controller: time constant, s; default none */
-#define SERVO_ID_FEED_FORWARD_BANDWIDTH     57 /* of the controller: of its reference model, rad/s; default none */
-#define SERVO_ID_FEED_FORWARD_ACCELERATION  58 /* 1/b, command units per rad/s^2 */
-#define SERVO_ID_FEED_FORWARD_VELOCITY      59 /* a/b, command units per rad/s */
-#define SERVO_ID_FEED_FORWARD_COULOMB       60 /* command units */
-#define SERVO_ID_FEED_FORWARD_COULOMB_SPEED 61 /* below it linear through zero, rad/s */
-#define SERVO_ID_FEED_FORWARD         62  /* of a tuning or a commissioning, not zero: reference model if the step then rises faster */
-#define SERVO_ID_NOTCH                63  /* of the controller's command, rad/s; default none */
+enum servo_id_status {
+    SERVO_ID_OK = 0,
+    SERVO_ID_SLOWED = 1,
+    SERVO_ID_STANDING = 2,
+    SERVO_ID_RESTARTED = 3,
+    SERVO_ID_STARTED = 4,
+    SERVO_ID_LOAD_STEP = 5,
+    SERVO_ID_TERM_ENTERED = 6,
+    SERVO_ID_FRICTION_LOWERED = 7,
+    SERVO_ID_AT_BOUND = 8,
+    SERVO_ID_NOT_FOLLOWING = 9,
+    SERVO_ID_FIRST_FIT_OVERDUE = 10,
+    SERVO_ID_PENDING = 20,
+    SERVO_ID_DECIDED = 21,
+    SERVO_ID_NULL_POINTER = -1,
+    SERVO_ID_MISALIGNED = -2,
+    SERVO_ID_TOO_SMALL = -3,
+    SERVO_ID_NOT_INITIALISED = -4,
+    SERVO_ID_NO_SUCH_NUMBER = -5,
+    SERVO_ID_OUT_OF_RANGE = -10,
+    SERVO_ID_NOT_GIVEN = -11,
+    SERVO_ID_GAMMA = -12,
+    SERVO_ID_NO_MOTION = -13,
+    SERVO_ID_CERTIFICATE = -14,
+    SERVO_ID_LOOP_UNSTABLE = -15,
+    SERVO_ID_ESTIMATE_UNSTABLE = -16,
+    SERVO_ID_NOT_SUPPORTED = -17,
+    SERVO_ID_ERROR_NOT_FINITE = -20,
+    SERVO_ID_TOO_FAR_APART = -21,
+    SERVO_ID_COUNT_JUMPED = -22,
+    SERVO_ID_COMMAND_NOT_FINITE = -23,
+    SERVO_ID_SAMPLE_REFUSED = -24,
+    SERVO_ID_NO_SAMPLE = -25,
+    SERVO_ID_NO_FIT = -30,
+    SERVO_ID_NO_STANDARD_ERRORS = -31,
+    SERVO_ID_TOO_FAST = -40,
+    SERVO_ID_NOT_KNOWN = -41,
+    SERVO_ID_DOES_NOT_ARRIVE = -42,
+    SERVO_ID_CONSTANTS_VERSION = -50,
+    SERVO_ID_CONSTANTS_TYPE = -51,
+    SERVO_ID_CONSTANTS_CHANGED = -52,
+};
 
 /* Ranges that are allowed, with low and high of servo_id_error. */
-#define SERVO_ID_ALLOWED_UNKNOWN          0
-#define SERVO_ID_ALLOWED_FINITE           1
-#define SERVO_ID_ALLOWED_ABOVE            2
-#define SERVO_ID_ALLOWED_AT_LEAST         3
-#define SERVO_ID_ALLOWED_BELOW            4
-#define SERVO_ID_ALLOWED_AT_MOST          5
-#define SERVO_ID_ALLOWED_BETWEEN          6
-#define SERVO_ID_ALLOWED_WITHIN           7
-#define SERVO_ID_ALLOWED_POSITIVE_UP_TO   8
-#define SERVO_ID_ALLOWED_MULTIPLE_OF      9
-#define SERVO_ID_ALLOWED_NEAREST         10
+enum servo_id_allowed {
+    SERVO_ID_ALLOWED_UNKNOWN = 0,
+    SERVO_ID_ALLOWED_FINITE = 1,
+    SERVO_ID_ALLOWED_ABOVE = 2,
+    SERVO_ID_ALLOWED_AT_LEAST = 3,
+    SERVO_ID_ALLOWED_BELOW = 4,
+    SERVO_ID_ALLOWED_AT_MOST = 5,
+    SERVO_ID_ALLOWED_BETWEEN = 6,
+    SERVO_ID_ALLOWED_WITHIN = 7,
+    SERVO_ID_ALLOWED_POSITIVE_UP_TO = 8,
+    SERVO_ID_ALLOWED_MULTIPLE_OF = 9,
+    SERVO_ID_ALLOWED_NEAREST = 10,
+};
 
 /* Places of the parameters in arrays. */
-#define SERVO_ID_A         0
-#define SERVO_ID_B         1
-#define SERVO_ID_COULOMB   2
-#define SERVO_ID_LOAD      3
+enum servo_id_place {
+    SERVO_ID_A = 0,
+    SERVO_ID_B = 1,
+    SERVO_ID_COULOMB = 2,
+    SERVO_ID_LOAD = 3,
+};
 
 /* States of an estimate in a verdict. */
-#define SERVO_ID_KNOWN         0
-#define SERVO_ID_UNCERTAIN     1
-#define SERVO_ID_IS_AT_BOUND   2
+enum servo_id_state {
+    SERVO_ID_KNOWN = 0,
+    SERVO_ID_UNCERTAIN = 1,
+    SERVO_ID_IS_AT_BOUND = 2,
+};
 
 /* What keeps a tuned loop from being faster. */
-#define SERVO_ID_CAP_NONE             0
-#define SERVO_ID_CAP_DELAY            1
-#define SERVO_ID_CAP_ENCODER_NOISE    2
-#define SERVO_ID_CAP_COMMAND_LIMIT    3
-#define SERVO_ID_CAP_RESONANCE        4
-#define SERVO_ID_CAP_UNSEEN_RESONANCE 5
+enum servo_id_cap {
+    SERVO_ID_CAP_NONE = 0,
+    SERVO_ID_CAP_DELAY = 1,
+    SERVO_ID_CAP_ENCODER_NOISE = 2,
+    SERVO_ID_CAP_COMMAND_LIMIT = 3,
+    SERVO_ID_CAP_RESONANCE = 4,
+    SERVO_ID_CAP_UNSEEN_RESONANCE = 5,
+};
 
 /* Phases of a commissioning; the last three are ends. */
-#define SERVO_ID_PHASE_IDLE                  0
-#define SERVO_ID_PHASE_REST                  1
-#define SERVO_ID_PHASE_PROBE                 2
-#define SERVO_ID_PHASE_FIT                   3
-#define SERVO_ID_PHASE_PROBE_AGAIN           4
-#define SERVO_ID_PHASE_FREQUENCY_RESPONSE    5
-#define SERVO_ID_PHASE_GAINS                 6
-#define SERVO_ID_PHASE_TRIAL                 7
-#define SERVO_ID_PHASE_APPLIED               8
-#define SERVO_ID_PHASE_ROLLED_BACK           9
-#define SERVO_ID_PHASE_ABORTED              10
+enum servo_id_phase {
+    SERVO_ID_PHASE_IDLE = 0,
+    SERVO_ID_PHASE_REST = 1,
+    SERVO_ID_PHASE_PROBE = 2,
+    SERVO_ID_PHASE_FIT = 3,
+    SERVO_ID_PHASE_PROBE_AGAIN = 4,
+    SERVO_ID_PHASE_FREQUENCY_RESPONSE = 5,
+    SERVO_ID_PHASE_GAINS = 6,
+    SERVO_ID_PHASE_TRIAL = 7,
+    SERVO_ID_PHASE_APPLIED = 8,
+    SERVO_ID_PHASE_ROLLED_BACK = 9,
+    SERVO_ID_PHASE_ABORTED = 10,
+};
 
 /* Conditions of a sample of a commissioning, which are added. */
-#define SERVO_ID_NO_COUNT 1  /* the encoder gave no valid reading */
-#define SERVO_ID_LATE     2  /* the sample before ended too late */
+enum servo_id_condition {
+    SERVO_ID_IN_ORDER = 0,
+    SERVO_ID_NO_COUNT = 1, /* the encoder gave no valid reading */
+    SERVO_ID_LATE = 2, /* the sample before ended too late */
+};
 
-/* A refusal as numbers. */
+/* No reason to end a commissioning. */
+enum servo_id_stop {
+    SERVO_ID_NO_STOP = 0,
+};
+
+/* A refusal. */
 typedef struct servo_id_error {
-    int32_t status;
-    int32_t parameter; /* its number, zero for none */
-    int32_t allowed;   /* SERVO_ID_ALLOWED_... */
-    int32_t unused;
-    double value; /* that was refused */
-    double low;   /* allowed; of SERVO_ID_ALLOWED_MULTIPLE_OF the step, of _NEAREST what would do */
+    int32_t status;  /* enum servo_id_status */
+    int32_t allowed; /* enum servo_id_allowed */
+    double value;    /* that was refused */
+    double low;      /* allowed; of SERVO_ID_ALLOWED_MULTIPLE_OF the step, of _NEAREST what would do */
     double high;
+    const char *parameter; /* the field of servo_id_settings, such as "plant_box.b"; NULL for none */
 } servo_id_error;
+
+/* Lowest and highest. */
+typedef struct servo_id_range {
+    double low;
+    double high;
+} servo_id_range;
+
+/* A number for each parameter. */
+typedef struct servo_id_parameters {
+    double a;       /* 1/s */
+    double b;       /* rad/s^2 per command unit */
+    double coulomb; /* rad/s^2 */
+    double load;    /* rad/s^2 */
+} servo_id_parameters;
+
+/* A range for each. */
+typedef struct servo_id_bounds {
+    servo_id_range a;
+    servo_id_range b;
+    servo_id_range coulomb;
+    servo_id_range load;
+} servo_id_bounds;
+
+/* Gains in command form. */
+typedef struct servo_id_gains {
+    double kp; /* command units per rad */
+    double kd; /* command units per rad/s */
+    double ki; /* command units per rad s */
+} servo_id_gains;
+
+/* The range of the true servos. */
+typedef struct servo_id_plant_box {
+    servo_id_range a;
+    servo_id_range b;
+} servo_id_plant_box;
+
+/* A feed-forward of the reference. */
+typedef struct servo_id_feed_forward {
+    double bandwidth;     /* of its reference model, rad/s; 0 for none */
+    double acceleration;  /* 1/b, command units per rad/s^2 */
+    double velocity;      /* a/b, command units per rad/s */
+    double coulomb;       /* command units */
+    double coulomb_speed; /* below it linear through zero, rad/s */
+} servo_id_feed_forward;
+
+/* The largest signals of fixed point. */
+typedef struct servo_id_signal_ranges {
+    double error;    /* of the position, rad */
+    double velocity; /* rad/s */
+    double command;  /* command units */
+} servo_id_signal_ranges;
+
+/* One for each parameter that is chosen. */
+typedef struct servo_id_choice {
+    int32_t a;
+    int32_t b;
+    int32_t coulomb;
+    int32_t load;
+} servo_id_choice;
+
+/* Settings. A field that is zero is not stated and has its default. State them by their names:
+ *
+ *     servo_id_settings settings = {.sample_time = 1e-3, .counts_per_revolution = 4096, .kp = 9, .kd = 0.19};
+ */
+typedef struct servo_id_settings {
+    double sample_time;           /* s; needed */
+    double counts_per_revolution; /* of the encoder, with x4 quadrature; needed, or: */
+    double resolution;            /* of a count, rad */
+    double cutoff;                /* of the velocity estimate, rad/s; default half of the sample rate */
+
+    /* The controller. */
+    double kp;
+    double kd;
+    double ki;
+    servo_id_range limit;    /* of the command, command units; default none */
+    double reference_filter; /* time constant, s; default none */
+    double notch;            /* filter of the command, rad/s; default none */
+    servo_id_feed_forward feed_forward;
+
+    /* The identifier. */
+    servo_id_parameters initial;     /* first estimates */
+    servo_id_bounds bounds;          /* of the estimates */
+    servo_id_parameters uncertainty; /* standard deviations of the first estimates */
+    servo_id_parameters gamma;       /* its diagonal, of the gradient estimator */
+    servo_id_gains correction;       /* default those of the controller */
+    servo_id_plant_box plant_box;    /* to be certified */
+    double mu;                       /* 1/s */
+    double bandwidth;                /* of the position loop, rad/s */
+    double start_time;               /* of the first fit, s */
+    double memory;                   /* s; default unlimited */
+    double noise;                    /* standard deviation of the position, rad; default of a count */
+    double max_speed;                /* rad/s */
+    servo_id_signal_ranges ranges;   /* of fixed point */
+
+    /* Tuning. */
+    double command;         /* largest beyond that for the load; default infinite */
+    double command_delay;   /* from the reading of the encoder to the output, s */
+    double response_time;   /* goal: from 10 to 90 %, s */
+    double loop_bandwidth;  /* goal: rad/s; without a goal as stiff as the servo allows */
+    double max_sensitivity; /* default 1.6 */
+    double max_noise;       /* part of the command; default 0.03 */
+    double step;            /* of the predicted response, rad */
+    double resonance;       /* lowest known, rad/s */
+
+    /* Commissioning. */
+    servo_id_range travel; /* about where the servo stands, rad */
+    double speed;          /* largest, rad/s */
+    double duration;       /* longest of a motion, s */
+    double max_gain;       /* largest b that it may have, if that is known */
+    double trial_step;     /* rad; default half of the travel */
+
+    servo_id_choice known;     /* one for a parameter that stays at its first estimate */
+    int32_t with_feed_forward; /* one: a tuning or a commissioning looks for a feed-forward too */
+    int32_t unused;
+} servo_id_settings;
 
 /* Estimates of a, b, Coulomb friction and load. */
 typedef struct servo_id_estimates {
@@ -196,8 +264,8 @@ typedef struct servo_id_estimates {
 
 /* The verdict in short. */
 typedef struct servo_id_verdict {
-    int32_t known;    /* one if every estimate is within tolerance */
-    int32_t state[4]; /* SERVO_ID_KNOWN, SERVO_ID_UNCERTAIN, SERVO_ID_IS_AT_BOUND */
+    int32_t known;    /* one if every estimate is known */
+    int32_t state[4]; /* enum servo_id_state */
 } servo_id_verdict;
 
 /* An identified servo. */
@@ -216,7 +284,7 @@ typedef struct servo_id_tuning {
     double cutoff;    /* of the velocity estimate, rad/s */
     double reference_filter; /* time constant, s; 0 for none */
     double notch;     /* filter of the command, rad/s; 0 for none */
-    double feed_forward[5];  /* SERVO_ID_FEED_FORWARD_BANDWIDTH and the four after it; 0 for none */
+    servo_id_feed_forward feed_forward;
     double bandwidth; /* of the poles, rad/s */
     double step;      /* of the predicted response, rad */
     double rise_time[3]; /* from 10 to 90 %, s: from balanced friction; after a motion with the step; after one against it */
@@ -226,8 +294,8 @@ typedef struct servo_id_tuning {
     double gain_margin[2]; /* the loop's gain may fall and rise by these factors */
     double command_share;  /* largest command, as a part of the available */
     double noise;          /* in the command, standard deviation */
-    double compliance;     /* rad per rad/s^2 of a load step */
-    int32_t cap;           /* SERVO_ID_CAP_... */
+    double compliance;     /* rad per rad/s^2 of a step of the load */
+    int32_t cap;           /* enum servo_id_cap */
     int32_t unused;
 } servo_id_tuning;
 
@@ -242,12 +310,7 @@ typedef struct servo_id_tuning {
 #define SERVO_ID_ALIGNMENT _Alignof
 #endif
 
-/* Parameters that were given */
-typedef struct servo_id_settings {
-    SERVO_ID_ALIGNED uint64_t words[144];
-} servo_id_settings;
-
-/* The paper's estimator of a and b; its correction balances the load */
+/* The paper's estimator of a and b; the load is carried by its correction */
 typedef struct servo_id_gradient {
     SERVO_ID_ALIGNED uint64_t words[52];
 } servo_id_gradient;
@@ -324,9 +387,9 @@ typedef struct servo_id_decision {
 
 /* A sample of a commissioning. */
 typedef struct servo_id_commission_step {
-    float command;      /* that acts until the next sample; zero if the stage must be disabled */
-    int32_t is_enabled; /* one if the stage must be enabled */
-    int32_t phase;      /* SERVO_ID_PHASE_... */
+    float command;      /* that acts until the next sample; zero where the stage is to be disabled */
+    int32_t is_enabled; /* one if the stage is to be enabled */
+    int32_t phase;      /* enum servo_id_phase */
     int32_t has_record; /* one if there is a record for the background */
     servo_id_record record;
 } servo_id_commission_step;
@@ -344,7 +407,15 @@ typedef struct servo_id_commission_result {
 } servo_id_commission_result;
 
 /* The library has the same sizes and places; objects have room for its next versions. */
-SERVO_ID_ASSERT(sizeof(servo_id_settings) == 1152, "size of servo_id_settings");
+SERVO_ID_ASSERT(sizeof(servo_id_settings) == 552, "size of servo_id_settings");
+SERVO_ID_ASSERT(offsetof(servo_id_settings, limit) == 56, "place of limit");
+SERVO_ID_ASSERT(offsetof(servo_id_settings, feed_forward) == 88, "place of feed_forward");
+SERVO_ID_ASSERT(offsetof(servo_id_settings, bounds) == 160, "place of bounds");
+SERVO_ID_ASSERT(offsetof(servo_id_settings, plant_box) == 312, "place of plant_box");
+SERVO_ID_ASSERT(offsetof(servo_id_settings, ranges) == 392, "place of ranges");
+SERVO_ID_ASSERT(offsetof(servo_id_settings, resonance) == 472, "place of resonance");
+SERVO_ID_ASSERT(offsetof(servo_id_settings, travel) == 480, "place of travel");
+SERVO_ID_ASSERT(offsetof(servo_id_settings, known) == 528, "place of known");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient) == 416, "size of servo_id_gradient");
 SERVO_ID_ASSERT(sizeof(servo_id_gradient_coulomb) == 528, "size of servo_id_gradient_coulomb");
 SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton) == 5440, "size of servo_id_gauss_newton");
@@ -356,7 +427,6 @@ SERVO_ID_ASSERT(sizeof(servo_id_gauss_newton_loop) == 5520, "size of servo_id_ga
 SERVO_ID_ASSERT(sizeof(servo_id_fixed_loop) == 736, "size of servo_id_fixed_loop");
 SERVO_ID_ASSERT(sizeof(servo_id_fixed_coulomb_loop) == 864, "size of servo_id_fixed_coulomb_loop");
 SERVO_ID_ASSERT(sizeof(servo_id_tuner) == 2496, "size of servo_id_tuner");
-SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_settings) == 8, "alignment of servo_id_settings");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gradient) == 8, "alignment of servo_id_gradient");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gradient_coulomb) == 8, "alignment of servo_id_gradient_coulomb");
 SERVO_ID_ASSERT(SERVO_ID_ALIGNMENT(servo_id_gauss_newton) == 8, "alignment of servo_id_gauss_newton");
@@ -382,9 +452,9 @@ SERVO_ID_ASSERT(sizeof(servo_id_commission_result) == 480, "size of servo_id_com
 SERVO_ID_ASSERT(offsetof(servo_id_commission_result, tuning) == 264, "place of tuning");
 SERVO_ID_ASSERT(offsetof(servo_id_commission_result, measured_rise_time) == 464, "place of measured_rise_time");
 SERVO_ID_ASSERT(sizeof(servo_id_error) == 40, "size of servo_id_error");
-SERVO_ID_ASSERT(offsetof(servo_id_error, value) == 16, "place of value");
-SERVO_ID_ASSERT(offsetof(servo_id_error, low) == 24, "place of low");
-SERVO_ID_ASSERT(offsetof(servo_id_error, high) == 32, "place of high");
+SERVO_ID_ASSERT(offsetof(servo_id_error, value) == 8, "place of value");
+SERVO_ID_ASSERT(offsetof(servo_id_error, high) == 24, "place of high");
+SERVO_ID_ASSERT(offsetof(servo_id_error, parameter) == 32, "place of parameter");
 SERVO_ID_ASSERT(sizeof(servo_id_estimates) == 80, "size of servo_id_estimates");
 SERVO_ID_ASSERT(offsetof(servo_id_estimates, std_error) == 32, "place of std_error");
 SERVO_ID_ASSERT(offsetof(servo_id_estimates, at_bound) == 64, "place of at_bound");
@@ -406,15 +476,9 @@ SERVO_ID_ASSERT(offsetof(servo_id_tuning, cap) == 192, "place of cap");
 extern "C" {
 #endif
 
-/* Settings with sample time (s) and counts per revolution after x4 quadrature, and nothing else. */
-int32_t servo_id_settings_init(servo_id_settings *settings, uint32_t size, double sample_time,
-                               double counts_per_revolution);
-int32_t servo_id_settings_set(servo_id_settings *settings, int32_t parameter, double value);
-int32_t servo_id_settings_set_range(servo_id_settings *settings, int32_t parameter, double low, double high);
-
-/* Computes gamma of the gradient estimator for a reference that changes between -amplitude and +amplitude (rad). `hold` is
- * its shortest constant time, s, a whole number of samples. `samples` of it are simulated for the corners of the parameter
- * range. `coulomb` is not zero for an estimator with Coulomb friction. Needs a parameter range or an initial b, and gains. */
+/* Gives gamma of the gradient estimator for a reference that changes between -amplitude and +amplitude (rad), after `hold` s at
+ * the soonest, which is a whole number of samples; `samples` of it are simulated for the corners of the parameter range. `coulomb` is
+ * not zero for an estimator with Coulomb friction. Needs a parameter range or an initial b, and gains. */
 int32_t servo_id_settings_choose_gamma(servo_id_settings *settings, double amplitude, double hold, uint32_t samples,
                                        int32_t coulomb, servo_id_error *error);
 
@@ -422,13 +486,13 @@ int32_t servo_id_settings_choose_gamma(servo_id_settings *settings, double ampli
  *
  * _sample: once in each sample, with the counts that the encoder has moved since the last one, and the command that acts
  * from now on: the total, after every limit. The status is its event.
- * _learn: the same for a sensor that does not count, with the increment in units of SERVO_ID_RESOLUTION.
- * _resume: continues after a gap, at a speed in counts per sample; the estimates are kept.
- * _estimates: SERVO_ID_NO_FIT before the first fit, when they are not valid.
- * _work: for Gauss-Newton, computes at most this number of blocks of the first fit; call it in the background.
- * _scale: for fixed point, the command units of the last bit of a command: pass the command over this number.
- * _init_from_constants: from the `words` numbers that `servo-id export --firmware c` writes; only the code of a sample is
- *     linked. Gauss-Newton starts from the servo of the result and needs no _work.
+ * _learn: the same for a sensor that does not count, with the increment in units of the resolution.
+ * _resume: joins a motion after a gap, which moves by so many counts a sample; the estimates stay.
+ * _estimates: SERVO_ID_NO_FIT before the first fit, when they are no result.
+ * _work: of Gauss-Newton the first fit, at most so many blocks of it; call it when there is time.
+ * _scale: of fixed point the command units of the last bit of a command, which is a word: the command over this number.
+ * _init_from_constants: from what `servo-id export --firmware c` writes, `words` numbers; nothing else of the library is
+ *     linked than the samples. Gauss-Newton starts from the servo of the result and needs no _work.
  * _machine_estimates: the four estimates, without double precision; each times the number of the exported file is SI. */
 int32_t servo_id_gradient_init(servo_id_gradient *object, uint32_t size, const servo_id_settings *settings,
                                servo_id_error *error);
@@ -565,16 +629,16 @@ int32_t servo_id_tuner_init(servo_id_tuner *tuner, uint32_t size, const servo_id
                             const servo_id_servo *servo, servo_id_error *error);
 int32_t servo_id_tuner_work(servo_id_tuner *tuner, uint32_t slices, servo_id_tuning *tuning, servo_id_error *error);
 
-/* Commissioning: moves an unknown servo within limits, identifies it, computes gains and tests them on it. After a failure
- * the old gains hold it again. Needs SERVO_ID_TRAVEL, SERVO_ID_SPEED, SERVO_ID_LIMIT and SERVO_ID_DURATION.
+/* Commissioning: moves an unknown servo within limits, identifies it, finds gains and proves them on it; without success
+ * the gains before hold it again. Needs the settings travel, speed, limit and duration.
  *
  * The interrupt has the commission, the background the solver. In each sample call servo_id_commission_sample, and pass its
  * record, if there is one, to servo_id_solver_take. In the background call servo_id_solver_work. If its status is
  * SERVO_ID_DECIDED, pass its decision to servo_id_commission_accept. You may copy both through queues. `slices` is the number
  * of slices allowed, and afterwards the number left; servo_id_commission_slices is the number that fits into a sample.
  *
- * _init: at a count; disabled, or held by the PID of the settings with the command `held`.
- * _sample: `conditions` are SERVO_ID_NO_COUNT and SERVO_ID_LATE, `stop` is zero or the number of a reason to end it. It
+ * _init: at a count, disabled, or held by the PID of the settings with the command `held`.
+ * _sample: `conditions` are SERVO_ID_NO_COUNT and SERVO_ID_LATE, `stop` is SERVO_ID_NO_STOP or the number of a reason to end it. It
  * holds the servo after its end too. */
 int32_t servo_id_commission_init(servo_id_commission *commission, uint32_t size, const servo_id_settings *settings,
                                  int32_t count, float held, servo_id_error *error);
@@ -591,9 +655,8 @@ int32_t servo_id_solver_work(servo_id_solver *solver, uint32_t *slices, servo_id
 /* The cause of a reason: a text and its number of bytes, without a zero at its end. */
 int32_t servo_id_reason_cause(int32_t reason, const char **text, uint32_t *length);
 
-/* A sentence about a status, and the name of a parameter. */
+/* A sentence about a status. */
 int32_t servo_id_status_text(int32_t status, const char **text);
-int32_t servo_id_parameter_name(int32_t parameter, const char **name);
 
 #ifdef __cplusplus
 }

@@ -29,35 +29,16 @@ private:
     int32_t number_;
 };
 
-// Settings. The first error is kept, and returned when an object is built from them.
-class Settings {
-public:
-    Settings(double sample_time, double counts_per_revolution)
-        : status_(servo_id_settings_init(&given_, sizeof given_, sample_time, counts_per_revolution)) {}
-
-    Settings &set(int32_t parameter, double value) {
-        return take(servo_id_settings_set(&given_, parameter, value));
+// Settings: the fields of servo_id_settings, zero where nothing is stated.
+struct Settings : servo_id_settings {
+    Settings(double sample_time, double counts_per_revolution) : servo_id_settings{} {
+        this->sample_time = sample_time;
+        this->counts_per_revolution = counts_per_revolution;
     }
-    Settings &set(int32_t parameter, double low, double high) {
-        return take(servo_id_settings_set_range(&given_, parameter, low, high));
+    // See servo_id_settings_choose_gamma.
+    Status choose_gamma(double amplitude, double hold, uint32_t samples, bool coulomb, Error *error = nullptr) {
+        return servo_id_settings_choose_gamma(this, amplitude, hold, samples, coulomb ? 1 : 0, error);
     }
-    Settings &choose_gamma(double amplitude, double hold, uint32_t samples, bool coulomb, Error *error = nullptr) {
-        return take(servo_id_settings_choose_gamma(&given_, amplitude, hold, samples, coulomb ? 1 : 0, error));
-    }
-
-    Status status() const { return status_; }
-    const servo_id_settings *get() const { return &given_; }
-
-private:
-    Settings &take(int32_t status) {
-        if (status_ && status < 0) {
-            status_ = status;
-        }
-        return *this;
-    }
-
-    servo_id_settings given_{};
-    Status status_;
 };
 
 namespace detail {
@@ -69,8 +50,8 @@ template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settin
           int32_t (*Machine)(const T *, N *)>
 class Listening {
 public:
-    Status init(const Settings &settings, Error *error = nullptr) {
-        return settings.status() ? Status(Init(&own_, sizeof own_, settings.get(), error)) : settings.status();
+    Status init(const servo_id_settings &settings, Error *error = nullptr) {
+        return Init(&own_, sizeof own_, &settings, error);
     }
     // From the array that `servo-id export --firmware c` writes.
     template <uint32_t Words> Status init(const uint32_t (&constants)[Words]) {
@@ -94,8 +75,8 @@ template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settin
           int32_t (*FromConstants)(T *, uint32_t, const uint32_t *, uint32_t, int32_t), int32_t (*Machine)(const T *, N *)>
 class Closed {
 public:
-    Status init(const Settings &settings, int32_t count, Error *error = nullptr) {
-        return settings.status() ? Status(Init(&own_, sizeof own_, settings.get(), count, error)) : settings.status();
+    Status init(const servo_id_settings &settings, int32_t count, Error *error = nullptr) {
+        return Init(&own_, sizeof own_, &settings, count, error);
     }
     // From the array that `servo-id export --firmware c` writes.
     template <uint32_t Words> Status init(const uint32_t (&constants)[Words], int32_t count) {
@@ -189,9 +170,8 @@ inline Status servo_from(const Estimates &estimates, double delay, double unexpl
 // A search for gains.
 class Tuner {
 public:
-    Status init(const Settings &settings, const Servo &servo, Error *error = nullptr) {
-        return settings.status() ? Status(servo_id_tuner_init(&own_, sizeof own_, settings.get(), &servo, error))
-                                 : settings.status();
+    Status init(const servo_id_settings &settings, const Servo &servo, Error *error = nullptr) {
+        return servo_id_tuner_init(&own_, sizeof own_, &settings, &servo, error);
     }
     // SERVO_ID_PENDING until it is done.
     Status work(uint32_t slices, Tuning &tuning, Error *error = nullptr) {
@@ -210,12 +190,12 @@ using Decision = servo_id_decision;
 // The interrupt's half of a commissioning.
 class Commission {
 public:
-    Status init(const Settings &settings, int32_t count, float held = 0.0F, Error *error = nullptr) {
-        return settings.status() ? Status(servo_id_commission_init(&own_, sizeof own_, settings.get(), count, held, error))
-                                 : settings.status();
+    Status init(const servo_id_settings &settings, int32_t count, float held = 0.0F, Error *error = nullptr) {
+        return servo_id_commission_init(&own_, sizeof own_, &settings, count, held, error);
     }
     Status slices(uint32_t &slices) const { return servo_id_commission_slices(&own_, &slices); }
-    Status sample(int32_t count, CommissionStep &step, int32_t conditions = 0, int32_t stop = 0) {
+    Status sample(int32_t count, CommissionStep &step, int32_t conditions = SERVO_ID_IN_ORDER,
+                  int32_t stop = SERVO_ID_NO_STOP) {
         return servo_id_commission_sample(&own_, count, conditions, stop, &step);
     }
     Status accept(const Decision &decision) { return servo_id_commission_accept(&own_, &decision); }
@@ -228,9 +208,8 @@ private:
 // Its background's half.
 class Solver {
 public:
-    Status init(const Settings &settings, Error *error = nullptr) {
-        return settings.status() ? Status(servo_id_solver_init(&own_, sizeof own_, settings.get(), error))
-                                 : settings.status();
+    Status init(const servo_id_settings &settings, Error *error = nullptr) {
+        return servo_id_solver_init(&own_, sizeof own_, &settings, error);
     }
     Status take(const Record &record) { return servo_id_solver_take(&own_, &record); }
     // SERVO_ID_DECIDED for a decision; `slices` is then the number left.

@@ -13,8 +13,7 @@ use identifier_core::tuning::TuningSettings;
 use crate::object::{
     Content, Object, answered, check, content, fill, read, shared, storage, write,
 };
-use crate::parameter as p;
-use crate::settings::{Given, Settings, given};
+use crate::settings::{Settings, given, needed, needed_range, stated};
 use crate::status::{self, Error};
 use crate::tuner::{Servo, Tuning};
 
@@ -117,45 +116,37 @@ pub const PHASES: [(&str, i32); 11] = [
     ("PHASE_ABORTED", 10),
 ];
 
-/// Conditions of a sample, bits.
-pub const CONDITIONS: &[(&str, i32)] = &[("NO_COUNT", 1), ("LATE", 2)];
+/// Conditions of a sample, bits, and no reason to stop.
+pub const CONDITIONS: &[(&str, i32)] = &[
+    ("IN_ORDER", 0),
+    ("NO_COUNT", 1),
+    ("LATE", 2),
+    ("NO_STOP", 0),
+];
 
 fn number(phase: Phase) -> i32 {
     // As in the list.
     phase as i32
 }
 
-impl Given {
+impl Settings {
     fn commission(&self) -> Result<CommissionSettings, Error> {
-        let needed = |number| {
-            self.value(number).ok_or(Error {
-                parameter: number,
-                ..Error::of(status::NOT_GIVEN)
-            })
-        };
-        let range = |number| {
-            self.range(number).ok_or(Error {
-                parameter: number,
-                ..Error::of(status::NOT_GIVEN)
-            })
-        };
         let limits = Limits {
-            travel: range(p::TRAVEL)?,
-            speed: needed(p::SPEED)?,
-            command: range(p::LIMIT)?,
-            duration: needed(p::DURATION)?,
+            travel: needed_range("travel", self.travel)?,
+            speed: needed("speed", self.speed)?,
+            command: needed_range("limit", self.limit)?,
+            duration: needed("duration", self.duration)?,
         };
         Ok(CommissionSettings {
-            command_delay: self.value(p::COMMAND_DELAY).unwrap_or(0.0),
-            max_gain: self.value(p::MAX_GAIN),
-            noise: self.value(p::NOISE).unwrap_or(0.0),
+            command_delay: self.command_delay,
+            max_gain: stated(self.max_gain),
+            noise: self.noise,
             goal: self.goal(),
-            max_sensitivity: self
-                .value(p::MAX_SENSITIVITY)
+            max_sensitivity: stated(self.max_sensitivity)
                 .unwrap_or(TuningSettings::MAX_SENSITIVITY),
-            trial_step: self.value(p::TRIAL_STEP),
-            feed_forward: self.is_set(p::FEED_FORWARD),
-            ..CommissionSettings::new(needed(p::SAMPLE_TIME)?, needed(p::RESOLUTION)?, limits)
+            trial_step: stated(self.trial_step),
+            feed_forward: self.with_feed_forward != 0,
+            ..CommissionSettings::new(self.sample_time, self.count(), limits)
         })
     }
 
@@ -178,21 +169,21 @@ impl Error {
                 needed,
             } => {
                 let parameter = match setting {
-                    "command" => p::LIMIT,
-                    "bandwidth" => p::LOOP_BANDWIDTH,
-                    name => p::numbers(name).next().unwrap_or(0),
+                    "command" => "limit",
+                    "bandwidth" => "loop_bandwidth",
+                    name => name,
                 };
                 Self::near(parameter, value, needed)
             }
             CommissionError::TravelTooSmall { travel, needed } => Self::about(
                 status::OUT_OF_RANGE,
-                p::TRAVEL,
+                "travel",
                 travel,
                 Allowed::AtLeast(needed),
             ),
             CommissionError::SpeedTooSmall { speed, needed } => Self::about(
                 status::OUT_OF_RANGE,
-                p::SPEED,
+                "speed",
                 speed,
                 Allowed::AtLeast(needed),
             ),
@@ -200,13 +191,13 @@ impl Error {
                 sample_time, most, ..
             } => Self::about(
                 status::OUT_OF_RANGE,
-                p::SAMPLE_TIME,
+                "sample_time",
                 sample_time,
                 Allowed::AtMost(most),
             ),
             CommissionError::TooFast { bandwidth, most } => Self::about(
                 status::TOO_FAST,
-                p::LOOP_BANDWIDTH,
+                "loop_bandwidth",
                 bandwidth,
                 Allowed::AtMost(most),
             ),

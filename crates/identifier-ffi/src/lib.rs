@@ -44,12 +44,11 @@ pub fn prototypes() -> impl Iterator<Item = &'static Prototype> {
 
 /// The objects of the header: names without the prefix, and eight-byte words.
 #[must_use]
-pub fn objects() -> [(&'static str, usize); 16] {
+pub fn objects() -> [(&'static str, usize); 15] {
     fn words<T: Storage>(name: &'static str) -> (&'static str, usize) {
         (name, T::WORDS)
     }
     [
-        words::<settings::Settings>("settings"),
         words::<identifier::gradient::Gradient>("gradient"),
         words::<identifier::gradient_coulomb::GradientCoulomb>("gradient_coulomb"),
         words::<identifier::gauss_newton::GaussNewton>("gauss_newton"),

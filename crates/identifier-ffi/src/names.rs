@@ -1,9 +1,8 @@
-//! Sentences and names for people.
+//! Sentences for people.
 
 use core::ffi::c_char;
 
 use crate::object::write;
-use crate::parameter;
 use crate::status::{self, NO_SUCH_NUMBER, OK};
 
 face! {
@@ -15,18 +14,6 @@ face! {
             match found {
                 Some(row) => write(text, row.text.as_ptr()).map(|()| OK),
                 None => write(text, c"this status has no text".as_ptr()).map(|()| NO_SUCH_NUMBER),
-            }
-        }
-    }
-
-    /// The name of a parameter.
-    fn servo_id_parameter_name(parameter: i32, name: *mut *const c_char) {
-        let found = parameter::row(parameter);
-        // SAFETY: the header's conditions.
-        unsafe {
-            match found {
-                Some(row) => write(name, row.name.as_ptr()).map(|()| OK),
-                None => write(name, c"".as_ptr()).map(|()| NO_SUCH_NUMBER),
             }
         }
     }

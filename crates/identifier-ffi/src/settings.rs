@@ -1,8 +1,7 @@
-//! Settings: parameters by number.
+//! Settings: a structure whose fields are zero where nothing is stated.
 
 use identifier_core::Settings as CoreSettings;
 use identifier_core::control::FeedForwardSettings;
-use identifier_core::error::Allowed;
 use identifier_core::excitation::Prbs;
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{PerParameter, Unknowns};
@@ -10,172 +9,289 @@ use identifier_core::settings::{
     ControllerSettings, ParameterRangeSettings, RangeSettings, SettingsError, diagonal,
 };
 
-use crate::object::{Content, Object, answered, content, fill, shared, storage};
-use crate::parameter::{self, Kind, PLACES, row};
+use crate::object::{answered, check};
 use crate::status::{self, Error};
 
-/// The parameters that were given.
-#[derive(Debug, Clone, Copy)]
-pub struct Given {
-    /// A bit each.
-    given: u64,
-    /// A value, or lowest and highest.
-    values: [[f64; 2]; PLACES],
+/// Lowest and highest: `servo_id_range` in the header.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Range {
+    /// Lowest.
+    pub low: f64,
+    /// Highest.
+    pub high: f64,
 }
 
-/// `servo_id_settings` in the header.
-pub type Settings = Object<Given>;
-
-impl Content for Given {
-    const MARK: u32 = 0x5e1d_0001;
-    const WORDS: usize = 144;
+/// One of each parameter: `servo_id_parameters` and the like in the header.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Each<T> {
+    /// a.
+    pub a: T,
+    /// b.
+    pub b: T,
+    /// Coulomb friction.
+    pub coulomb: T,
+    /// Load.
+    pub load: T,
 }
 
-impl Given {
-    pub(crate) fn has(&self, number: i32) -> bool {
-        (0..PLACES as i32).contains(&number) && self.given >> number & 1 == 1
-    }
+/// A feed-forward: `servo_id_feed_forward` in the header.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct FeedForward {
+    /// Of its reference model, rad/s; zero for none.
+    pub bandwidth: f64,
+    /// 1/b, command units per rad/s².
+    pub acceleration: f64,
+    /// a/b, command units per rad/s.
+    pub velocity: f64,
+    /// Command units.
+    pub coulomb: f64,
+    /// Below it linear through zero, rad/s.
+    pub coulomb_speed: f64,
+}
 
-    fn take(&mut self, number: i32, values: [f64; 2]) -> Result<i32, i32> {
-        let place = self.values.get_mut(number as usize);
-        *place.ok_or(status::NO_SUCH_NUMBER)? = values;
-        self.given |= 1 << number;
-        Ok(status::OK)
-    }
+impl FeedForward {
+    /// None.
+    pub const NONE: Self = Self {
+        bandwidth: 0.0,
+        acceleration: 0.0,
+        velocity: 0.0,
+        coulomb: 0.0,
+        coulomb_speed: 0.0,
+    };
+}
 
-    pub(crate) fn range(&self, number: i32) -> Option<[f64; 2]> {
-        let values = self.values.get(number as usize).copied();
-        values.filter(|_| self.has(number))
-    }
+/// Gains: `servo_id_gains` in the header.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Gains {
+    /// Command units per rad.
+    pub kp: f64,
+    /// Command units per rad/s.
+    pub kd: f64,
+    /// Command units per rad s.
+    pub ki: f64,
+}
 
-    pub(crate) fn value(&self, number: i32) -> Option<f64> {
-        self.range(number).map(|[value, _]| value)
-    }
+/// Where true servos lie: `servo_id_plant_box` in the header.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct PlantBox {
+    /// 1/s.
+    pub a: Range,
+    /// rad/s² per command unit.
+    pub b: Range,
+}
 
-    /// True for a choice that was given and is not zero.
-    pub(crate) fn is_set(&self, number: i32) -> bool {
-        self.value(number).is_some_and(|value| value != 0.0)
-    }
+/// The ranges of fixed point: `servo_id_signal_ranges` in the header.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct SignalRanges {
+    /// Position error, rad.
+    pub error: f64,
+    /// rad/s.
+    pub velocity: f64,
+    /// Command units.
+    pub command: f64,
+}
 
-    /// The values of four parameters with adjacent numbers, for a, b, Coulomb friction and load.
-    fn per_parameter(&self, first: i32) -> PerParameter<Option<f64>> {
+/// `servo_id_settings` in the header, which documents the fields.
+#[allow(missing_docs, reason = "the header has them")]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Settings {
+    pub sample_time: f64,
+    pub counts_per_revolution: f64,
+    pub resolution: f64,
+    pub cutoff: f64,
+    pub kp: f64,
+    pub kd: f64,
+    pub ki: f64,
+    pub limit: Range,
+    pub reference_filter: f64,
+    pub notch: f64,
+    pub feed_forward: FeedForward,
+    pub initial: Each<f64>,
+    pub bounds: Each<Range>,
+    pub uncertainty: Each<f64>,
+    pub gamma: Each<f64>,
+    pub correction: Gains,
+    pub plant_box: PlantBox,
+    pub mu: f64,
+    pub bandwidth: f64,
+    pub start_time: f64,
+    pub memory: f64,
+    pub noise: f64,
+    pub max_speed: f64,
+    pub ranges: SignalRanges,
+    pub command: f64,
+    pub command_delay: f64,
+    pub response_time: f64,
+    pub loop_bandwidth: f64,
+    pub max_sensitivity: f64,
+    pub max_noise: f64,
+    pub step: f64,
+    pub resonance: f64,
+    pub travel: Range,
+    pub speed: f64,
+    pub duration: f64,
+    pub max_gain: f64,
+    pub trial_step: f64,
+    pub known: Each<i32>,
+    pub with_feed_forward: i32,
+    pub unused: i32,
+}
+
+/// A value that was stated.
+pub(crate) fn stated(value: f64) -> Option<f64> {
+    (value != 0.0).then_some(value)
+}
+
+/// The range that was stated.
+fn range(of: Range) -> Option<[f64; 2]> {
+    (of != Range::default()).then_some([of.low, of.high])
+}
+
+/// A range that must be stated.
+pub(crate) fn needed_range(name: &str, of: Range) -> Result<[f64; 2], Error> {
+    range(of).ok_or(Error::not_given(name))
+}
+
+/// A value that must be stated.
+pub(crate) fn needed(name: &str, value: f64) -> Result<f64, Error> {
+    stated(value).ok_or(Error::not_given(name))
+}
+
+impl<T: Copy> Each<T> {
+    fn map<U>(&self, of: impl Fn(T) -> U) -> PerParameter<U> {
         PerParameter {
-            a: self.value(first),
-            b: self.value(first + 1),
-            coulomb: self.value(first + 2),
-            load: self.value(first + 3),
+            a: of(self.a),
+            b: of(self.b),
+            coulomb: of(self.coulomb),
+            load: of(self.load),
+        }
+    }
+}
+
+impl Settings {
+    /// A count, rad.
+    pub(crate) fn count(&self) -> f64 {
+        match stated(self.resolution) {
+            Some(resolution) => resolution,
+            None => core::f64::consts::TAU / self.counts_per_revolution,
         }
     }
 
     /// The settings of the core.
     pub(crate) fn settings(&self) -> CoreSettings {
-        use parameter as p;
-        let or_zero = |number| self.value(number).unwrap_or(0.0);
-        // Stated when it was initialised.
-        let mut settings = CoreSettings::new(or_zero(p::SAMPLE_TIME), 1.0);
-        settings.resolution = or_zero(p::RESOLUTION);
-        settings.cutoff = self.value(p::CUTOFF).unwrap_or(settings.cutoff);
-        if [p::KP, p::KD, p::KI].into_iter().any(|gain| self.has(gain)) {
-            let pid = ControllerSettings::pid(or_zero(p::KP), or_zero(p::KD), or_zero(p::KI));
+        let mut settings = CoreSettings::new(self.sample_time, 1.0);
+        settings.resolution = self.count();
+        settings.cutoff = stated(self.cutoff).unwrap_or(settings.cutoff);
+        if [self.kp, self.kd, self.ki]
+            .into_iter()
+            .any(|gain| gain != 0.0)
+        {
+            let pid = ControllerSettings::pid(self.kp, self.kd, self.ki);
+            let led = &self.feed_forward;
             settings.controller = Some(ControllerSettings {
-                limit: self.range(p::LIMIT).unwrap_or(pid.limit),
-                reference_filter: or_zero(p::REFERENCE_FILTER),
-                notch: or_zero(p::NOTCH),
-                feed_forward: self.value(p::FEED_FORWARD_BANDWIDTH).map(|bandwidth| {
-                    FeedForwardSettings {
-                        bandwidth,
-                        acceleration: or_zero(p::FEED_FORWARD_ACCELERATION),
-                        velocity: or_zero(p::FEED_FORWARD_VELOCITY),
-                        coulomb: or_zero(p::FEED_FORWARD_COULOMB),
-                        coulomb_speed: or_zero(p::FEED_FORWARD_COULOMB_SPEED),
-                    }
+                limit: range(self.limit).unwrap_or(pid.limit),
+                reference_filter: self.reference_filter,
+                notch: self.notch,
+                feed_forward: stated(led.bandwidth).map(|bandwidth| FeedForwardSettings {
+                    bandwidth,
+                    acceleration: led.acceleration,
+                    velocity: led.velocity,
+                    coulomb: led.coulomb,
+                    coulomb_speed: led.coulomb_speed,
                 }),
                 ..pid
             });
         }
         let own = &mut settings.identifier;
-        own.initial = self.per_parameter(p::INITIAL_A);
-        let known = self.per_parameter(p::KNOWN_A);
-        own.known = PerParameter::from_fn(|parameter| {
-            known.get(parameter).is_some_and(|known| known != 0.0)
+        own.known = self.known.map(|known| known != 0);
+        let (initial, known) = (self.initial.map(stated), own.known);
+        // It may be known to be zero.
+        own.initial = PerParameter::from_fn(|parameter| {
+            let zero = known.get(parameter).then_some(0.0);
+            initial.get(parameter).or(zero)
         });
-        own.bounds = PerParameter {
-            a: self.range(p::BOUNDS_A),
-            b: self.range(p::BOUNDS_B),
-            coulomb: self.range(p::BOUNDS_COULOMB),
-            load: self.range(p::BOUNDS_LOAD),
-        };
-        own.uncertainty = self.per_parameter(p::UNCERTAINTY_A);
-        let gamma = self.per_parameter(p::GAMMA_A);
-        if self.has(p::GAMMA_A) || self.has(p::GAMMA_B) {
-            // A parameter that the model does not have needs none.
-            let entry = |given: Option<f64>| given.unwrap_or(0.0);
-            own.gamma = Some(diagonal([
-                entry(gamma.a),
-                entry(gamma.b),
-                entry(gamma.coulomb),
-                entry(gamma.load),
-            ]));
+        own.bounds = self.bounds.map(range);
+        own.uncertainty = self.uncertainty.map(stated);
+        let gamma = &self.gamma;
+        if *gamma != Each::default() {
+            own.gamma = Some(diagonal([gamma.a, gamma.b, gamma.coulomb, gamma.load]));
         }
-        let correction = [p::CORRECTION_KP, p::CORRECTION_KD, p::CORRECTION_KI];
-        if correction.into_iter().any(|gain| self.has(gain)) {
-            own.correction = Some(correction.map(or_zero));
+        let correction = &self.correction;
+        if *correction != Gains::default() {
+            own.correction = Some([correction.kp, correction.kd, correction.ki]);
         }
-        if let (Some(a), Some(b)) = (self.range(p::PLANT_BOX_A), self.range(p::PLANT_BOX_B)) {
+        if let (Some(a), Some(b)) = (range(self.plant_box.a), range(self.plant_box.b)) {
             own.parameter_range = Some(ParameterRangeSettings { a, b });
         }
-        own.mu = self.value(p::MU);
-        own.bandwidth = self.value(p::BANDWIDTH);
-        own.start_time = self.value(p::START_TIME);
-        own.memory = self.value(p::MEMORY);
-        own.noise = self.value(p::NOISE);
-        own.max_speed = self.value(p::MAX_SPEED);
-        let ranges = [p::RANGES_ERROR, p::RANGES_VELOCITY, p::RANGES_COMMAND];
-        if let [Some(error), Some(velocity), Some(command)] = ranges.map(|range| self.value(range))
-        {
-            own.ranges = Some(RangeSettings {
-                error,
-                velocity,
-                command,
-            });
-        }
+        own.mu = stated(self.mu);
+        own.bandwidth = stated(self.bandwidth);
+        own.start_time = stated(self.start_time);
+        own.memory = stated(self.memory);
+        own.noise = stated(self.noise);
+        own.max_speed = stated(self.max_speed);
+        let ranges = self.ranges;
+        own.ranges = (ranges != SignalRanges::default()).then_some(RangeSettings {
+            error: ranges.error,
+            velocity: ranges.velocity,
+            command: ranges.command,
+        });
         settings
     }
 
-    /// Both sides of the parameter range and all three ranges are given, or none of them.
-    fn incomplete(&self) -> Option<i32> {
-        use parameter as p;
-        let groups: [&[i32]; 2] = [
-            &[p::PLANT_BOX_A, p::PLANT_BOX_B],
-            &[p::RANGES_ERROR, p::RANGES_VELOCITY, p::RANGES_COMMAND],
-        ];
-        let partly = groups
-            .into_iter()
-            .filter(|group| group.iter().any(|&number| self.has(number)));
-        let mut missing = partly.flatten().filter(|&&number| !self.has(number));
-        missing.next().copied()
+    /// Sample time and resolution are stated; of the parameter range and the ranges of signals all or nothing.
+    fn complete(&self) -> Result<(), Error> {
+        let SignalRanges {
+            error,
+            velocity,
+            command,
+        } = self.ranges;
+        let [a, b] = [self.plant_box.a, self.plant_box.b].map(range);
+        let has_ranges = self.ranges != SignalRanges::default();
+        let has_box = a.is_some() || b.is_some();
+        for (name, is_needed, is_stated) in [
+            ("sample_time", true, self.sample_time != 0.0),
+            (
+                "counts_per_revolution",
+                true,
+                self.counts_per_revolution != 0.0 || self.resolution != 0.0,
+            ),
+            ("plant_box.a", has_box, a.is_some()),
+            ("plant_box.b", has_box, b.is_some()),
+            ("ranges.error", has_ranges, error != 0.0),
+            ("ranges.velocity", has_ranges, velocity != 0.0),
+            ("ranges.command", has_ranges, command != 0.0),
+        ] {
+            if is_needed && !is_stated {
+                return Err(Error::not_given(name));
+            }
+        }
+        Ok(())
     }
 
     /// Builds a part of the core.
     pub(crate) fn build<T: identifier_core::settings::FromSettings>(&self) -> Result<T, Error> {
-        if let Some(missing) = self.incomplete() {
-            return Err(Error {
-                parameter: missing,
-                ..Error::of(status::NOT_GIVEN)
-            });
-        }
         let built = self.settings().build();
-        built.map_err(|error| Error::settings(&error, |number| self.has(number)))
+        built.map_err(|error| Error::settings(&error))
     }
 }
 
-/// Settings that were initialised.
+/// Settings that are complete.
 ///
 /// # Safety
 /// As the header says.
-pub(crate) unsafe fn given<'a>(settings: *const Settings) -> Result<&'a Given, Error> {
+pub(crate) unsafe fn given<'a>(settings: *const Settings) -> Result<&'a Settings, Error> {
+    check(settings)?;
     // SAFETY: guaranteed by the caller.
-    Ok(unsafe { shared(settings) }?)
+    let settings = unsafe { &*settings };
+    settings.complete()?;
+    Ok(settings)
 }
 
 /// # Safety
@@ -188,27 +304,28 @@ unsafe fn choose_gamma(
     with_coulomb: bool,
 ) -> Result<i32, Error> {
     // SAFETY: guaranteed by the caller.
-    let given = unsafe { content(settings) }?;
+    let own = unsafe { given(settings) }?;
     let chosen = if with_coulomb {
-        gamma::<Unknowns<3>, 3>(given, amplitude, hold, samples)
+        gamma::<Unknowns<3>, 3>(own, amplitude, hold, samples)
     } else {
-        gamma::<Unknowns<2>, 2>(given, amplitude, hold, samples)
+        gamma::<Unknowns<2>, 2>(own, amplitude, hold, samples)
     };
-    let chosen = chosen.map_err(|refused| Error::settings(&refused, |number| given.has(number)))?;
-    let numbers = [
-        parameter::GAMMA_A,
-        parameter::GAMMA_B,
-        parameter::GAMMA_COULOMB,
-    ];
-    for (place, (number, row)) in numbers.into_iter().zip(chosen).enumerate() {
-        given.take(number, [row.get(place).copied().unwrap_or(0.0), 0.0])?;
-    }
+    let [[a, ..], [_, b, ..], [_, _, coulomb, _], _] =
+        chosen.map_err(|refused| Error::settings(&refused))?;
+    let chosen = Each {
+        a,
+        b,
+        coulomb,
+        load: 0.0,
+    };
+    // SAFETY: guaranteed by the caller; it was checked.
+    unsafe { (&raw mut (*settings).gamma).write(chosen) };
     Ok(status::OK)
 }
 
 /// The diagonal of Γ for a model of P parameters.
 fn gamma<S, const P: usize>(
-    given: &Given,
+    given: &Settings,
     amplitude: f64,
     hold: f64,
     samples: u32,
@@ -224,55 +341,6 @@ where
 }
 
 face! {
-    /// Nothing stated but sample time (s) and counts of a revolution.
-    fn servo_id_settings_init(
-        settings: *mut Settings,
-        size: u32,
-        sample_time: f64,
-        counts_per_revolution: f64,
-    ) {
-        // SAFETY: the header's conditions.
-        let settings = unsafe { storage(settings, size) }?;
-        let positive = |value| Allowed::Above(0.0).holds(value);
-        if !positive(sample_time) || !positive(counts_per_revolution) {
-            return Err(status::OUT_OF_RANGE);
-        }
-        let mut given = Given {
-            given: 0,
-            values: [[0.0; 2]; PLACES],
-        };
-        let resolution = core::f64::consts::TAU / counts_per_revolution;
-        given.take(parameter::SAMPLE_TIME, [sample_time, 0.0])?;
-        given.take(parameter::RESOLUTION, [resolution, 0.0])?;
-        // SAFETY: it is of `storage`.
-        unsafe { fill(settings, given) };
-        Ok(status::OK)
-    }
-
-    /// A parameter that takes one value.
-    fn servo_id_settings_set(settings: *mut Settings, parameter: i32, value: f64) {
-        // SAFETY: the header's conditions.
-        let given = unsafe { content(settings) }?;
-        match row(parameter) {
-            None => Err(status::NO_SUCH_NUMBER),
-            Some(row) if row.kind != Kind::Value => Err(status::NOT_A_VALUE),
-            Some(_) if value.is_nan() => Err(status::OUT_OF_RANGE),
-            Some(_) => given.take(parameter, [value, 0.0]),
-        }
-    }
-
-    /// A parameter that takes lowest and highest.
-    fn servo_id_settings_set_range(settings: *mut Settings, parameter: i32, low: f64, high: f64) {
-        // SAFETY: the header's conditions.
-        let given = unsafe { content(settings) }?;
-        match row(parameter) {
-            None => Err(status::NO_SUCH_NUMBER),
-            Some(row) if row.kind != Kind::Range => Err(status::NOT_A_RANGE),
-            Some(_) if low.is_nan() || high.is_nan() => Err(status::OUT_OF_RANGE),
-            Some(_) => given.take(parameter, [low, high]),
-        }
-    }
-
     /// Γ for a reference of an amplitude (rad) that changes after `hold` s at the soonest.
     fn servo_id_settings_choose_gamma(
         settings: *mut Settings,

@@ -1,13 +1,14 @@
 //! Statuses: zero and above for success, where the number is the event of a sample; below zero for refusals.
 
-use core::ffi::CStr;
+use core::ffi::{CStr, c_char};
+use core::ptr;
 
 use identifier_core::error::{Allowed, OutOfRange, StepError};
 use identifier_core::settings::{GainError, MatrixError, SettingsError};
 use identifier_core::stability::CertificateError;
 use identifier_core::tuning::TuningError;
 
-use crate::parameter;
+use crate::parameter::field;
 
 /// A status: its constant in the header, its number, and a sentence.
 #[derive(Debug, Clone, Copy)]
@@ -55,9 +56,7 @@ statuses! {
     -2 MISALIGNED c"an address is not a multiple of the alignment of its type"
     -3 TOO_SMALL c"the storage is smaller than the header says: are header and library of one version?"
     -4 NOT_INITIALISED c"the object is not initialised, or its initialisation failed"
-    -5 NO_SUCH_NUMBER c"no parameter, status or reason has this number"
-    -6 NOT_A_VALUE c"the parameter takes a lowest and a highest value"
-    -7 NOT_A_RANGE c"the parameter takes one value"
+    -5 NO_SUCH_NUMBER c"no status or reason has this number"
     -10 OUT_OF_RANGE c"the value of a parameter is not allowed"
     -11 NOT_GIVEN c"a parameter without a default was not given"
     -12 GAMMA c"gamma is not positive definite"
@@ -82,24 +81,22 @@ statuses! {
     -52 CONSTANTS_CHANGED c"the constants were changed, or are not complete: export them again"
 }
 
-/// A refusal as numbers: `servo_id_error` in the header.
+/// A refusal: `servo_id_error` in the header.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Error {
     /// The status.
     pub status: i32,
-    /// The number of the parameter, zero for none.
-    pub parameter: i32,
     /// The kind of the range that is allowed: [`ALLOWED`].
     pub allowed: i32,
-    /// For eight bytes.
-    pub unused: i32,
     /// The value that was refused.
     pub value: f64,
     /// The range that is allowed, as its kind says.
     pub low: f64,
     /// The other end.
     pub high: f64,
+    /// The field of the settings, null for none.
+    pub parameter: *const c_char,
 }
 
 /// Kinds of ranges by number.
@@ -122,16 +119,23 @@ impl Error {
     pub(crate) const fn of(status: i32) -> Self {
         Self {
             status,
-            parameter: 0,
             allowed: 0,
-            unused: 0,
             value: 0.0,
             low: 0.0,
             high: 0.0,
+            parameter: ptr::null(),
         }
     }
 
-    pub(crate) fn about(status: i32, parameter: i32, value: f64, allowed: Allowed) -> Self {
+    /// A parameter that has no default.
+    pub(crate) fn not_given(name: &str) -> Self {
+        Self {
+            parameter: field(name),
+            ..Self::of(NOT_GIVEN)
+        }
+    }
+
+    pub(crate) fn about(status: i32, name: &str, value: f64, allowed: Allowed) -> Self {
         let inf = f64::INFINITY;
         let (allowed, low, high) = match allowed {
             Allowed::Finite => (1, -inf, inf),
@@ -146,42 +150,36 @@ impl Error {
         };
         Self {
             status,
-            parameter,
             allowed,
-            unused: 0,
             value,
             low,
             high,
+            parameter: field(name),
         }
     }
 
     /// A value out of range, and the nearest allowed one.
-    pub(crate) const fn near(parameter: i32, value: f64, nearest: f64) -> Self {
+    pub(crate) fn near(name: &str, value: f64, nearest: f64) -> Self {
         Self {
             status: OUT_OF_RANGE,
-            parameter,
             allowed: 10,
-            unused: 0,
             value,
             low: nearest,
             high: nearest,
+            parameter: field(name),
         }
     }
 
-    /// A value out of range; `given` says which parameters were given.
-    pub(crate) fn out_of_range(error: &OutOfRange, given: impl Fn(i32) -> bool) -> Self {
-        let number = number(error.parameter, given);
-        Self::about(OUT_OF_RANGE, number, error.value, error.allowed)
+    /// A value out of range.
+    pub(crate) fn out_of_range(error: &OutOfRange) -> Self {
+        Self::about(OUT_OF_RANGE, error.parameter, error.value, error.allowed)
     }
 
     /// Settings that cannot be built.
-    pub(crate) fn settings(error: &SettingsError, given: impl Fn(i32) -> bool) -> Self {
+    pub(crate) fn settings(error: &SettingsError) -> Self {
         match *error {
-            SettingsError::Range(ref range) => Self::out_of_range(range, given),
-            SettingsError::NotGiven { setting } => Self {
-                parameter: number(setting, |_| false),
-                ..Self::of(NOT_GIVEN)
-            },
+            SettingsError::Range(ref range) => Self::out_of_range(range),
+            SettingsError::NotGiven { setting } => Self::not_given(setting),
             SettingsError::Gamma(matrix) => {
                 let (row, value) = match matrix {
                     MatrixError::NotFinite { row, value, .. }
@@ -190,34 +188,35 @@ impl Error {
                     | MatrixError::NotPositiveDefinite { row, pivot: value } => (row, value),
                     _ => return Self::of(GAMMA),
                 };
-                Self::about(
-                    GAMMA,
-                    parameter::GAMMA_A + row.min(3) as i32,
-                    value,
-                    Allowed::Above(0.0),
-                )
+                let name = match row {
+                    0 => "gamma.a",
+                    1 => "gamma.b",
+                    2 => "gamma.coulomb",
+                    _ => "gamma.load",
+                };
+                Self::about(GAMMA, name, value, Allowed::Above(0.0))
             }
             SettingsError::NoGamma(GainError::AtRest) => Self::of(NO_MOTION),
             SettingsError::NoGamma(_) => Self::of(LOOP_UNSTABLE),
             SettingsError::Certificate(certificate) => match certificate {
                 CertificateError::MuNotPositive { mu } => {
-                    Self::about(CERTIFICATE, parameter::MU, mu, Allowed::Above(0.0))
+                    Self::about(CERTIFICATE, "mu", mu, Allowed::Above(0.0))
                 }
                 CertificateError::DampingTooSmall { mu, mu_below, .. } => {
-                    Self::about(CERTIFICATE, parameter::MU, mu, Allowed::Below(mu_below))
+                    Self::about(CERTIFICATE, "mu", mu, Allowed::Below(mu_below))
                 }
                 CertificateError::ProportionalGainTooSmall { kp, kp_above, .. } => {
-                    Self::about(CERTIFICATE, parameter::KP, kp, Allowed::Above(kp_above))
+                    Self::about(CERTIFICATE, "kp", kp, Allowed::Above(kp_above))
                 }
             },
             SettingsError::SampledLoop(sampled) => Self {
-                parameter: parameter::PLANT_BOX_B,
+                parameter: field("plant_box.b"),
                 value: sampled.b,
                 ..Self::of(LOOP_UNSTABLE)
             },
             SettingsError::Estimate(estimate) => Self::about(
                 ESTIMATE_UNSTABLE,
-                parameter::BOUNDS_B,
+                "bounds.b",
                 estimate.b,
                 Allowed::AtMost(estimate.stable),
             ),
@@ -228,23 +227,15 @@ impl Error {
     }
 
     /// Gains that cannot be found.
-    pub(crate) fn tuning(error: &TuningError, given: impl Fn(i32) -> bool) -> Self {
+    pub(crate) fn tuning(error: &TuningError) -> Self {
         match *error {
-            TuningError::OutOfRange(range) if range.parameter == "bandwidth" => Self::about(
-                OUT_OF_RANGE,
-                parameter::LOOP_BANDWIDTH,
-                range.value,
-                range.allowed,
-            ),
-            TuningError::OutOfRange(ref range) => Self::out_of_range(range, given),
+            TuningError::OutOfRange(range) if range.parameter == "bandwidth" => {
+                Self::about(OUT_OF_RANGE, "loop_bandwidth", range.value, range.allowed)
+            }
+            TuningError::OutOfRange(ref range) => Self::out_of_range(range),
             TuningError::TooFast {
                 bandwidth, most, ..
-            } => Self::about(
-                TOO_FAST,
-                parameter::LOOP_BANDWIDTH,
-                bandwidth,
-                Allowed::AtMost(most),
-            ),
+            } => Self::about(TOO_FAST, "loop_bandwidth", bandwidth, Allowed::AtMost(most)),
             TuningError::NotKnown => Self::of(NOT_KNOWN),
             TuningError::DoesNotArrive => Self::of(DOES_NOT_ARRIVE),
         }
@@ -255,13 +246,6 @@ impl From<i32> for Error {
     fn from(status: i32) -> Self {
         Self::of(status)
     }
-}
-
-/// The number of a parameter by its name in the core; of a group the first that was given, or its first.
-fn number(name: &str, given: impl Fn(i32) -> bool) -> i32 {
-    let mut given_of_group = parameter::numbers(name).filter(|&number| given(number));
-    let first = || parameter::numbers(name).next();
-    given_of_group.next().or_else(first).unwrap_or(0)
 }
 
 /// The status of a refused sample.

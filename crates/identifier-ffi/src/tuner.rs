@@ -5,8 +5,7 @@ use identifier_core::tuning::{Cap, Goal, Tuner as CoreTuner, TunerState, TuningS
 
 use crate::identifier::Estimates;
 use crate::object::{Content, Object, answered, check, content, fill, read, storage, write};
-use crate::parameter as p;
-use crate::settings::{Given, Settings, given};
+use crate::settings::{FeedForward, Settings, given, stated};
 use crate::status::{self, Error};
 
 /// An identified servo, SI: `servo_id_servo` in the header.
@@ -39,8 +38,8 @@ pub struct Tuning {
     pub reference_filter: f64,
     /// Frequency of the notch filter of the command, rad/s; zero for none.
     pub notch: f64,
-    /// The feed-forward: `bandwidth`, `acceleration`, `velocity`, `coulomb`, `coulomb_speed`; zero for none.
-    pub feed_forward: [f64; 5],
+    /// The feed-forward.
+    pub feed_forward: FeedForward,
     /// ω of the poles, rad/s.
     pub bandwidth: f64,
     /// The step of the predicted response, rad.
@@ -92,10 +91,10 @@ impl Content for Working {
     const WORDS: usize = 312;
 }
 
-impl Given {
+impl Settings {
     /// The goal of gains: as stiff as the servo permits, unless another was given.
     pub(crate) fn goal(&self) -> Goal {
-        match (self.value(p::RESPONSE_TIME), self.value(p::LOOP_BANDWIDTH)) {
+        match (stated(self.response_time), stated(self.loop_bandwidth)) {
             (Some(time), _) => Goal::ResponseTime(time),
             (None, Some(bandwidth)) => Goal::Bandwidth(bandwidth),
             (None, None) => Goal::Stiffest,
@@ -103,26 +102,18 @@ impl Given {
     }
 
     fn tuning(&self) -> TuningSettings {
-        let or_zero = |number| self.value(number).unwrap_or(0.0);
-        let command = self.value(p::COMMAND).unwrap_or(f64::INFINITY);
-        let usual = TuningSettings::new(
-            or_zero(p::SAMPLE_TIME),
-            or_zero(p::RESOLUTION),
-            command,
-            or_zero(p::STEP),
-        );
+        let command = stated(self.command).unwrap_or(f64::INFINITY);
+        let usual = TuningSettings::new(self.sample_time, self.count(), command, self.step);
         TuningSettings {
-            noise: or_zero(p::NOISE),
-            cutoff: self.value(p::CUTOFF),
-            command_delay: or_zero(p::COMMAND_DELAY),
+            noise: self.noise,
+            cutoff: stated(self.cutoff),
+            command_delay: self.command_delay,
             goal: self.goal(),
-            max_sensitivity: self
-                .value(p::MAX_SENSITIVITY)
-                .unwrap_or(usual.max_sensitivity),
-            max_noise: self.value(p::MAX_NOISE).unwrap_or(usual.max_noise),
-            resonance: self.value(p::RESONANCE),
+            max_sensitivity: stated(self.max_sensitivity).unwrap_or(usual.max_sensitivity),
+            max_noise: stated(self.max_noise).unwrap_or(usual.max_noise),
+            resonance: stated(self.resonance),
             notch: true,
-            feed_forward: self.is_set(p::FEED_FORWARD),
+            feed_forward: self.with_feed_forward != 0,
             ..usual
         }
     }
@@ -147,7 +138,7 @@ impl Tuning {
         cutoff: 0.0,
         reference_filter: 0.0,
         notch: 0.0,
-        feed_forward: [0.0; 5],
+        feed_forward: FeedForward::NONE,
         bandwidth: 0.0,
         step: 0.0,
         rise_time: [0.0; 3],
@@ -207,14 +198,12 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
             cutoff: found.cutoff,
             reference_filter: found.reference_filter,
             notch: found.notch,
-            feed_forward: found.feed_forward.map_or([0.0; 5], |led| {
-                [
-                    led.bandwidth,
-                    led.acceleration,
-                    led.velocity,
-                    led.coulomb,
-                    led.coulomb_speed,
-                ]
+            feed_forward: (found.feed_forward).map_or(FeedForward::NONE, |led| FeedForward {
+                bandwidth: led.bandwidth,
+                acceleration: led.acceleration,
+                velocity: led.velocity,
+                coulomb: led.coulomb,
+                coulomb_speed: led.coulomb_speed,
             }),
             bandwidth: found.bandwidth,
             step: predicted_response.step,
@@ -257,7 +246,7 @@ unsafe fn build(
         let given = given(settings)?;
         let servo = read(servo)?;
         let tuner = CoreTuner::new(&given.tuning(), &servo.into())
-            .map_err(|error| Error::tuning(&error, |number| given.has(number)))?;
+            .map_err(|error| Error::tuning(&error))?;
         let state = tuner.start();
         fill(object, Working { tuner, state });
     }
@@ -272,7 +261,7 @@ unsafe fn work(tuner: *mut Tuner, slices: u32, tuning: *mut Tuning) -> Result<i3
     let own = unsafe { content(tuner) }?;
     for _ in 0..slices {
         if let Some(done) = own.tuner.work(&mut own.state) {
-            let found = done.map_err(|refused| Error::tuning(&refused, |_| false))?;
+            let found = done.map_err(|refused| Error::tuning(&refused))?;
             // SAFETY: guaranteed by the caller; it was checked.
             unsafe { tuning.write(found.into()) };
             return Ok(status::OK);

@@ -1,5 +1,6 @@
 //! Calls of all kinds, right and wrong: each has a status, and nothing is touched that was not passed.
 
+use std::ffi::CStr;
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 
@@ -10,7 +11,6 @@ use identifier_ffi::commission::*;
 use identifier_ffi::identifier::{Estimates, fixed, gauss_newton, gradient};
 use identifier_ffi::judge::{Verdict, servo_id_judge};
 use identifier_ffi::object::{Object, Storage};
-use identifier_ffi::parameter as p;
 use identifier_ffi::servo_loop;
 use identifier_ffi::settings::*;
 use identifier_ffi::status::{self, Error};
@@ -55,48 +55,42 @@ const NO_ESTIMATES: Estimates = Estimates {
 
 const NO_ERROR: Error = Error {
     status: 0,
-    parameter: 0,
     allowed: 0,
-    unused: 0,
     value: 0.0,
     low: 0.0,
     high: 0.0,
+    parameter: std::ptr::null(),
 };
 
 /// Settings that every estimator accepts.
 fn settings() -> Settings {
-    let mut own = Settings::empty();
-    let at = &raw mut own;
-    // SAFETY: the objects are of their types.
-    unsafe {
-        assert_eq!(servo_id_settings_init(at, size::<Settings>(), 1e-3, 1e4), 0);
-        for (parameter, value) in [
-            (p::KP, 9.0),
-            (p::KD, 0.19),
-            (p::KI, 4.0),
-            (p::SPEED, 15.0),
-            (p::DURATION, 1.0),
-        ] {
-            assert_eq!(servo_id_settings_set(at, parameter, value), 0);
-        }
-        for (parameter, value) in [
-            (p::GAMMA_A, 23.0),
-            (p::GAMMA_B, 1700.0),
-            (p::GAMMA_COULOMB, 100.0),
-        ] {
-            assert_eq!(servo_id_settings_set(at, parameter, value), 0);
-        }
-        for (parameter, [low, high]) in [
-            (p::LIMIT, [-10.0, 10.0]),
-            (p::PLANT_BOX_A, [0.0, 50.0]),
-            (p::PLANT_BOX_B, [110.0, 1000.0]),
-            (p::BOUNDS_COULOMB, [0.0, 100.0]),
-            (p::TRAVEL, [-0.3, 0.3]),
-        ] {
-            assert_eq!(servo_id_settings_set_range(at, parameter, low, high), 0);
-        }
+    let range = |low, high| Range { low, high };
+    Settings {
+        sample_time: 1e-3,
+        counts_per_revolution: 1e4,
+        kp: 9.0,
+        kd: 0.19,
+        ki: 4.0,
+        limit: range(-10.0, 10.0),
+        gamma: Each {
+            a: 23.0,
+            b: 1700.0,
+            coulomb: 100.0,
+            load: 0.0,
+        },
+        bounds: Each {
+            coulomb: range(0.0, 100.0),
+            ..Each::default()
+        },
+        plant_box: PlantBox {
+            a: range(0.0, 50.0),
+            b: range(110.0, 1000.0),
+        },
+        travel: range(-0.3, 0.3),
+        speed: 15.0,
+        duration: 1.0,
+        ..Settings::default()
     }
-    own
 }
 
 /// The constants of a gradient identifier.
@@ -115,46 +109,10 @@ fn constants() -> Vec<u32> {
 }
 
 #[test]
-fn every_parameter_takes_what_its_row_says() {
-    let mut own = settings();
-    let at = &raw mut own;
-    // SAFETY: the object is of its type.
-    unsafe {
-        for row in p::ROWS {
-            let takes_value = row.kind == p::Kind::Value;
-            let value = servo_id_settings_set(at, row.number, 1.0);
-            assert_eq!(
-                value,
-                if takes_value { 0 } else { status::NOT_A_VALUE },
-                "{row:?}"
-            );
-            let range = servo_id_settings_set_range(at, row.number, 0.0, 1.0);
-            assert_eq!(
-                range,
-                if takes_value { status::NOT_A_RANGE } else { 0 },
-                "{row:?}"
-            );
-            let nan = servo_id_settings_set(at, row.number, f64::NAN);
-            assert!(nan < 0, "{row:?}");
-        }
-        for number in [0, -1, 64, 65, 66, i32::MAX, i32::MIN] {
-            assert_eq!(
-                servo_id_settings_set(at, number, 1.0),
-                status::NO_SUCH_NUMBER
-            );
-            assert_eq!(
-                servo_id_settings_set_range(at, number, 0.0, 1.0),
-                status::NO_SUCH_NUMBER
-            );
-        }
-    }
-}
-
-#[test]
-fn a_refusal_is_in_numbers() {
-    let refused = |change: &dyn Fn(*mut Settings)| {
+fn a_refusal_names_the_field_and_what_is_allowed() {
+    let refused = |change: &dyn Fn(&mut Settings)| {
         let mut own = settings();
-        change(&raw mut own);
+        change(&mut own);
         let mut object = Gradient::empty();
         let mut error = NO_ERROR;
         // SAFETY: the objects are of their types.
@@ -170,40 +128,78 @@ fn a_refusal_is_in_numbers() {
         let after = unsafe { servo_id_gradient_sample(&raw mut object, 0, 0.0) };
         assert_eq!(after, status::NOT_INITIALISED, "a refused object is none");
         assert_eq!(status, error.status);
-        error
+        // SAFETY: a field is a text of the library.
+        let field = unsafe { CStr::from_ptr(error.parameter) };
+        (error, field.to_str().expect("text"))
     };
-    let set = |parameter, value| {
-        // SAFETY: the object is of its type.
-        move |own: *mut Settings| unsafe {
-            assert_eq!(servo_id_settings_set(own, parameter, value), 0);
-        }
-    };
-    let error = refused(&set(p::SAMPLE_TIME, 1e9));
+    let (error, field) = refused(&|own| own.sample_time = 1e9);
     assert_eq!(
-        (error.status, error.parameter, error.allowed),
-        (status::OUT_OF_RANGE, p::SAMPLE_TIME, 7)
+        (error.status, field, error.allowed),
+        (status::OUT_OF_RANGE, "sample_time", 7)
     );
     assert!(
         error.value.to_bits() == 1e9_f64.to_bits() && error.low < error.high && error.high < 1e9
     );
-    let error = refused(&set(p::MU, 1000.0));
-    assert_eq!(
-        (error.status, error.parameter),
-        (status::CERTIFICATE, p::MU)
-    );
+    let (error, field) = refused(&|own| own.mu = 1000.0);
+    assert_eq!((error.status, field), (status::CERTIFICATE, "mu"));
     assert!(error.value >= error.high, "{error:?}");
-    let error = refused(&set(p::GAMMA_B, -1.0));
-    assert_eq!((error.status, error.parameter), (status::GAMMA, p::GAMMA_B));
-    let error = refused(&set(p::INITIAL_B, -1.0));
-    assert_eq!(
-        (error.status, error.parameter),
-        (status::OUT_OF_RANGE, p::INITIAL_B)
-    );
-    let error = refused(&set(p::RANGES_ERROR, 1.0));
-    assert_eq!(
-        (error.status, error.parameter),
-        (status::NOT_GIVEN, p::RANGES_VELOCITY)
-    );
+    let (error, field) = refused(&|own| own.gamma.b = -1.0);
+    assert_eq!((error.status, field), (status::GAMMA, "gamma.b"));
+    let (error, field) = refused(&|own| own.initial.b = -1.0);
+    assert_eq!((error.status, field), (status::OUT_OF_RANGE, "initial.b"));
+    for (change, missing) in [
+        (
+            (|own| own.sample_time = 0.0) as fn(&mut Settings),
+            "sample_time",
+        ),
+        (
+            |own| own.counts_per_revolution = 0.0,
+            "counts_per_revolution",
+        ),
+        (|own| own.ranges.error = 1.0, "ranges.velocity"),
+        (|own| own.plant_box.a = Range::default(), "plant_box.a"),
+    ] {
+        let (error, field) = refused(&change);
+        assert_eq!((error.status, field), (status::NOT_GIVEN, missing));
+    }
+}
+
+#[test]
+fn a_parameter_is_known_to_be_zero_only_where_that_is_stated() {
+    let estimates = |known: i32| {
+        let mut own = settings();
+        own.known.coulomb = known;
+        let mut object = Object::<gauss_newton::Inner>::empty();
+        let at = &raw mut object;
+        let size = size::<Object<gauss_newton::Inner>>();
+        let mut found = NO_ESTIMATES;
+        // SAFETY: the objects are of their types.
+        unsafe {
+            assert_eq!(
+                servo_id_gauss_newton_init(at, size, &raw const own, null_mut()),
+                status::OK
+            );
+            let mut position = 0.0_f64;
+            let mut velocity = 0.0_f64;
+            let mut last = 0;
+            for sample in 0..4000 {
+                let command: f64 = if sample / 120 % 2 == 0 { 0.5 } else { -0.5 };
+                let count = (position * 1e4 / std::f64::consts::TAU).floor() as i32;
+                servo_id_gauss_newton_sample(at, count - last, command as f32);
+                servo_id_gauss_newton_work(at, 8);
+                last = count;
+                let pushed = velocity + 1e-3 * (200.0 * command - 2.0 * velocity);
+                let rubbed = 1e-3 * 10.0;
+                let next = pushed.signum() * (pushed.abs() - rubbed).max(0.0);
+                position += 0.5e-3 * (velocity + next);
+                velocity = next;
+            }
+            servo_id_gauss_newton_estimates(at, &raw mut found);
+        }
+        found.value[2]
+    };
+    assert!((estimates(0) - 10.0).abs() < 2.0, "{}", estimates(0));
+    assert_eq!(estimates(1).to_bits(), 0.0_f64.to_bits());
 }
 
 /// A number from a sequence, with what is special among them.
@@ -428,13 +424,17 @@ fn whatever_is_called_has_a_status() {
                         _ => servo_id_fixed_loop_process(at, n.whole(), n.whole(), n.whole(), to),
                     }
                 }
-                12 => {
-                    let (value, parameter) = (n.real(), n.below(60) as i32);
-                    servo_id_settings_set(n.address(&raw mut given), parameter, value)
-                }
-                13 => {
-                    let (low, high, parameter) = (n.real(), n.real(), n.below(60) as i32);
-                    servo_id_settings_set_range(n.address(&raw mut given), parameter, low, high)
+                12 | 13 => {
+                    // SAFETY: the settings are numbers alone, of which the last are whole.
+                    let places = size_of::<Settings>() / 8 - 3;
+                    let numbers = (&raw mut given).cast::<f64>();
+                    numbers.add(n.below(places as u32) as usize).write(n.real());
+                    let (amplitude, hold) = (n.real(), n.real());
+                    let samples = n.below(200);
+                    let at = n.address(&raw mut given);
+                    refusable(n, |error| {
+                        servo_id_settings_choose_gamma(at, amplitude, hold, samples, 1, error)
+                    })
                 }
                 14 => {
                     let mut estimates = Estimates {

@@ -8,6 +8,7 @@ use identifier_ffi::commission::{CONDITIONS, CommissionResult, CommissionStep, P
 use identifier_ffi::identifier::Estimates;
 use identifier_ffi::judge::{STATES, Verdict};
 use identifier_ffi::object::Object;
+use identifier_ffi::settings::Settings;
 use identifier_ffi::status::{ALLOWED, Error};
 use identifier_ffi::tuner::{CAPS, Servo, Tuning};
 use identifier_ffi::{Prototype, parameter, status};
@@ -84,8 +85,7 @@ fn functions_have_the_same_arguments() {
 
 #[test]
 fn numbers_are_the_same() {
-    let own = parameter::ROWS.iter().map(|row| (row.constant, row.number));
-    let own = own.chain(status::ROWS.iter().map(|row| (row.constant, row.number)));
+    let own = status::ROWS.iter().map(|row| (row.constant, row.number));
     let places = [("A", 0), ("B", 1), ("COULOMB", 2), ("LOAD", 3)];
     let listed = [ALLOWED, STATES, CAPS, &places, &PHASES, CONDITIONS]
         .into_iter()
@@ -97,11 +97,8 @@ fn numbers_are_the_same() {
         .collect();
     let in_header: BTreeSet<(String, i32)> = HEADER
         .lines()
-        .filter_map(|line| line.strip_prefix("#define SERVO_ID_"))
-        .filter_map(|line| {
-            let mut words = line.split_whitespace();
-            Some((words.next()?.to_owned(), words.next()?.parse().ok()?))
-        })
+        .filter_map(|line| line.strip_prefix("    SERVO_ID_")?.split_once(" = "))
+        .filter_map(|(name, rest)| Some((name.to_owned(), rest.split(',').next()?.parse().ok()?)))
         .collect();
     assert_eq!(in_header, in_library);
 }
@@ -134,6 +131,7 @@ fn sizes_and_places_are_the_same() {
         );
     }
     for (name, size) in [
+        ("settings", size_of::<Settings>()),
         ("error", size_of::<Error>()),
         ("estimates", size_of::<Estimates>()),
         ("verdict", size_of::<Verdict>()),
@@ -150,9 +148,17 @@ fn sizes_and_places_are_the_same() {
         );
     }
     let places = [
+        ("settings, limit", offset_of!(Settings, limit)),
+        ("settings, feed_forward", offset_of!(Settings, feed_forward)),
+        ("settings, bounds", offset_of!(Settings, bounds)),
+        ("settings, plant_box", offset_of!(Settings, plant_box)),
+        ("settings, ranges", offset_of!(Settings, ranges)),
+        ("settings, resonance", offset_of!(Settings, resonance)),
+        ("settings, travel", offset_of!(Settings, travel)),
+        ("settings, known", offset_of!(Settings, known)),
         ("error, value", offset_of!(Error, value)),
-        ("error, low", offset_of!(Error, low)),
         ("error, high", offset_of!(Error, high)),
+        ("error, parameter", offset_of!(Error, parameter)),
         ("estimates, std_error", offset_of!(Estimates, std_error)),
         ("estimates, at_bound", offset_of!(Estimates, at_bound)),
         ("verdict, state", offset_of!(Verdict, state)),
@@ -187,15 +193,50 @@ fn sizes_and_places_are_the_same() {
     assert_eq!(code().matches("offsetof(").count(), places.len());
 }
 
+/// The members of a structure of the header, with their types.
+fn members(name: &str) -> Vec<(String, String)> {
+    let code = code();
+    let end = code.find(&format!("}} servo_id_{name};"));
+    let begin = code[..end.expect("a structure")]
+        .rfind('{')
+        .expect("its beginning")
+        + 1;
+    let members = code[begin..end.expect("a structure")].split(';');
+    let pairs = members.filter_map(|member| member.trim().rsplit_once(' '));
+    pairs
+        .map(|(of, name)| (name.to_owned(), of.to_owned()))
+        .collect()
+}
+
+/// The fields of the settings in the order of the header, and those of their structures.
+fn fields() -> Vec<String> {
+    let mut all = Vec::new();
+    for (name, of) in members("settings") {
+        if let Some(inner) = of.strip_prefix("servo_id_") {
+            let own = members(inner);
+            all.extend(own.iter().map(|(part, _)| format!("{name}.{part}")));
+        }
+        all.push(name);
+    }
+    all
+}
+
 #[test]
-fn parameters_have_places_and_one_name_each() {
-    let names: BTreeSet<_> = parameter::ROWS.iter().map(|row| row.name).collect();
-    assert_eq!(names.len(), parameter::ROWS.len());
-    // Of parameters that went, used by none.
-    const GONE: [i32; 1] = [53];
-    let numbers = (1..).filter(|number| !GONE.contains(number));
-    for (number, row) in numbers.zip(parameter::ROWS) {
-        assert_eq!(row.number, number, "{}", row.constant);
+fn fields_of_the_settings_are_in_the_order_of_the_library() {
+    let library = format!("{:?}", Settings::default());
+    let mut from = 0;
+    for (name, _) in members("settings") {
+        let place = library[from..].find(&format!(" {name}: "));
+        from += place.unwrap_or_else(|| panic!("{name} in {}", &library[from..])) + 1;
+    }
+}
+
+#[test]
+fn a_refusal_names_a_field_of_the_header() {
+    let fields = fields();
+    for (core, field) in parameter::NAMES {
+        let field = field.to_str().expect("text");
+        assert!(fields.iter().any(|own| own == field), "{core}: {field}");
     }
 }
 

@@ -70,19 +70,19 @@ static void print(const char *name, const world *at, const servo_id_estimates *f
 }
 
 static servo_id_settings settings(int coulomb) {
-    servo_id_settings given;
+    servo_id_settings given = {
+        .sample_time = TIME,
+        .counts_per_revolution = 10000.0,
+        .kp = 9.0,
+        .kd = 0.19,
+        .ki = 4.0,
+        .limit = {-10.0, 10.0},
+        .plant_box = {.a = {0.0, 50.0}, .b = {110.0, 1000.0}},
+        .bounds = {.coulomb = {0.0, 100.0}},
+    };
     servo_id_error error;
-    int32_t status = servo_id_settings_init(&given, sizeof given, TIME, 10000.0);
-    status |= servo_id_settings_set(&given, SERVO_ID_KP, 9.0);
-    status |= servo_id_settings_set(&given, SERVO_ID_KD, 0.19);
-    status |= servo_id_settings_set(&given, SERVO_ID_KI, 4.0);
-    status |= servo_id_settings_set_range(&given, SERVO_ID_LIMIT, -10.0, 10.0);
-    status |= servo_id_settings_set_range(&given, SERVO_ID_PLANT_BOX_A, 0.0, 50.0);
-    status |= servo_id_settings_set_range(&given, SERVO_ID_PLANT_BOX_B, 110.0, 1000.0);
-    status |= servo_id_settings_set_range(&given, SERVO_ID_BOUNDS_COULOMB, 0.0, 100.0);
-    status |= servo_id_settings_choose_gamma(&given, 0.3, 0.05, 2000, coulomb, &error);
-    if (status != SERVO_ID_OK) {
-        printf("settings: status %d, parameter %d\n", (int)error.status, (int)error.parameter);
+    if (servo_id_settings_choose_gamma(&given, 0.3, 0.05, 2000, coulomb, &error) != SERVO_ID_OK) {
+        printf("settings: status %d, parameter %s\n", (int)error.status, error.parameter);
     }
     return given;
 }
@@ -167,28 +167,30 @@ static void sum_machine(world *at, int32_t status) {
 static void commission(void) {
     static servo_id_commission object;
     static servo_id_solver solver;
-    servo_id_settings given;
+    servo_id_settings given = {
+        .sample_time = TIME,
+        .counts_per_revolution = 10000.0,
+        .travel = {-0.3, 0.3},
+        .speed = 15.0,
+        .limit = {-10.0, 10.0},
+        .duration = 1.0,
+        .loop_bandwidth = 70.0,
+        .with_feed_forward = 1,
+    };
     servo_id_error error = {0};
     servo_id_commission_step step = {0};
     servo_id_commission_result result = {0};
     servo_id_estimates found = {0};
     uint32_t slices = 0;
     world at = {.noise = 1};
-    int32_t status = servo_id_settings_init(&given, sizeof given, TIME, 10000.0);
-    status |= servo_id_settings_set_range(&given, SERVO_ID_TRAVEL, -0.3, 0.3);
-    status |= servo_id_settings_set(&given, SERVO_ID_SPEED, 15.0);
-    status |= servo_id_settings_set_range(&given, SERVO_ID_LIMIT, -10.0, 10.0);
-    status |= servo_id_settings_set(&given, SERVO_ID_DURATION, 1.0);
-    status |= servo_id_settings_set(&given, SERVO_ID_LOOP_BANDWIDTH, 70.0);
-    status |= servo_id_settings_set(&given, SERVO_ID_FEED_FORWARD, 1.0);
-    status |= servo_id_commission_init(&object, sizeof object, &given, count(&at), 0.0f, &error);
+    int32_t status = servo_id_commission_init(&object, sizeof object, &given, count(&at), 0.0f, &error);
     status |= servo_id_solver_init(&solver, sizeof solver, &given, &error);
     status |= servo_id_commission_slices(&object, &slices);
     sum(&at.statuses, (uint32_t)status);
     while (status == SERVO_ID_OK && step.phase < SERVO_ID_PHASE_APPLIED) {
         uint32_t left = slices;
         servo_id_decision decision, carried;
-        servo_id_commission_sample(&object, count(&at), 0, 0, &step);
+        servo_id_commission_sample(&object, count(&at), SERVO_ID_IN_ORDER, SERVO_ID_NO_STOP, &step);
         if (step.has_record) {
             servo_id_record record;
             memcpy(&record, &step.record, sizeof record);

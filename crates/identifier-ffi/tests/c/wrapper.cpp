@@ -19,11 +19,18 @@ void expect(int line, servo_id::Status status, int32_t expected) {
 
 servo_id::Settings settings() {
     servo_id::Settings given(1e-3, 10000.0);
-    given.set(SERVO_ID_KP, 9.0).set(SERVO_ID_KD, 0.19).set(SERVO_ID_KI, 4.0).set(SERVO_ID_LIMIT, -10.0, 10.0);
-    given.set(SERVO_ID_PLANT_BOX_A, 0.0, 50.0).set(SERVO_ID_PLANT_BOX_B, 110.0, 1000.0);
-    given.set(SERVO_ID_BOUNDS_COULOMB, 0.0, 100.0).choose_gamma(0.3, 0.05, 2000, true);
-    given.set(SERVO_ID_TRAVEL, -0.3, 0.3).set(SERVO_ID_SPEED, 15.0).set(SERVO_ID_DURATION, 1.0);
-    given.set(SERVO_ID_COMMAND, 10.0).set(SERVO_ID_STEP, 0.1);
+    given.kp = 9.0;
+    given.kd = 0.19;
+    given.ki = 4.0;
+    given.limit = {-10.0, 10.0};
+    given.plant_box = {{0.0, 50.0}, {110.0, 1000.0}};
+    given.bounds.coulomb = {0.0, 100.0};
+    EXPECT(given.choose_gamma(0.3, 0.05, 2000, true), SERVO_ID_OK);
+    given.travel = {-0.3, 0.3};
+    given.speed = 15.0;
+    given.duration = 1.0;
+    given.command = 10.0;
+    given.step = 0.1;
     return given;
 }
 
@@ -61,8 +68,10 @@ template <class Loop, class Number> void close() {
 
 int main() {
     using namespace servo_id;
-    EXPECT(settings().status(), SERVO_ID_OK);
-    EXPECT(Settings(1e-3, 10000.0).set(SERVO_ID_KP, 1.0, 2.0).set(SERVO_ID_KD, 1.0).status(), SERVO_ID_NOT_A_RANGE);
+    GradientLoop without_pid;
+    Error error{};
+    EXPECT(without_pid.init(Settings(1e-3, 10000.0), 0, &error), SERVO_ID_NOT_GIVEN);
+    EXPECT(std::strcmp(error.parameter, "kp") == 0 ? SERVO_ID_OK : SERVO_ID_NOT_GIVEN, SERVO_ID_OK);
     listen<Gradient>(0.0F, SERVO_ID_OK);
     listen<GradientCoulomb>(0.0F, SERVO_ID_OK);
     listen<GaussNewton>(0.0F, SERVO_ID_NO_FIT);
