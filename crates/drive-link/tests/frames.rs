@@ -261,7 +261,7 @@ fn a_record_is_whole_after_messages_that_all_fit() {
         heard
             .iter()
             .zip(0..)
-            .all(|(&travel, k)| travel == f32::from(k as u16))
+            .all(|(&travel, k)| travel.to_bits() == f32::from(k as u16).to_bits())
     );
     let beyond = MotionRecord::from((&record, 1, 1.0), 1000);
     assert!(beyond.blocks.is_empty());
