@@ -30,13 +30,18 @@ impl MotionRecord {
     /// The part of a record from a block on. Samples of a block and the position of a count (rad) go with it.
     #[must_use]
     pub fn from((record, samples, resolution): (&[Block<f32>], u16, f64), first: u16) -> Self {
-        let rest = record.iter().skip(usize::from(first));
-        let of_block = |block: &Block<f32>| [block.travel, block.command, block.first_moment];
+        let mut blocks = Vec::new();
+        for block in record.iter().skip(usize::from(first)) {
+            let block = [block.travel, block.command, block.first_moment];
+            if blocks.push(block).is_err() {
+                break;
+            }
+        }
         Self {
             total: record.len() as u16,
             samples,
             resolution,
-            blocks: rest.take(PART).map(of_block).collect(),
+            blocks,
         }
     }
 }

@@ -6,7 +6,7 @@ use super::placement::{Design, Placement};
 use super::possible_servos::PossibleServos;
 use super::resonance::Resonance;
 use super::sampled_response::{SampledController, SampledResponse, SampledServo, nu_at};
-use super::unseen_resonance::UnseenResonance;
+use super::unseen_resonance::{NearLines, UnseenResonance};
 use super::{Cap, TuningSettings};
 use crate::control::Notch;
 
@@ -32,8 +32,9 @@ pub(super) struct Case {
     place: usize,
     walk: Option<FrequencySweep>,
     margins: Margins,
-    /// The measured line that comes next, before all servos.
+    /// The measured line that comes next, before all servos, and those about it.
     line: usize,
+    near: NearLines,
 }
 
 /// Result of the check of a bandwidth.
@@ -140,6 +141,7 @@ impl GainCheck {
             walk: None,
             margins: Margins::AMPLE,
             line: 0,
+            near: NearLines::NONE,
         }
     }
 
@@ -158,10 +160,16 @@ impl GainCheck {
             return Some(Verdict::Fails(cap));
         }
         if let Some(measured) = lines.get(case.line) {
+            let servo = self.measured_servo();
+            let near = &mut case.near;
+            if !near.look(case.line, lines, &servo, self.sample_time) {
+                return None;
+            }
             let cap = if !is_explained && !self.keeps(&case.design, measured) {
                 Some(Cap::Resonance)
             } else {
-                let borne = self.bears_unseen(&case.design, case.line, lines);
+                let unseen = UnseenResonance::above(case.line, &case.near);
+                let borne = unseen.is_none_or(|unseen| self.bears(&case.design, servo, &unseen));
                 (!borne).then_some(Cap::UnseenResonance)
             };
             case.line += 1;
@@ -210,15 +218,15 @@ impl GainCheck {
         Some(FrequencySweep::begin(response, first, sensitivity))
     }
 
-    /// True if a design keeps its distance from −1 near the resonance that the lines show between two of them.
-    fn bears_unseen(&self, design: &Design, place: usize, lines: &[MeasuredLine]) -> bool {
-        let time = self.sample_time;
+    /// The servo as it was identified, with two masses if a measured response shows them.
+    fn measured_servo(&self) -> SampledServo {
         let mode = self.resonance.map(|resonance| resonance.mode);
-        let servo = SampledServo::new(&self.servos.identified(), mode.as_ref(), time);
-        let Some(unseen) = UnseenResonance::above(place, lines, &servo, time) else {
-            return true;
-        };
-        let open = SampledResponse::around(design, servo, time);
+        SampledServo::new(&self.servos.identified(), mode.as_ref(), self.sample_time)
+    }
+
+    /// True if a design keeps its distance from −1 near a resonance that the lines show between two of them.
+    fn bears(&self, design: &Design, servo: SampledServo, unseen: &UnseenResonance) -> bool {
+        let open = SampledResponse::around(design, servo, self.sample_time);
         let gain = open.at(unseen.nu).gain();
         let sensitivity = 1.0 + Resonance::DIFFERING * (self.max_sensitivity - 1.0);
         // Friction and rounding blur lower lines, resonances show at higher ones.

@@ -19,6 +19,56 @@ pub(super) struct UnseenResonance {
     gamma: f64,
 }
 
+/// The lines on either side of a place, which goes up line by line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NearLines {
+    /// x of a line, the real part of the change that it shows, and its variance.
+    changes: [Option<[f64; 3]>; 2 * UnseenResonance::NEAR],
+    /// Lines that were looked at.
+    count: usize,
+}
+
+impl NearLines {
+    /// None yet.
+    pub(super) const NONE: Self = Self {
+        changes: [None; 2 * UnseenResonance::NEAR],
+        count: 0,
+    };
+
+    /// Looks at the next line; true once all of those about the resonance above a place are known.
+    pub(super) fn look(
+        &mut self,
+        place: usize,
+        lines: &[MeasuredLine],
+        servo: &SampledServo,
+        sample_time: f64,
+    ) -> bool {
+        let last = place + UnseenResonance::NEAR;
+        let next = self.count % self.changes.len();
+        if self.count <= last
+            && let Some(change) = self.changes.get_mut(next)
+        {
+            let line = lines.get(self.count);
+            *change = line.and_then(|line| Self::change(line, servo, sample_time));
+            self.count += 1;
+        }
+        self.count > last
+    }
+
+    fn change(line: &MeasuredLine, servo: &SampledServo, sample_time: f64) -> Option<[f64; 3]> {
+        let nu = nu_at(line.frequency, sample_time)?;
+        let expected = servo.at(nu);
+        let variance = 0.5 * line.deviation * line.deviation / expected.power();
+        let x = 2.0 * nu * nu / (1.0 + nu * nu);
+        Some([x, (line.gain / expected).re - 1.0, variance])
+    }
+
+    fn at(&self, place: usize) -> Option<[f64; 3]> {
+        let change = self.changes.get(place % self.changes.len());
+        change.copied().flatten()
+    }
+}
+
 impl UnseenResonance {
     /// Lines on either side that show it.
     const NEAR: usize = 2;
@@ -31,29 +81,15 @@ impl UnseenResonance {
     const LEAST: f64 = 0.1;
 
     /// The resonance above the line at a place, halfway to the next line or to half of the sampling frequency. None if
-    /// the lines show none.
-    pub(super) fn above(
-        place: usize,
-        lines: &[MeasuredLine],
-        servo: &SampledServo,
-        sample_time: f64,
-    ) -> Option<Self> {
-        // x of a line, the real part of the change that it shows, and its variance.
-        let change = |place: usize| {
-            let line: &MeasuredLine = lines.get(place)?;
-            let nu = nu_at(line.frequency, sample_time)?;
-            let expected = servo.at(nu);
-            let variance = 0.5 * line.deviation * line.deviation / expected.power();
-            let x = 2.0 * nu * nu / (1.0 + nu * nu);
-            Some((x, (line.gain / expected).re - 1.0, variance))
-        };
-        let (below, ..) = change(place)?;
-        let next = change(place + 1).map_or(2.0, |(next, ..)| next);
+    /// the lines about it show none.
+    pub(super) fn above(place: usize, lines: &NearLines) -> Option<Self> {
+        let [below, ..] = lines.at(place)?;
+        let next = lines.at(place + 1).map_or(2.0, |[next, ..]| next);
         // Two lines may be the same.
         let x = (next > below).then_some(0.5 * (below + next))?;
         let (mut sum, mut weight) = (0.0, 0.0);
         for near in (place + 1).saturating_sub(Self::NEAR)..=place + Self::NEAR {
-            if let Some((at, seen, variance)) = change(near) {
+            if let Some([at, seen, variance]) = lines.at(near) {
                 let of_one = at / (at - x);
                 sum += of_one * seen / variance;
                 weight += of_one * of_one / variance;
@@ -196,7 +232,9 @@ mod tests {
             let mode = mode(300.0, ratio);
             let lines = lines(Some(&mode), deviation);
             let below = lines.partition_point(|line| line.frequency < mode.frequency) - 1;
-            UnseenResonance::above(below, &lines, &sampled(None), TIME).map(|found| found.gamma)
+            let mut near = NearLines::NONE;
+            while !near.look(below, &lines, &sampled(None), TIME) {}
+            UnseenResonance::above(below, &near).map(|found| found.gamma)
         };
         let angle = TAU * 300.0 * TIME;
         let expected = 0.3 * 2.0 * (1.0 - libm::cos(angle)) / (angle * angle);

@@ -65,10 +65,8 @@ pub(super) enum DecisionKind<N: Number> {
     Verified(Identified<N>),
     /// Gains and their predicted performance.
     Tuned(Candidate<N>),
-    /// No gains meet the goal; the error names a goal that some would.
-    NoGains(TuningError),
-    /// The commissioning cannot continue, for this reason.
-    Failed(Reason),
+    /// The commissioning cannot continue, for this reason. If no gains meet the goal, the error names one that some would.
+    Failed(Reason, Option<TuningError>),
 }
 
 impl<N: Number> Decision<N> {

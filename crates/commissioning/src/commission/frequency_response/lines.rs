@@ -34,56 +34,17 @@ impl Lines {
     /// below.
     const HIGHEST: f64 = 0.495;
 
-    /// Logarithmic, from the lowest frequency to the highest.
-    #[must_use]
-    pub(crate) fn first_pass(sample_time: f64) -> Self {
-        let mut lines = Self::none(sample_time, Self::WINDOW);
-        lines.fill([Self::LOWEST, f64::INFINITY]);
-        lines
-    }
-
-    /// Midway between the lines of a survey above a frequency, rad/s.
-    #[must_use]
-    pub(crate) fn between(sample_time: f64, lowest: f64) -> Self {
-        let mut lines = Self::none(sample_time, Self::WINDOW);
-        let first_pass = Self::first_pass(sample_time);
-        let bins = first_pass.bins.get(..first_pass.count).unwrap_or_default();
-        for pair in bins.windows(2) {
-            let bin = pair.iter().map(|&bin| 0.5 * f64::from(bin)).sum();
-            if bin * TAU > lowest * lines.window_time() {
-                let _ = lines.push(libm::floor(bin));
-            }
-        }
-        lines
-    }
-
-    /// For the antiresonance of a heavy load on a soft spring, below the lines of a survey or between two of them.
-    #[must_use]
-    pub(crate) fn low(sample_time: f64) -> Self {
-        let mut lines = Self::none(sample_time, Self::LONG_WINDOW);
-        lines.fill(Self::LOW);
-        lines
-    }
-
-    /// Logarithmic between two frequencies, Hz.
-    fn fill(&mut self, [lowest, highest]: [f64; 2]) {
-        let highest = libm::floor(highest * self.window_time()).min(self.highest());
-        let mut bin = libm::ceil(lowest * self.window_time()).max(1.0);
-        while bin <= highest && self.push(bin) {
-            let left = (Self::MAX - self.count) as f64;
-            let range = libm::log(highest / bin);
-            let steps = libm::floor(range / libm::log(Self::RATIO)).min(left);
-            let ratio = libm::exp(range / steps.max(1.0));
-            bin = libm::round(bin * ratio).max(bin + 2.0);
-        }
-    }
-
     /// The highest bin.
     fn highest(&self) -> f64 {
         libm::floor(Self::HIGHEST * f64::from(self.window))
     }
 
-    fn none(sample_time: f64, window: f64) -> Self {
+    /// None yet.
+    pub(crate) fn none(sample_time: f64) -> Self {
+        Self::within(sample_time, Self::WINDOW)
+    }
+
+    fn within(sample_time: f64, window: f64) -> Self {
         Self {
             sample_time,
             // A cast saturates; a window of a few samples has no line.
@@ -91,6 +52,20 @@ impl Lines {
             bins: [0; Self::MAX],
             count: 0,
         }
+    }
+
+    /// Midway between these above a frequency, rad/s.
+    fn between(&self, lowest: f64) -> Self {
+        let mut lines = Self { count: 0, ..*self };
+        let lowest = lowest * self.window_time();
+        let bins = self.bins.get(..self.count).unwrap_or_default();
+        for pair in bins.windows(2) {
+            let bin = pair.iter().map(|&bin| 0.5 * f64::from(bin)).sum();
+            if bin * TAU > lowest {
+                let _ = lines.push(libm::floor(bin));
+            }
+        }
+        lines
     }
 
     /// Adds a bin above the others; false if it is too high or there is no room.
@@ -130,8 +105,7 @@ impl Lines {
     }
 
     /// The window's e^(j2π/n).
-    #[must_use]
-    pub(crate) fn window_rotation(&self) -> Complex {
+    fn window_rotation(&self) -> Complex {
         let (im, re) = libm::sincos(TAU / f64::from(self.window));
         Complex { re, im }
     }
@@ -149,7 +123,9 @@ impl Lines {
 
     /// The frequencies, rad/s, rising.
     pub(crate) fn frequencies(&self) -> impl Iterator<Item = f64> + '_ {
-        (0..self.count).filter_map(|place| self.frequency(place))
+        let bins = self.bins.get(..self.count).unwrap_or_default();
+        let spacing = TAU / self.window_time();
+        bins.iter().map(move |&bin| spacing * f64::from(bin))
     }
 
     /// The frequency of a line, rad/s.
@@ -157,6 +133,87 @@ impl Lines {
         let bins = self.bins.get(..self.count)?;
         let spacing = TAU / self.window_time();
         bins.get(place).map(|&bin| spacing * f64::from(bin))
+    }
+}
+
+/// The choice of lines, one a slice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LineSearch {
+    lines: Lines,
+    /// The next bin, and the highest.
+    bin: f64,
+    highest: f64,
+    /// The lines are those between the chosen ones above this frequency, rad/s.
+    between: Option<f64>,
+}
+
+impl LineSearch {
+    /// Logarithmic, from the lowest frequency to the highest.
+    #[must_use]
+    pub(crate) fn first_pass(sample_time: f64) -> Self {
+        Self::over(
+            Lines::none(sample_time),
+            [Lines::LOWEST, f64::INFINITY],
+            None,
+        )
+    }
+
+    /// Midway between the lines of a survey above a frequency, rad/s.
+    #[must_use]
+    pub(crate) fn between(sample_time: f64, lowest: f64) -> Self {
+        Self {
+            between: Some(lowest),
+            ..Self::first_pass(sample_time)
+        }
+    }
+
+    /// For the antiresonance of a heavy load on a soft spring, below the lines of a survey or between two of them.
+    #[must_use]
+    pub(crate) fn low(sample_time: f64) -> Self {
+        let lines = Lines::within(sample_time, Lines::LONG_WINDOW);
+        Self::over(lines, Lines::LOW, None)
+    }
+
+    /// Logarithmic between two frequencies, Hz.
+    fn over(lines: Lines, [lowest, highest]: [f64; 2], between: Option<f64>) -> Self {
+        Self {
+            lines,
+            bin: libm::ceil(lowest * lines.window_time()).max(1.0),
+            highest: libm::floor(highest * lines.window_time()).min(lines.highest()),
+            between,
+        }
+    }
+
+    /// Chooses the next line; all of them once there are no more.
+    pub(crate) fn work(&mut self) -> Option<Lines> {
+        let Self {
+            lines,
+            bin,
+            highest,
+            ..
+        } = self;
+        if *bin <= *highest && lines.push(*bin) {
+            let left = (Lines::MAX - lines.count) as f64;
+            let range = libm::log(*highest / *bin);
+            let steps = libm::floor(range / libm::log(Lines::RATIO)).min(left);
+            let ratio = libm::exp(range / steps.max(1.0));
+            *bin = libm::round(*bin * ratio).max(*bin + 2.0);
+            return None;
+        }
+        Some(
+            self.between
+                .map_or(self.lines, |lowest| self.lines.between(lowest)),
+        )
+    }
+
+    /// All of them at once.
+    #[cfg(test)]
+    pub(crate) fn all(mut self) -> Lines {
+        loop {
+            if let Some(lines) = self.work() {
+                return lines;
+            }
+        }
     }
 }
 
@@ -169,6 +226,13 @@ pub(crate) struct LineRotations {
     bin: u16,
     spacing: Complex,
     rotation: Complex,
+}
+
+impl LineRotations {
+    /// The window's e^(j2π/n).
+    pub(crate) fn spacing(&self) -> [f64; 2] {
+        [self.spacing.re, self.spacing.im]
+    }
 }
 
 impl Iterator for LineRotations {
@@ -191,7 +255,7 @@ mod tests {
     #[test]
     fn lines_reach_from_6_hz_to_half_of_the_sampling_frequency_and_are_two_bins_apart() {
         for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
-            let lines = Lines::first_pass(sample_time);
+            let lines = LineSearch::first_pass(sample_time).all();
             let hertz: Vec<f64> = lines.frequencies().map(|omega| omega / TAU).collect();
             let bin = 1.0 / lines.window_time();
             assert!(
@@ -205,16 +269,22 @@ mod tests {
             assert!((0.48..0.4951).contains(&last), "{last}");
             assert_eq!(hertz.len(), lines.count());
         }
-        assert_eq!(Lines::first_pass(0.1).count(), 0);
-        assert_eq!(Lines::first_pass(10.0).count(), 0);
+        assert_eq!(LineSearch::first_pass(0.1).all().count(), 0);
+        assert_eq!(LineSearch::first_pass(10.0).all().count(), 0);
     }
 
     #[test]
     fn further_lines_stand_between_those_of_a_survey_above_a_frequency() {
         for sample_time in [4e-3, 1e-3, 1e-4, 5e-5] {
-            let first_pass: Vec<f64> = Lines::first_pass(sample_time).frequencies().collect();
+            let first_pass: Vec<f64> = LineSearch::first_pass(sample_time)
+                .all()
+                .frequencies()
+                .collect();
             let lowest = first_pass[9] + 1.0;
-            let between: Vec<f64> = Lines::between(sample_time, lowest).frequencies().collect();
+            let between: Vec<f64> = LineSearch::between(sample_time, lowest)
+                .all()
+                .frequencies()
+                .collect();
             let gaps: Vec<_> = first_pass.windows(2).skip(9).collect();
             assert_eq!(between.len(), gaps.len());
             for (line, gap) in between.iter().zip(gaps) {
@@ -227,7 +297,7 @@ mod tests {
     #[test]
     fn rotations_are_those_of_the_frequencies() {
         for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
-            let lines = Lines::first_pass(sample_time);
+            let lines = LineSearch::first_pass(sample_time).all();
             let both = lines.rotations().zip(lines.frequencies());
             let mut compared = 0;
             for (rotation, omega) in both {

@@ -20,8 +20,8 @@ mod response_motion;
 mod tests;
 mod window;
 
-pub(crate) use lines::{LineRotations, Lines};
-pub(crate) use plan::ResponsePlan;
+pub(crate) use lines::{LineRotations, LineSearch, Lines};
+pub(crate) use plan::{ResponsePlan, ResponsePlanner};
 pub(super) use response_motion::{ResponseMotion, ResponseProgress};
 pub(super) use window::ResponseWindows;
 

@@ -1,4 +1,4 @@
-use super::Lines;
+use super::{LineRotations, Lines};
 use crate::commission::{CommissionSettings, RoughModel};
 use identifier_core::number::{Complex, Number};
 use identifier_core::parameters::IdentifiedServo;
@@ -84,7 +84,24 @@ impl<N: Number> PlannedLine<N> {
     };
 }
 
-impl<N: Number> ResponsePlan<N> {
+/// A plan that is being made, a line a slice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ResponsePlanner<N> {
+    plan: ResponsePlan<N>,
+    lines: Lines,
+    rotations: LineRotations,
+    /// The next line.
+    place: usize,
+    mode: Option<Mode>,
+    b: f64,
+    /// Mean of the frequencies, rad/s.
+    mean: f64,
+    /// Amplitude of a line's velocity, rad/s, and the largest of its injection at the mean, command units.
+    line_speed: f64,
+    max_injection: f64,
+}
+
+impl<N: Number> ResponsePlanner<N> {
     /// Time from constant speed to the window, s, for an identified and for an uncertain servo. The transient of the
     /// turn has then decayed to a part that the inverted motions cancel.
     const SETTLING: f64 = 0.1;
@@ -159,8 +176,6 @@ impl<N: Number> ResponsePlan<N> {
         mode: Option<&Mode>,
         lines: &Lines,
     ) -> Option<Self> {
-        /// The part of the motion of one mass with which a line is excited at least: at the antiresonance the load would stick.
-        const LEAST: f64 = 0.67;
         let limits = &settings.limits;
         let (time, counts) = (settings.sample_time, 1.0 / settings.resolution);
         let b = servo.parameters.b;
@@ -220,22 +235,9 @@ impl<N: Number> ResponsePlan<N> {
         let line_speed = part * Self::LINES_SPEED * speed;
         let max_injection = part * (of_command * command).min(of_free * free);
         let number = N::from_f64;
-        let rotation = |of: Complex| [of.re, of.im].map(number);
-        let mut planned = [PlannedLine::NONE; Lines::MAX];
-        let first_pass = lines.frequencies().zip(lines.rotations());
+        let rotations = lines.rotations();
         let mean = lines.frequencies().sum::<f64>() / lines.count() as f64;
-        for (line, (omega, turn)) in planned.iter_mut().zip(first_pass) {
-            // One mass: its velocity is b/ω of the command.
-            let moved = mode.map_or(1.0, |mode| over_one_mass(mode, omega).max(LEAST));
-            // The encoder sees less of higher ones.
-            let most = max_injection * libm::sqrt(libm::sqrt(omega / mean));
-            let amplitude = Self::MAX_GROWTH * line_speed * omega / (b * moved);
-            *line = PlannedLine {
-                rotation: rotation(turn),
-                amplitude: number(amplitude.min(most)),
-            };
-        }
-        Some(Self {
+        let plan = ResponsePlan {
             motion: Motion {
                 servo: RoughModel::from_si(&parameters, time, settings.resolution),
                 delay: number(servo.delay / time),
@@ -248,17 +250,63 @@ impl<N: Number> ResponsePlan<N> {
                 response_motions: 0,
                 settling: libm::ceil(settling / time) as u32,
                 window: lines.window(),
-                window_rotation: rotation(lines.window_rotation()),
+                window_rotation: rotations.spacing().map(number),
                 fade: number((time / Self::FADE).min(1.0)),
                 max_error: number(Self::ERROR * room * counts),
                 patience: libm::ceil(patience / time) as u32,
                 line_speed: number(line_speed * time * counts),
             },
-            lines: planned,
+            lines: [PlannedLine::NONE; Lines::MAX],
             count: lines.count() as u8,
+        };
+        Some(Self {
+            plan,
+            lines: *lines,
+            rotations,
+            place: 0,
+            mode: mode.copied(),
+            b,
+            mean,
+            line_speed,
+            max_injection,
         })
     }
 
+    /// Plans the next line; the plan once all of them are.
+    pub(crate) fn work(&mut self) -> Option<ResponsePlan<N>> {
+        /// The part of the motion of one mass with which a line is excited at least: at the antiresonance the load would stick.
+        const LEAST: f64 = 0.67;
+        let line = self.plan.lines.get_mut(self.place);
+        let next = self.lines.frequency(self.place);
+        let (Some(line), Some((omega, turn))) = (line, next.zip(self.rotations.next())) else {
+            return Some(self.plan);
+        };
+        // One mass: its velocity is b/ω of the command.
+        let mode = self.mode.as_ref();
+        let moved = mode.map_or(1.0, |mode| over_one_mass(mode, omega).max(LEAST));
+        // The encoder sees less of higher ones.
+        let most = self.max_injection * libm::sqrt(libm::sqrt(omega / self.mean));
+        let amplitude = Self::MAX_GROWTH * self.line_speed * omega / (self.b * moved);
+        *line = PlannedLine {
+            rotation: [turn.re, turn.im].map(N::from_f64),
+            amplitude: N::from_f64(amplitude.min(most)),
+        };
+        self.place += 1;
+        None
+    }
+
+    /// All at once.
+    #[cfg(test)]
+    pub(crate) fn all(mut self) -> ResponsePlan<N> {
+        loop {
+            if let Some(plan) = self.work() {
+                return plan;
+            }
+        }
+    }
+}
+
+impl<N: Number> ResponsePlan<N> {
     /// The same with this many motions that are measured, from now on both ways by turns.
     #[must_use]
     pub(crate) fn with_motions(mut self, motions: u8) -> Self {

@@ -1,7 +1,9 @@
 use core::f64::consts::TAU;
 use std::vec::Vec;
 
-use super::{LineSums, Lines, ResponseMotion, ResponsePlan, ResponseProgress, ResponseWindows};
+use super::{
+    LineSearch, LineSums, Lines, ResponseMotion, ResponsePlanner, ResponseProgress, ResponseWindows,
+};
 use crate::commission::conservative_pid::ConservativePid;
 use crate::commission::holding::Holding;
 use crate::commission::message::EventKind;
@@ -64,7 +66,7 @@ struct Sums(Vec<(f64, [f64; 2], [f64; 2], u32)>);
 
 impl Sums {
     fn new(time: f64) -> Self {
-        let lines = Lines::first_pass(time);
+        let lines = LineSearch::first_pass(time).all();
         Self(
             lines
                 .frequencies()
@@ -184,14 +186,15 @@ impl Axis {
             covariance: [[0.0; 5]; 5],
             unexplained: resolution,
         };
-        let plan = ResponsePlan::new(
+        let plan = ResponsePlanner::new(
             &settings,
             &known,
             is_uncertain,
             None,
-            &Lines::first_pass(time),
+            &LineSearch::first_pass(time).all(),
         )
         .expect("room")
+        .all()
         .with_motions(4);
         let mut response_motion = ResponseMotion::<f32>::NONE;
         response_motion.plan(&plan);
@@ -361,12 +364,12 @@ fn an_axis_with_too_little_for_response_motions_gets_no_plan() {
     let plan = |change: &dyn Fn(&mut CommissionSettings)| {
         let mut settings = axis.settings();
         change(&mut settings);
-        ResponsePlan::<f32>::new(
+        ResponsePlanner::<f32>::new(
             &settings,
             &known,
             false,
             None,
-            &Lines::first_pass(settings.sample_time),
+            &LineSearch::first_pass(settings.sample_time).all(),
         )
     };
     assert!(plan(&|_| {}).is_some());
@@ -491,7 +494,7 @@ fn low_lines_have_a_slow_loop() {
     // Little travel asks for a fast loop.
     let mut axis = Axis::ordinary();
     (axis.limits.travel, axis.counts) = ([-0.1, 0.1], 65_536.0);
-    let lines = Lines::low(axis.sample_time);
+    let lines = LineSearch::low(axis.sample_time).all();
     let known = IdentifiedServo {
         parameters: axis.servo,
         delay: 0.0,
@@ -499,9 +502,9 @@ fn low_lines_have_a_slow_loop() {
         unexplained: 0.0,
     };
     let loop_of = |lines: &Lines| {
-        let plan = ResponsePlan::<f32>::new(&axis.settings(), &known, false, None, lines);
+        let plan = ResponsePlanner::<f32>::new(&axis.settings(), &known, false, None, lines);
         let mut response_motion = ResponseMotion::NONE;
-        response_motion.plan(&plan.expect("room"));
+        response_motion.plan(&plan.expect("room").all());
         let (_, _, bandwidth) = response_motion.loop_plan();
         f64::from(bandwidth) / axis.sample_time
     };
@@ -509,14 +512,15 @@ fn low_lines_have_a_slow_loop() {
     assert!(
         lowest
             < 0.6
-                * Lines::first_pass(axis.sample_time)
+                * LineSearch::first_pass(axis.sample_time)
+                    .all()
                     .frequencies()
                     .next()
                     .expect("lines")
     );
     let (slow, fast) = (
         loop_of(&lines),
-        loop_of(&Lines::first_pass(axis.sample_time)),
+        loop_of(&LineSearch::first_pass(axis.sample_time).all()),
     );
     assert!(slow < 3.1 * lowest, "{slow} {lowest}");
     assert!(slow < 0.9 * fast, "{slow} {fast}");

@@ -93,7 +93,7 @@ impl<N: Number> CommissionIsr<N> {
     const CUTOFF: f64 = 0.2;
 
     /// Time assumed for a slice of the solver, s. On a Cortex-M4F at 168 MHz the mean slice takes a quarter of it. A few
-    /// that end a fit or plan a motion take longer than all of it (`commission-slice` in the firmware's budget).
+    /// that end a fit or begin a search take longer than all of it (`commission-slice` in the firmware's budget).
     const SLICE: f64 = 1e-4;
 
     /// Delay beyond the declared one that a command may have before the servo is identified, samples.
@@ -315,11 +315,10 @@ impl<N: Number> CommissionIsr<N> {
                 state.candidate = Some(*candidate);
                 Next::Trial
             }
-            DecisionKind::NoGains(error) => {
-                state.tuning_error = Some(*error);
-                Next::End(Reason::NoGains)
+            DecisionKind::Failed(reason, error) => {
+                state.tuning_error = *error;
+                Next::End(*reason)
             }
-            DecisionKind::Failed(reason) => Next::End(*reason),
         };
     }
 }

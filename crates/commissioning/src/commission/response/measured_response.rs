@@ -80,7 +80,7 @@ impl<N: Number> MeasuredResponse<N> {
         Self {
             sample_time: settings.sample_time,
             resolution: settings.resolution,
-            first_pass: Lines::first_pass(settings.sample_time),
+            first_pass: Lines::none(settings.sample_time),
             replaces: false,
             sums: [ResponseSums::EMPTY; Lines::MAX],
             lines: [NO_LINE; MOST],

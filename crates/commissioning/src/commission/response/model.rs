@@ -62,6 +62,11 @@ impl ResponseModel {
         }
     }
 
+    /// True for a model of two masses.
+    pub(super) fn has_two_masses(&self) -> bool {
+        self.mode.is_some()
+    }
+
     /// At an angle ωT.
     pub(super) fn at(&self, angle: f64) -> Complex {
         let lag = |angle: f64| Complex {

@@ -7,8 +7,10 @@ use identifier_core::tuning::MeasuredLine;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ResponsePass {
     pub(super) unknowns: Unknowns,
-    models: [ResponseModel; UNKNOWNS],
+    /// The model of the unknowns, those beside it by a step of each, and how many of all are built.
     own: ResponseModel,
+    models: [ResponseModel; UNKNOWNS],
+    built: usize,
     /// The unknowns that are fitted.
     pub(super) free: [bool; UNKNOWNS],
     line: usize,
@@ -54,39 +56,71 @@ impl ResponsePass {
     /// if it is declared.
     pub(super) fn at(
         unknowns: &Unknowns,
-        [friction, uncertain]: [f64; 2],
+        friction: [f64; 2],
         two_masses: bool,
         sample_time: f64,
     ) -> Self {
-        let model = |at: &Unknowns| ResponseModel::new(at, two_masses, sample_time);
-        let mut equations = NormalEquations::EMPTY;
-        let free = Self::free(two_masses, uncertain > 0.0);
-        let viscous = [(FRICTION, friction, uncertain)];
-        for (expected, mean, deviation) in Self::EXPECTED.into_iter().chain(viscous) {
-            if free.get(expected) == Some(&true)
-                && let Some(value) = unknowns.get(expected)
-            {
-                equations.expect(expected, 1.0 / deviation, mean - value);
-            }
-        }
-        let own = model(unknowns);
-        Self {
+        let own = ResponseModel::new(unknowns, two_masses, sample_time);
+        let mut pass = Self {
             unknowns: *unknowns,
-            models: core::array::from_fn(|place| {
-                let mut beside = *unknowns;
-                if let (Some(value), Some(step)) = (beside.get_mut(place), Self::STEPS.get(place)) {
-                    *value += step;
-                }
-                model(&beside)
-            }),
             own,
-            free,
+            models: [own; UNKNOWNS],
+            built: 0,
+            free: [false; UNKNOWNS],
             line: 0,
             next: None,
             gain: Complex::ONE,
             derivatives: [Complex { re: 0.0, im: 0.0 }; UNKNOWNS],
-            equations,
+            equations: NormalEquations::EMPTY,
+        };
+        pass.begin(unknowns, friction);
+        pass.built = 1;
+        pass
+    }
+
+    /// Begins another pass over the same masses.
+    pub(super) fn begin(&mut self, unknowns: &Unknowns, [friction, uncertain]: [f64; 2]) {
+        self.unknowns = *unknowns;
+        self.free = Self::free(self.own.has_two_masses(), uncertain > 0.0);
+        self.equations = NormalEquations::EMPTY;
+        let viscous = [(FRICTION, friction, uncertain)];
+        for (expected, mean, deviation) in Self::EXPECTED.into_iter().chain(viscous) {
+            if self.free.get(expected) == Some(&true)
+                && let Some(value) = unknowns.get(expected)
+            {
+                (self.equations).expect(expected, 1.0 / deviation, mean - value);
+            }
         }
+        (self.built, self.line, self.next) = (0, 0, None);
+    }
+
+    /// Builds the next model; false if all that are needed are built.
+    fn builds(&mut self, sample_time: f64) -> bool {
+        let two_masses = self.own.has_two_masses();
+        let mut beside = self.unknowns;
+        if self.built == 0 {
+            self.own = ResponseModel::new(&beside, two_masses, sample_time);
+            self.built = 1;
+            return true;
+        }
+        let place = self.next_free(self.built - 1);
+        self.built = place + 2;
+        if let (Some(model), Some(value), Some(step)) = (
+            self.models.get_mut(place),
+            beside.get_mut(place),
+            Self::STEPS.get(place),
+        ) {
+            *value += step;
+            *model = ResponseModel::new(&beside, two_masses, sample_time);
+            return true;
+        }
+        false
+    }
+
+    /// The next unknown that is fitted, from a place on.
+    fn next_free(&self, place: usize) -> usize {
+        let is_free = |place: &usize| self.free.get(*place) == Some(&true);
+        (place..UNKNOWNS).find(is_free).unwrap_or(UNKNOWNS)
     }
 
     fn free(two_masses: bool, slowed: bool) -> [bool; UNKNOWNS] {
@@ -96,8 +130,11 @@ impl ResponsePass {
         })
     }
 
-    /// One response; true once all lines are done.
+    /// One model, or one response; true once all lines are done.
     pub(super) fn work(&mut self, lines: &[MeasuredLine], sample_time: f64) -> bool {
+        if self.built <= UNKNOWNS && self.builds(sample_time) {
+            return false;
+        }
         let Some(line) = lines.get(self.line) else {
             return true;
         };
@@ -107,8 +144,7 @@ impl ResponsePass {
             self.next = Some(0);
             return false;
         };
-        let is_free = |place: &usize| self.free.get(*place) == Some(&true);
-        let place = (place..UNKNOWNS).find(is_free).unwrap_or(UNKNOWNS);
+        let place = self.next_free(place);
         if let (Some(model), Some(derivative), Some(step)) = (
             self.models.get(place),
             self.derivatives.get_mut(place),

@@ -34,7 +34,6 @@ enum Stage {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ResponseDescent {
     pass: ResponsePass,
-    two_masses: bool,
     descent: Descent<f64, UNKNOWNS>,
 }
 
@@ -309,7 +308,6 @@ impl ResponseDescent {
     fn from(start: &Unknowns, friction: [f64; 2], two_masses: bool, sample_time: f64) -> Self {
         Self {
             pass: ResponsePass::at(start, friction, two_masses, sample_time),
-            two_masses,
             descent: Descent::begin(&Self::SETTINGS),
         }
     }
@@ -333,7 +331,7 @@ impl ResponseDescent {
         let Some(next) = next else {
             return true;
         };
-        self.pass = ResponsePass::at(&next, friction, self.two_masses, sample_time);
+        self.pass.begin(&next, friction);
         false
     }
 }

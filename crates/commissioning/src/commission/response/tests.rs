@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::vec::Vec;
 
 use super::{MeasuredResponse, ResponseEstimate, ResponseFit};
-use crate::commission::frequency_response::{FrictionBalance, Lines};
+use crate::commission::frequency_response::{FrictionBalance, LineSearch};
 use crate::commission::{CommissionSettings, Limits};
 use identifier_core::number::Complex;
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
@@ -55,7 +55,8 @@ fn shown(mode: Option<&Mode>, noise: f64, gain: f64) -> ResponseEstimate {
 /// The same with a noise that depends on the frequency, rad/s.
 fn shown_through(mode: Option<&Mode>, noise: &dyn Fn(f64) -> f64, gain: f64) -> ResponseEstimate {
     let mut random = SplitMix64::new(7);
-    let lines: Vec<MeasuredLine> = Lines::first_pass(SAMPLE_TIME)
+    let lines: Vec<MeasuredLine> = LineSearch::first_pass(SAMPLE_TIME)
+        .all()
         .frequencies()
         .map(|frequency| {
             let exact = response(mode, frequency);

@@ -1,6 +1,7 @@
 //! The search for gains.
 
 use super::super::message::{Candidate, DecisionKind};
+use super::order::Evidence;
 use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
@@ -12,6 +13,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
+
+    /// Has the next slice begin to look for gains.
+    pub(super) fn tune_next(&mut self, goal: Goal, step: f64, fitted: bool) {
+        self.work = Work::Tune(goal, step, fitted);
+    }
 
     /// Begins to look for gains.
     pub(super) fn tune(&mut self, goal: Goal, step: f64, fitted: bool) {
@@ -27,7 +33,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     resolution: self.settings.resolution,
                     noise: self.settings.noise,
                     cutoff: None,
-                    command: self.command(),
+                    command: self.command(&servo),
                     command_delay: 0.0,
                     goal,
                     max_sensitivity: self.settings.max_sensitivity,
@@ -48,9 +54,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             },
             // The largest step that the travel has room for is too few counts of the encoder.
             Err(TuningError::OutOfRange(error)) if error.parameter == "step" => {
-                Work::Decided(DecisionKind::Failed(Reason::TooLittleEvidence))
+                Work::Decided(DecisionKind::Failed(Reason::TooLittleEvidence, None))
             }
-            Err(error) => Work::Decided(DecisionKind::NoGains(error)),
+            Err(error) => Work::Decided(DecisionKind::Failed(Reason::NoGains, Some(error))),
         };
     }
 
@@ -66,37 +72,47 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Err(_) => None,
         };
         if let Some((Cap::UnseenResonance, bandwidth)) = found
-            && let Some(response_motions) = self.look_closer(bandwidth)
+            && self.evidence.rounds < Evidence::MAX_ROUNDS
         {
-            return Some(response_motions);
+            self.look_closer(bandwidth, (tuned, fitted));
+            return None;
         }
+        self.settle(tuned, fitted)
+    }
+
+    /// Goes on with what the search has found.
+    pub(super) fn settle(
+        &mut self,
+        tuned: Result<Tuning, TuningError>,
+        fitted: bool,
+    ) -> Option<DecisionKind<N>> {
         match tuned {
             Ok(tuning) => self.offer(tuning, fitted),
             Err(TuningError::DoesNotArrive) if self.step < self.most_room() => {
                 // Friction holds the servo through so small a step.
-                self.tune(self.settings.goal, Self::GROWTH * self.step, false);
+                self.tune_next(self.settings.goal, Self::GROWTH * self.step, false);
                 None
             }
             Err(error) => {
                 self.work = Work::Nothing;
-                Some(DecisionKind::NoGains(error))
+                Some(DecisionKind::Failed(Reason::NoGains, Some(error)))
             }
         }
     }
 
     /// Gains with the step that is to try them, which is chosen for them.
     fn offer(&mut self, tuning: Tuning, fitted: bool) -> Option<DecisionKind<N>> {
-        let step = self.step_for(&tuning);
+        let servo = self.evidence.servo()?;
+        let step = self.step_for(&tuning, &servo);
         let other = libm::fabs(step - tuning.predicted_response.step) > 1e-3 * step;
         if !fitted && other {
-            self.tune(Goal::Bandwidth(tuning.bandwidth), step, true);
+            self.tune_next(Goal::Bandwidth(tuning.bandwidth), step, true);
             return None;
         }
         self.work = Work::Nothing;
-        let servo = self.evidence.servo()?;
         Some(match Candidate::new(&tuning, &servo, &self.settings) {
             Ok(candidate) => DecisionKind::Tuned(candidate),
-            Err(_) => DecisionKind::Failed(Reason::NoGains),
+            Err(_) => DecisionKind::Failed(Reason::NoGains, None),
         })
     }
 }

@@ -1,5 +1,6 @@
 mod gains;
 mod order;
+mod planning;
 mod rounds;
 mod servo;
 mod trial_step;
@@ -13,8 +14,9 @@ use super::{
 use identifier_core::fit::Block;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
-use identifier_core::tuning::{MeasuredLine, Resonance, Tuner, TunerState};
+use identifier_core::tuning::{Goal, MeasuredLine, Resonance, Tuner, TunerState};
 use order::{Evidence, Step};
+use planning::Planning;
 
 /// The background's half of a commissioning: it fits, measures and tunes, a slice at a time. W is the number of blocks of
 /// its record.
@@ -44,10 +46,14 @@ enum Work<N: Number> {
     /// The next step of the order is looked up.
     Decide,
     Fit(ServoFit<N>),
+    /// Frequency-response motions are planned.
+    Plan(Planning<N>),
     /// The response is measured from the sums of the motions.
     Lines(LineMeasurement),
     /// One mass and two are fitted to the measured lines.
     Masses(ResponseFit),
+    /// The search for gains begins, for a goal with a step (rad), and whether that was chosen for the bandwidth.
+    Tune(Goal, f64, bool),
     Gains {
         tuner: Tuner,
         state: TunerState,
@@ -140,8 +146,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         masses?.resonance.as_ref()
     }
 
-    /// A slice of work. It is up to a block of a pass, a point of the frequency response, or a sample of a predicted
-    /// step. Returns an answer when there is one.
+    /// A slice of work. It is up to a block of a pass, a line of a plan, a model or a point of the frequency response, or a
+    /// sample of a predicted step. Returns an answer when there is one.
     pub fn work(&mut self) -> Option<Decision<N>> {
         self.decide().map(Decision)
     }
@@ -159,6 +165,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 let fitted = self.fitter.work(fit, &self.record)?;
                 self.take_servo(fitted)
             }
+            Work::Plan(_) => self.plan(),
             Work::Lines(measuring) => {
                 if self.response.measure(measuring) {
                     self.respond();
@@ -168,6 +175,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Work::Masses(fit) => {
                 let masses = fit.work(self.response.lines())?;
                 self.take_masses(masses);
+                None
+            }
+            Work::Tune(goal, step, fitted) => {
+                let (goal, step, fitted) = (*goal, *step, *fitted);
+                self.tune(goal, step, fitted);
                 None
             }
             Work::Gains {
@@ -193,18 +205,21 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.work = Work::Fit(self.fitter.begin(&self.record, before.as_ref()));
                 None
             }
-            Step::FrequencyResponse | Step::MoreLines => self.measure(),
+            Step::FrequencyResponse | Step::MoreLines => {
+                self.measure();
+                None
+            }
             Step::ProbeAgain => {
                 self.work = Work::Nothing;
                 self.publish(DecisionKind::Uncertain)
             }
             Step::Gains => {
-                self.tune(self.settings.goal, self.first_step(), false);
+                self.tune_next(self.settings.goal, self.first_step(), false);
                 self.publish(DecisionKind::Verified)
             }
             Step::End => {
                 self.work = Work::Nothing;
-                Some(DecisionKind::Failed(self.evidence.outcome()))
+                Some(DecisionKind::Failed(self.evidence.outcome(), None))
             }
         }
     }

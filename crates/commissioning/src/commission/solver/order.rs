@@ -35,18 +35,24 @@ impl Step {
     /// The first step whose condition holds.
     pub(super) fn after(evidence: &Evidence) -> Self {
         let mut steps = Self::ORDER.into_iter();
-        let next = steps.find(|step| step.is_due(evidence));
+        // Both take a chip long, and several steps ask for them.
+        let error = evidence.gain_error();
+        let agrees = evidence.agrees();
+        let next = steps.find(|step| step.is_due(evidence, error, agrees));
         next.unwrap_or(Self::End)
     }
 
-    fn is_due(self, evidence: &Evidence) -> bool {
+    /// With the standard error of b, and whether response and motions agree about it.
+    fn is_due(self, evidence: &Evidence, error: f64, agrees: bool) -> bool {
         let has_servo = evidence.fitted.is_some();
         match self {
             Self::Fit => evidence.is_recorded && !(evidence.is_cut && evidence.has_room),
             Self::FrequencyResponse => has_servo && evidence.has_room && evidence.rounds == 0,
-            Self::ProbeAgain => has_servo && !evidence.has_room && evidence.asks_for_a_probe(),
-            Self::MoreLines => has_servo && evidence.has_room && evidence.asks_for_lines(),
-            Self::Gains => evidence.is_within_tolerance(),
+            Self::ProbeAgain => has_servo && !evidence.has_room && evidence.asks_for_a_probe(error),
+            Self::MoreLines => {
+                has_servo && evidence.has_room && agrees && evidence.asks_for_lines(error)
+            }
+            Self::Gains => evidence.is_within_tolerance(error, agrees),
             Self::End => true,
         }
     }
@@ -142,11 +148,11 @@ impl Evidence {
         is_sure.then(|| [libm::log(masses.gain / b), error])
     }
 
-    fn asks_for_a_probe(&self) -> bool {
-        self.probes < Self::MAX_PROBES && self.gain_error() > Self::WELL_KNOWN
+    fn asks_for_a_probe(&self, error: f64) -> bool {
+        self.probes < Self::MAX_PROBES && error > Self::WELL_KNOWN
     }
 
-    fn asks_for_lines(&self) -> bool {
+    fn asks_for_lines(&self, gain_error: f64) -> bool {
         let is_uncertain = self.unexplained_reason.is_some();
         let shows_too_little = self.masses.map_or(is_uncertain, |masses| {
             let is_apart = self.apart().is_some_and(|[ratio, error]| {
@@ -157,18 +163,18 @@ impl Evidence {
                 || (is_uncertain && !masses.is_explained())
                 || masses.may_hide_a_resonance()
                 || (self.rounds < 2 && !is_uncertain && masses.may_be_noise())
-                || self.gain_error() > Self::WELL_KNOWN
+                || gain_error > Self::WELL_KNOWN
         });
-        self.rounds < Self::MAX_ROUNDS && self.agrees() && shows_too_little
+        self.rounds < Self::MAX_ROUNDS && shows_too_little
     }
 
-    fn is_within_tolerance(&self) -> bool {
+    fn is_within_tolerance(&self, error: f64, agrees: bool) -> bool {
         let is_explained = match (self.masses, self.unexplained_reason) {
             (Some(masses), Some(_)) => masses.is_explained(),
             (None, Some(_)) => false,
-            (_, None) => self.agrees(),
+            (_, None) => agrees,
         };
-        is_explained && self.gain_error() <= Self::KNOWN
+        is_explained && error <= Self::KNOWN
     }
 
     /// True if response and motions show about the same gain.

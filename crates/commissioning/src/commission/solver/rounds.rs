@@ -1,10 +1,11 @@
 //! The rounds of frequency-response motions, and the masses that they show.
 
 use super::super::Phase;
-use super::super::frequency_response::{Lines, ResponsePlan};
+use super::super::frequency_response::{LineSearch, ResponsePlanner};
 use super::super::message::DecisionKind;
 use super::super::response::ResponseEstimate;
 use super::order::Evidence;
+use super::planning::{Planning, Tuned};
 use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
 use identifier_core::tuning::Resonance;
@@ -27,7 +28,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Measures the frequency response, or more lines of it. Without room the order continues with its next step.
-    pub(super) fn measure(&mut self) -> Option<DecisionKind<N>> {
+    pub(super) fn measure(&mut self) {
         let Evidence {
             masses,
             rounds,
@@ -37,51 +38,84 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let time = self.settings.sample_time;
         let mode = self.designed_resonance().map(|resonance| resonance.mode);
         let is_low = mode.is_none_or(|mode| mode.frequency < Self::LOW);
-        let lines = match masses {
-            Some(masses) if masses.may_hide_a_resonance() => Lines::between(time, 0.0),
-            Some(masses) if is_low && (masses.is_explained() || rounds > 1) => Lines::low(time),
-            _ => Lines::first_pass(time),
+        let search = match masses {
+            Some(masses) if masses.may_hide_a_resonance() => LineSearch::between(time, 0.0),
+            Some(masses) if is_low && (masses.is_explained() || rounds > 1) => {
+                LineSearch::low(time)
+            }
+            _ => LineSearch::first_pass(time),
         };
         let is_between = masses.is_some_and(|masses| masses.may_hide_a_resonance());
-        // For an unexplained servo, friction and gain are estimated before the lines.
-        let is_uncertain = unexplained_reason.is_some() && masses.is_none();
-        let motions = if rounds == 0 {
-            Self::FIRST_ROUND
-        } else {
-            Self::ROUND
-        };
-        let servo = self.evidence.servo()?;
-        let plan = ResponsePlan::new(&self.settings, &servo, is_uncertain, mode.as_ref(), &lines);
-        let Some(plan) = plan else {
-            if rounds == 0 {
-                self.evidence.has_room = false;
-            }
-            self.evidence.rounds = Evidence::MAX_ROUNDS;
-            return None;
-        };
-        self.begin_round(&lines, !is_between);
-        Some(DecisionKind::ResponseMotion(plan.with_motions(motions)))
+        self.work = Work::Plan(Planning {
+            search,
+            planner: None,
+            // For an unexplained servo, friction and gain are estimated before the lines.
+            is_uncertain: unexplained_reason.is_some() && masses.is_none(),
+            motions: if rounds == 0 {
+                Self::FIRST_ROUND
+            } else {
+                Self::ROUND
+            },
+            replaces: !is_between,
+            tuned: None,
+        });
     }
 
     /// Measures the frequency response a last time, with lines between the others. The reason is a resonance that these
-    /// show in part and that prevents gains at this bandwidth (rad/s). None if there is no room for it.
-    pub(super) fn look_closer(&mut self, bandwidth: f64) -> Option<DecisionKind<N>> {
-        if self.evidence.rounds >= Evidence::MAX_ROUNDS {
-            return None;
-        }
-        let servo = self.evidence.servo()?;
-        let lines = Lines::between(self.settings.sample_time, Self::ABOVE * bandwidth);
-        let mode = self.designed_resonance().map(|resonance| resonance.mode);
-        let plan = ResponsePlan::new(&self.settings, &servo, false, mode.as_ref(), &lines)?;
-        self.begin_round(&lines, false);
-        self.evidence.rounds = Evidence::MAX_ROUNDS;
-        Some(DecisionKind::ResponseMotion(plan.with_motions(Self::ROUND)))
+    /// show in part and that prevents gains at this bandwidth (rad/s). What the search has found counts if there is no room
+    /// for it.
+    pub(super) fn look_closer(&mut self, bandwidth: f64, tuned: Tuned) {
+        let lowest = Self::ABOVE * bandwidth;
+        self.work = Work::Plan(Planning {
+            search: LineSearch::between(self.settings.sample_time, lowest),
+            planner: None,
+            is_uncertain: false,
+            motions: Self::ROUND,
+            replaces: false,
+            tuned: Some(tuned),
+        });
     }
 
-    fn begin_round(&mut self, lines: &Lines, replaces: bool) {
-        self.response.begin(lines, replaces);
-        self.evidence.rounds += 1;
-        (self.work, self.motion) = (Work::Nothing, Phase::FrequencyResponse);
+    /// Plans frequency-response motions. Without room the order continues with its next step.
+    pub(super) fn plan(&mut self) -> Option<DecisionKind<N>> {
+        let Work::Plan(planning) = &mut self.work else {
+            return None;
+        };
+        if let Some((lines, planner)) = &mut planning.planner {
+            let plan = planner.work()?.with_motions(planning.motions);
+            self.response.begin(lines, planning.replaces);
+            self.evidence.rounds = match planning.tuned {
+                Some(_) => Evidence::MAX_ROUNDS,
+                None => self.evidence.rounds + 1,
+            };
+            (self.work, self.motion) = (Work::Nothing, Phase::FrequencyResponse);
+            return Some(DecisionKind::ResponseMotion(plan));
+        }
+        let lines = planning.search.work()?;
+        let (is_uncertain, tuned) = (planning.is_uncertain, planning.tuned);
+        let mode = self.designed_resonance().map(|resonance| resonance.mode);
+        let planner = self.evidence.servo().and_then(|servo| {
+            ResponsePlanner::new(&self.settings, &servo, is_uncertain, mode.as_ref(), &lines)
+        });
+        match (planner, &mut self.work) {
+            (Some(planner), Work::Plan(planning)) => {
+                planning.planner = Some((lines, planner));
+                None
+            }
+            _ => self.go_on_without(tuned),
+        }
+    }
+
+    fn go_on_without(&mut self, tuned: Option<Tuned>) -> Option<DecisionKind<N>> {
+        if let Some((tuned, fitted)) = tuned {
+            return self.settle(tuned, fitted);
+        }
+        if self.evidence.rounds == 0 {
+            self.evidence.has_room = false;
+        }
+        self.evidence.rounds = Evidence::MAX_ROUNDS;
+        self.work = Work::Decide;
+        None
     }
 
     /// Begins to fit masses to the response. With too few lines the order continues with its next step.

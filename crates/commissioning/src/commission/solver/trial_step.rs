@@ -3,6 +3,7 @@
 use super::super::message::Candidate;
 use super::CommissionSolver;
 use identifier_core::number::Number;
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::Tuning;
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
@@ -22,10 +23,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     const MIN_STEP_COUNTS: f64 = 40.0;
 
     /// The step of the trial for gains: within speed, command and travel, and seen well by the encoder.
-    pub(super) fn step_for(&self, tuning: &Tuning) -> f64 {
+    pub(super) fn step_for(&self, tuning: &Tuning, servo: &IdentifiedServo) -> f64 {
         let limits = &self.settings.limits;
         let speed = Self::OF_SPEED * limits.speed / tuning.speed_of_step();
-        let command = Self::OF_COMMAND * self.command() / tuning.command_of_step();
+        let command = Self::OF_COMMAND * self.command(servo) / tuning.command_of_step();
         let wanted = match self.settings.trial_step {
             Some(step) => step.min(speed),
             None => self.room().min(speed).min(command),
@@ -58,11 +59,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// The command that is left when the load is held.
-    pub(super) fn command(&self) -> f64 {
+    pub(super) fn command(&self, servo: &IdentifiedServo) -> f64 {
         let [low, high] = self.settings.limits.command;
-        let holding = self.evidence.servo().map_or(0.0, |servo| {
-            libm::fabs(servo.parameters.load / servo.parameters.b)
-        });
-        high.min(-low) - holding
+        high.min(-low) - libm::fabs(servo.parameters.load / servo.parameters.b)
     }
 }

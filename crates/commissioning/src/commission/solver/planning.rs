@@ -1,0 +1,18 @@
+use super::super::frequency_response::{LineSearch, Lines, ResponsePlanner};
+use identifier_core::tuning::{Tuning, TuningError};
+
+/// Frequency-response motions that are being planned: their lines are chosen one a slice, and then each is planned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Planning<N> {
+    pub(super) search: LineSearch,
+    pub(super) planner: Option<(Lines, ResponsePlanner<N>)>,
+    pub(super) is_uncertain: bool,
+    pub(super) motions: u8,
+    /// True if the lines take the place of those before.
+    pub(super) replaces: bool,
+    /// What the search for gains has found that asks for them.
+    pub(super) tuned: Option<Tuned>,
+}
+
+/// The result of a search for gains, and whether its step was already chosen for the bandwidth that was found.
+pub(super) type Tuned = (Result<Tuning, TuningError>, bool);
