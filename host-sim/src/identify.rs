@@ -1,6 +1,6 @@
 //! Identification from logs: the one way from their samples to what is known of the servo.
 
-use crate::analysis::{Seen, Summariser};
+use crate::analysis::{FoundServo, Seen, Summariser};
 use crate::experiment::Sample;
 use crate::log::Log;
 use crate::replay::{fitted, replay};
@@ -16,6 +16,8 @@ pub struct Identified {
     pub summary: Summary,
     /// The residuals of its model over the logs, from an estimator that fits all of them.
     pub seen: Option<Seen>,
+    /// The servo itself, for a [prediction](crate::predict::predict). None if there is none.
+    pub found: Option<FoundServo>,
 }
 
 /// Identifies the servo of one or more logs by the estimator of a scenario and shows every sample to `observe`.
@@ -34,12 +36,18 @@ pub fn identify(
         summariser.add(sample);
         observe(sample);
     })?;
-    let seen = replayed
-        .outcome
-        .abort
-        .is_none()
-        .then(|| summariser.seen(&scenario))
-        .flatten();
+    let (mut seen, mut found) = (None, None);
+    if replayed.outcome.abort.is_none() {
+        seen = summariser.seen(&scenario);
+        found = if scenario.identifier.law.takes_whole_record() {
+            summariser.fit_record(&scenario, &|| true)
+        } else {
+            // A page with the fit of a whole record has no other estimator.
+            let terms = &replayed.outcome.terms;
+            let of_estimates = || FoundServo::of_estimates(&scenario, &replayed.estimates, terms);
+            cfg!(feature = "experiments").then(of_estimates)
+        };
+    }
     let mut summary = summariser.finish(&scenario, replayed.outcome);
     summary.replay = ReplayNotes {
         agreement: replayed.agreement,
@@ -50,5 +58,6 @@ pub fn identify(
         scenario,
         summary,
         seen,
+        found,
     })
 }

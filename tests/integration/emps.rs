@@ -6,11 +6,11 @@
 
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::Summariser;
+use host_sim::analysis::{FoundServo, Summariser};
 use host_sim::experiment::TermEstimate;
 use host_sim::log::Log;
 use host_sim::predict::predict;
-use host_sim::replay::{fitted, replay};
+use host_sim::replay::{Replayed, fitted, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, LogSettings, Purpose, Scenario};
 use host_sim::verdict::Status;
@@ -226,6 +226,10 @@ fn without_the_asymmetry_every_start_ends_in_one_place() {
     }
 }
 
+fn found_by(scenario: &Scenario, replayed: &Replayed) -> FoundServo {
+    FoundServo::of_estimates(scenario, &replayed.estimates, &replayed.outcome.terms)
+}
+
 /// Both published protocols, on the log that was learnt from: the whole loop simulated from the
 /// reference (relative errors of position, velocity and command), and the servo driven by the recorded
 /// command (m). Printed beside the predictions of the published values.
@@ -239,7 +243,7 @@ fn both_published_protocols_give_errors_like_the_published_values() {
     let found = |terms: &str| {
         let scenario = scenario_of(terms);
         let replayed = replay(&scenario, &log, 1, &mut |_, _| ()).expect("it can be replayed");
-        predict(&scenario, &replayed, &log).expect("it can be predicted")
+        predict(&scenario, &found_by(&scenario, &replayed), &log).expect("it can be predicted")
     };
     let published = |[mass, viscous, asymmetry, coulomb, offset]: [f64; 5]| {
         let scenario = scenario_of("");
@@ -256,7 +260,7 @@ fn both_published_protocols_give_errors_like_the_published_values() {
             std_error: 0.0,
             since: 0,
         }];
-        predict(&scenario, &known, &log).expect("it can be predicted")
+        predict(&scenario, &found_by(&scenario, &known), &log).expect("it can be predicted")
     };
     let [mass, forwards, backwards, coulomb] = ASYMMETRIC;
     let halves = (0.5 * (forwards + backwards), 0.5 * (forwards - backwards));

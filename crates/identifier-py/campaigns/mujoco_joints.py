@@ -118,13 +118,11 @@ def main() -> None:
                     {"position": np.round(exact / count) * count, "goal": goal},
                     sample_time=sample_time,
                     counts_per_rev=COUNTS,
-                    inner={
-                        "kp": joints.kp,
-                        "kd": joints.kv,
-                        "limit": joints.limit,
-                        "sample_time": STEP,
-                        "integrator": "euler" if integrator == "Euler" else "implicit",
-                    },
+                    kp=joints.kp,
+                    kd=joints.kv,
+                    limit=joints.limit,
+                    loop_time=STEP,
+                    integrator="euler" if integrator == "Euler" else "implicit",
                     command_unit="Nm",
                 )
                 seconds = time.perf_counter() - began, time.process_time() - spent

@@ -76,8 +76,13 @@ pub(crate) fn by_name<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let result = PyDict::new(py);
     for (name, column) in columns {
-        let bytes: Vec<u8> = column.iter().copied().flat_map(f64::to_ne_bytes).collect();
-        result.set_item(name, PyBytes::new(py, &bytes))?;
+        result.set_item(name, bytes(py, &column))?;
     }
     Ok(result)
+}
+
+/// Numbers as the bytes of float64.
+pub(crate) fn bytes<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyBytes> {
+    let bytes: Vec<u8> = numbers.iter().copied().flat_map(f64::to_ne_bytes).collect();
+    PyBytes::new(py, &bytes)
 }

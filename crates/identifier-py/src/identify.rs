@@ -7,7 +7,7 @@ use host_sim::provenance::{LogFile, Task};
 use host_sim::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use host_sim::scenario::{Purpose, Scenario};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use servo_id::present::{self, Experiment};
 use servo_id::render::terminal;
 
@@ -36,7 +36,15 @@ pub(crate) fn recognise_log(
     })
 }
 
-/// Identifies from a log with the scenario of a `text`; the result as JSON, its trace and its picture.
+/// A result as JSON, its trace, its picture and the numbers of its servo.
+type Identified<'py> = (
+    String,
+    Bound<'py, PyDict>,
+    String,
+    Option<Bound<'py, PyBytes>>,
+);
+
+/// Identifies from a log with the scenario of a `text`.
 ///
 /// # Errors
 /// `ValueError`: the key of the scenario, or the line and column of the log.
@@ -48,9 +56,9 @@ pub(crate) fn identify_log<'py>(
     text: &str,
     log: Source,
     trace: bool,
-) -> PyResult<(String, Bound<'py, PyDict>, String)> {
+) -> PyResult<Identified<'py>> {
     let table = log.table(py)?;
-    let (json, samples, picture) = py.detach(|| {
+    let (json, samples, picture, servo) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
         let is_file = table.path.is_file();
@@ -63,6 +71,7 @@ pub(crate) fn identify_log<'py>(
             scenario,
             summary,
             seen,
+            found,
         } = found.map_err(|fault| read.fault(fault))?;
         let picture = picture(&scenario, &summary, seen.as_ref(), &mut samples);
         let task = Task::Replay {
@@ -70,9 +79,10 @@ pub(crate) fn identify_log<'py>(
             logs: files.transpose()?.into_iter().collect(),
             predict: Vec::new(),
         };
-        PyResult::Ok((read.json(task, &summary)?, samples, picture))
+        PyResult::Ok((read.json(task, &summary)?, samples, picture, found))
     })?;
-    Ok((json, columns::of_samples(py, &samples)?, picture))
+    let servo = servo.map(|servo| columns::bytes(py, &servo.numbers()));
+    Ok((json, columns::of_samples(py, &samples)?, picture, servo))
 }
 
 /// The page that the program `servo-id` prints of a log without a scenario, in at most `width` characters a line of a table.
@@ -143,7 +153,7 @@ pub(crate) fn read_log<'py>(
 }
 
 /// The log of a table, read as a scenario has it.
-fn opened(scenario: &Scenario, table: &Table) -> PyResult<Log> {
+pub(crate) fn opened(scenario: &Scenario, table: &Table) -> PyResult<Log> {
     let opened = Log::new(table, &scenario.log_columns(), scenario.log_sample_time());
     opened.map_err(value_error)
 }

@@ -11,6 +11,7 @@ mod identify;
 mod online;
 mod origin;
 mod picture;
+mod predict;
 mod simulate;
 mod sweep;
 mod tune;
@@ -25,6 +26,8 @@ mod _native {
     use super::identify::{identify_log, page, read_log, recognise_log};
     #[pymodule_export]
     use super::online::Online;
+    #[pymodule_export]
+    use super::predict::predict;
     #[pymodule_export]
     use super::simulate::simulate;
     #[pymodule_export]

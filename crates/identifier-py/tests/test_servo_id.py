@@ -1,9 +1,12 @@
 """The package as it is installed: same results as the command line, faults as sentences, pictures, the page's examples."""
 
+import ast
+import inspect
 import json
 import logging
 import math
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -13,6 +16,7 @@ import time
 import tomllib
 import unittest
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
@@ -32,20 +36,29 @@ def columns():
 class OnLine(unittest.TestCase):
     def test_samples_and_arrays_are_the_same_and_near_the_judged_log(self):
         log = columns()
-        by_sample, by_array = (servo_id.Identifier(sample_time=1e-3, counts_per_rev=10000) for _ in range(2))
+        stated = {"sample_time": 1e-3, "counts_per_rev": 10000, "identifier": {"parameters": ["a", "b", "load"]}}
+        by_sample, by_array = (servo_id.Identifier(**stated) for _ in range(2))
         for position, command in zip(log["position"].tolist(), log["command"].tolist()):
             by_sample.learn(position, command)
         for part in range(0, 8000, 1000):
             by_array.learn(log["position"][part : part + 1000], log["command"][part : part + 1000])
         self.assertEqual((by_sample.samples, by_array.samples), (8000, 8000))
         self.assertEqual(by_sample.estimates, by_array.estimates)
-        judged = servo_id.identify(log, sample_time=1e-3, counts_per_rev=10000, law="gauss-newton")
+        judged = servo_id.identify(log, law="gauss-newton", **stated)
         self.assertEqual(by_array.estimates.keys(), judged.estimates.keys())
         for name, estimate in judged.estimates.items():
             self.assertAlmostEqual(by_array.estimates[name], estimate, delta=0.5 * judged.std_errors[name])
             chance = judged.trace[f"std_error_{name}"][-1]
             self.assertAlmostEqual(by_array.std_errors[name] / chance, 1.0, delta=0.15)
         self.assertEqual(by_array.at_bounds, [])
+
+    def test_coulomb_friction_is_found_unless_it_is_left_out(self):
+        stated = {"sample_time": 1e-3, "counts_per_rev": 10000}
+        whole, bare = servo_id.Identifier(**stated), servo_id.Identifier(**stated, identifier={"parameters": ["a", "b", "load"]})
+        for identifier in (whole, bare):
+            identifier.learn(*columns().values())
+        self.assertAlmostEqual(whole.estimates["coulomb"], 10.0, delta=3 * whole.std_errors["coulomb"])
+        self.assertNotIn("coulomb", bare.estimates)
 
     def test_a_gap_is_joined_behind_resume(self):
         log = {name: np.delete(column, slice(4000, 4400)) for name, column in columns().items()}
@@ -69,7 +82,6 @@ class OnLine(unittest.TestCase):
 
     def test_wrong_input_is_a_sentence(self):
         for keywords, said in [
-            ({"counts_per_rev": 100}, "sample_time is missing"),
             ({"sample_time": 1e-3}, "encoder.counts_per_rev"),
             ({"sample_time": 1e-3, "counts_per_rev": 100, "law": "fit"}, "whole log"),
             ({"sample_time": 1e-3, "counts_per_rev": 100, "law": "gradient"}, "controller"),
@@ -77,6 +89,8 @@ class OnLine(unittest.TestCase):
             with self.assertRaises(ValueError) as raised:
                 servo_id.Identifier(**keywords)
             self.assertIn(said, str(raised.exception))
+        with self.assertRaisesRegex(TypeError, "sample_time"):
+            servo_id.Identifier(counts_per_rev=100)
         identifier = servo_id.Identifier(sample_time=1e-3, counts_per_rev=10000)
         for sample, said in [
             ((math.nan, 0.0), "position = NaN"),
@@ -155,25 +169,24 @@ class Identification(unittest.TestCase):
         # The proportional loop whose goal gives this command.
         goal = log["position"] + log["command"] / 20.0
         goals = {"position": log["position"], "goal": goal}
-        found = servo_id.identify(goals, sample_time=1e-3, counts_per_rev=10000, inner={"kp": 20.0})
+        found = servo_id.identify(goals, sample_time=1e-3, counts_per_rev=10000, kp=20.0)
         expected = servo_id.identify(log, sample_time=1e-3, counts_per_rev=10000)
         self.assertAlmostEqual(found.estimates["b"], expected.estimates["b"], places=6)
+        distance = servo_id.identify(goals, sample_time=1e-3, counts_per_rev=10000)
+        self.assertAlmostEqual(distance.estimates["b"] / found.estimates["b"], 20.0, places=6)
         both = {name: np.stack([column, column], axis=1) for name, column in goals.items()}
         both["goal"][:, 1] = log["position"] + log["command"] / 40.0
         joints = servo_id.identify_joints(
-            both, sample_time=1e-3, counts_per_rev=10000, inner={"kp": [20.0, 40.0]}, command_unit="Nm"
+            both, sample_time=1e-3, counts_per_rev=10000, kp=[20.0, 40.0], command_unit="Nm"
         )
         for joint in joints.values():
             self.assertAlmostEqual(joint.physical["inertia"].value * expected.estimates["b"], 1.0, places=6)
         with self.assertRaisesRegex(ValueError, "2 joints"):
-            servo_id.identify_joints(both, sample_time=1e-3, inner={"kp": [20.0]})
+            servo_id.identify_joints(both, sample_time=1e-3, kp=[20.0])
         for wrong, keywords, said in [
-            (goals, {}, "a goal needs inner="),
-            (log, {"inner": {"kp": 20.0}}, "has no goal"),
-            (dict(goals, command=goal), {"inner": {"kp": 20.0}}, "goal: a log has either"),
-            (goals, {"inner": {"kp": 20.0, "ki": 1.0}}, "inner.ki"),
-            (goals, {"inner": {"kd": 20.0}}, "inner.kp"),
-            (goals, {"inner": {"kp": 20.0, "sample_time": 0.0007}}, "whole multiple"),
+            (log, {"kp": 20.0}, "has no goal"),
+            (dict(goals, command=goal), {"kp": 20.0}, "goal: a log has either"),
+            (goals, {"kp": 20.0, "loop_time": 0.0007}, "whole multiple"),
         ]:
             with self.subTest(said), self.assertRaisesRegex(ValueError, re.escape(said)):
                 servo_id.identify(wrong, sample_time=1e-3, **keywords)
@@ -189,8 +202,8 @@ class Identification(unittest.TestCase):
             "timestamp": ((rows % 4000) * 1e-3).astype(np.float32),
             "episode_index": rows // 4000,
         }
-        inner = {"kp": [20.0, 10.0]}
-        joints = servo_id.identify_joints(frames, inner=inner)
+        kp = [20.0, 10.0]
+        joints = servo_id.identify_joints(frames, kp=kp)
         whole = servo_id.identify(log, sample_time=1e-3)
         one, other = (joint.estimates["b"] for joint in joints.values())
         self.assertAlmostEqual(one / whole.estimates["b"], 1.0, delta=0.01)
@@ -198,14 +211,12 @@ class Identification(unittest.TestCase):
         [read] = joints["joint_0"].json["logs"]
         self.assertEqual(read["samples"], 8000)
         jumbled = dict(frames, episode_index=rows * 0)
-        one = servo_id.identify_joints(jumbled, inner=inner)["joint_0"].estimates["b"]
+        one = servo_id.identify_joints(jumbled, kp=kp)["joint_0"].estimates["b"]
         self.assertAlmostEqual(one / whole.estimates["b"], 1.0, delta=0.01)
         with self.assertRaisesRegex(ValueError, "400 episodes: pass at most 101"):
-            servo_id.identify_joints(dict(frames, episode_index=rows // 20), inner=inner)
-        with self.assertRaisesRegex(ValueError, "inner="):
-            servo_id.identify_joints(frames)
+            servo_id.identify_joints(dict(frames, episode_index=rows // 20), kp=kp)
         with self.assertRaisesRegex(ValueError, "the frames have no timestamp"):
-            servo_id.identify_joints({name: frames[name] for name in ("observation.state", "action")}, inner=inner)
+            servo_id.identify_joints({name: frames[name] for name in ("observation.state", "action")}, kp=kp)
 
     def test_wrong_input_is_a_sentence(self):
         log = columns()
@@ -216,17 +227,101 @@ class Identification(unittest.TestCase):
             (dict(log, command=log["command"].astype(str)), {"sample_time": 1e-3}, "type <U32"),
             (dict(log, command=np.stack([log["command"]] * 2)), {"sample_time": 1e-3}, "identify_joints"),
             (log, {"sample_time": 1e-3, "law": "gaus"}, 'there is no "gaus"'),
-            (log, {"sample_time": 1e-3, "colour": 1}, "log.colour: there is no such key"),
             (log, {"sample_time": -1e-3}, "sample_time"),
             ({name: column[:5] for name, column in log.items()}, {"sample_time": 1e-3}, "5 samples"),
             ("nothing.csv", {}, "nothing.csv: the log cannot be read"),
             (LOG, {"position": "angle"}, "angle"),
-            (LOG, {"colour": "red"}, "colour"),
         ]:
             with self.subTest(said), self.assertRaisesRegex(ValueError, re.escape(said)):
                 servo_id.identify(wrong, **keywords)
         with self.assertRaises(TypeError):
             servo_id.simulate(42)
+
+    def test_keywords_are_known_by_name_and_type(self):
+        shown = inspect.signature(servo_id.identify).parameters
+        self.assertEqual(shown["counts_per_rev"].annotation, float)
+        self.assertIn("deg", get_args(shown["position_unit"].annotation))
+        self.assertNotIn("options", shown)
+        for call, arguments, near in [
+            (servo_id.identify, (LOG,), {"position_units": "rad"}),
+            (servo_id.tune, (None,), {"respons_time": 0.1}),
+            (servo_id.read_log, (LOG,), {"colour": "red"}),
+        ]:
+            with self.assertRaisesRegex(TypeError, "position_unit|response_time|colour"):
+                call(*arguments, **near)
+
+    def test_estimator_and_cuts_are_stated_of_a_file_too(self):
+        of_file = servo_id.identify(LOG, law="gauss-newton", counts_per_rev=10000, cut=[[2.0, 3.0]])
+        self.assertEqual(of_file.json["law"], "gauss-newton")
+        self.assertLess(of_file.json["samples"], 7100)
+
+    def test_a_covariance_is_that_of_the_scatter(self):
+        log, random = columns(), np.random.default_rng(5)
+        found = []
+        for _ in range(40):
+            noisy = log["position"] + 2e-3 * random.standard_normal(8000)
+            found.append(servo_id.identify(dict(log, position=noisy), sample_time=1e-3, trace=False))
+        names = ["a", "b", "coulomb", "load"]
+        scatter = np.cov([[result.estimates[name] for result in found] for name in names])
+        places = [list(found[0].estimates).index(name) for name in names]
+        for result in found:
+            covariance, errors = result.covariance, np.array(list(result.std_errors.values()))
+            np.testing.assert_allclose(np.sqrt(np.diag(covariance)), errors, rtol=1e-12)
+            np.testing.assert_allclose(covariance, covariance.T)
+            scaled = covariance / np.outer(errors, errors)
+            self.assertGreaterEqual(np.linalg.eigvalsh(scaled).min(), -1e-9)
+        own = np.mean([result.covariance[np.ix_(places, places)] for result in found], axis=0)
+        sizes = np.sqrt(np.diag(scatter))
+        own, scatter = own / np.outer(sizes, sizes), scatter / np.outer(sizes, sizes)
+        np.fill_diagonal(own, 1.0)
+        # Of 40 pairs a correlation is known to 0.16 at most, one standard error.
+        self.assertLess(np.abs(own - scatter).max(), 0.45, f"{own}\n{scatter}")
+        self.assertGreater(np.abs(scatter - np.eye(4)).max(), 0.6)
+
+    def test_a_log_is_predicted_with_every_effect_that_was_found(self):
+        def run(seed):
+            plant = {"a": 2.0, "b": 180.0, "coulomb": 6.0, "quadratic_friction": 0.05}
+            excitation = {"seed": seed}
+            encoder = {"counts_per_rev": 20000}
+            done = servo_id.simulate({"plant": plant, "encoder": encoder, "excitation": excitation, "run": {"duration": 8.0}})
+            return {name: done.trace[name] for name in ("time", "position", "command")}
+
+        known, other = run(1), run(2)
+        result = servo_id.identify(known, counts_per_rev=20000)
+        self.assertIn("quadratic-friction", [effect["name"] for effect in result.json["fit"]["effects"]])
+        predicted = result.predict(other)
+        count = 2 * np.pi / 20000
+        self.assertLess(predicted.rms, 0.5 * count)
+        self.assertAlmostEqual(predicted.json["open_loop"]["rms"], predicted.rms)
+        np.testing.assert_allclose(predicted.position + predicted.residuals, other["position"])
+        # A servo is kept with its result.
+        self.assertEqual(pickle.loads(pickle.dumps(result)).predict(other).rms, predicted.rms)
+        recursive = servo_id.identify(known, counts_per_rev=20000, law="gauss-newton").predict(other)
+        self.assertGreater(recursive.rms, 20 * predicted.rms)
+        with self.assertRaisesRegex(ValueError, "record a servo that moves"):
+            result.predict(dict(other, position=np.zeros_like(other["position"])))
+        with self.assertRaisesRegex(ValueError, "no servo"):
+            servo_id.simulate(SERVO).predict(other)
+
+    def test_samples_and_residuals_come_as_they_are_measured(self):
+        result = servo_id.identify(LOG)
+        known = result.residuals[np.isfinite(result.residuals)]
+        self.assertGreater(len(known), 7000)
+        self.assertLess(known.std(), 1e-3)
+        with self.assertRaisesRegex(ValueError, "trace=True"):
+            servo_id.identify(LOG, trace=False).residuals
+        try:
+            import pandas
+        except ImportError:
+            self.skipTest("pandas is not installed")
+        frame = result.to_pandas()
+        self.assertEqual(frame.index.name, "time")
+        np.testing.assert_array_equal(frame["output_error"], result.residuals)
+        again = servo_id.identify(frame.reset_index()[["time", "position", "command"]], counts_per_rev=10000)
+        self.assertAlmostEqual(again.estimates["b"], result.estimates["b"], delta=0.2 * result.std_errors["b"])
+        clock = frame.set_index(pandas.to_timedelta(frame.index, unit="s"))[["position", "command"]]
+        self.assertAlmostEqual(servo_id.identify(clock).estimates["b"], 257.7, delta=0.5)
+        self.assertEqual(len(again.predict(frame.reset_index()).to_pandas()), 8000)
 
 
 class OtherVerbs(unittest.TestCase):
@@ -276,8 +371,6 @@ class OtherVerbs(unittest.TestCase):
             servo_id.tune(result, response_time=1e-5)
         with self.assertRaisesRegex(ValueError, "two goals"):
             servo_id.tune(result, response_time=0.05, bandwidth=10.0)
-        with self.assertRaisesRegex(ValueError, "colour"):
-            servo_id.tune(result, colour=1.0)
 
     def test_an_unconverged_result_is_not_built_on(self):
         result = servo_id.simulate(dict(SERVO, identifier={"law": "gauss-newton"}, excitation={"kind": "none"}))
@@ -358,6 +451,8 @@ class Presentation(unittest.TestCase):
         self.assertIn("converged", repr(result))
         self.assertIn("rad/s² per command unit", result._repr_html_())
         self.assertIn("<table>", result._repr_html_())
+        self.assertIn("<img", result._repr_html_())
+        self.assertNotIn("<img", servo_id.identify(LOG, trace=False)._repr_html_())
         self.assertFalse(math.isnan(result.std_errors["b"]))
 
     def test_the_picture_is_the_one_that_the_program_draws(self):
@@ -380,13 +475,31 @@ class Presentation(unittest.TestCase):
         page = (ROOT / "crates/identifier-py/README.md").read_text()
         blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
         self.assertGreater(len(blocks), 1)
-        before, space = os.getcwd(), {}
-        os.chdir(ROOT)
-        try:
-            for block in blocks:
-                exec(block, space)
-        finally:
-            os.chdir(before)
+        run(blocks)
+
+    def test_the_notebook_runs(self):
+        for file in sorted((ROOT / "crates/identifier-py/examples").glob("*.ipynb")):
+            cells = json.loads(file.read_text(encoding="utf-8"))["cells"]
+            space = run("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+            self.assertTrue(space["result"].converged)
+            self.assertLess(space["predicted"].relative, 0.05)
+
+
+def run(blocks):
+    """Runs code in the project's folder, and shows the value of each last line as a notebook does."""
+    before, space = os.getcwd(), {}
+    os.chdir(ROOT)
+    try:
+        for block in blocks:
+            tree = ast.parse(block)
+            last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+            exec(compile(tree, "block", "exec"), space)
+            if last:
+                value = eval(compile(ast.Expression(last.value), "block", "eval"), space)
+                getattr(value, "_repr_html_", value.__repr__)()
+    finally:
+        os.chdir(before)
+    return space
 
 
 if __name__ == "__main__":

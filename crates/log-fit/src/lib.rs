@@ -11,5 +11,5 @@ pub use cause::Cause;
 pub use fit::GoesOn;
 pub use identify::{
     Course, Entered, Estimated, Examined, Identified, Lacking, Logged, MAX_SAMPLES, ModelDemand,
-    Recording, SEPARATED, effects, examine, identify,
+    Recording, SEPARATED, effects, examine, free_run, identify,
 };

@@ -76,6 +76,7 @@ pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, Strin
         scenario,
         summary,
         seen,
+        ..
     } = found.map_err(|error| error.to_string())?;
     for (row, error) in rows
         .iter_mut()

@@ -66,6 +66,41 @@ pub(super) struct Assessment {
     pub(super) fit: Option<FitEvidence>,
     /// The usual sizes beside which unknowns act.
     pub(super) scales: Scales,
+    /// The covariance of the errors.
+    by_chance: ByChance,
+}
+
+/// The covariance of the errors of estimates by chance, SI.
+#[derive(Debug, Clone, PartialEq)]
+struct ByChance {
+    effects: Vec<Effect>,
+    matrix: Vec<Vec<f64>>,
+}
+
+impl ByChance {
+    /// Of estimates in the units of a record.
+    fn new(estimated: &[(Effect, f64)], matrix: &[Vec<f64>], scale: &Scale) -> Self {
+        let effects: Vec<Effect> = estimated.iter().map(|(effect, _)| *effect).collect();
+        let rows = effects.iter().zip(matrix).map(|(one, row)| {
+            let entries = effects.iter().zip(row);
+            entries
+                .map(|(other, entry)| entry * scale.of(*one) * scale.of(*other))
+                .collect()
+        });
+        Self {
+            matrix: rows.collect(),
+            effects,
+        }
+    }
+
+    /// That of two unknowns; none for one that was not estimated.
+    fn of(&self, one: Unknown, other: Unknown) -> Option<f64> {
+        let [row, column] = [one, other].map(|unknown| {
+            let mut effects = self.effects.iter();
+            effects.position(|own| effect(unknown) == Some(*own))
+        });
+        Some(*self.matrix.get(row?)?.get(column?)?)
+    }
 }
 
 /// The evidence for an unknown, SI.
@@ -84,6 +119,11 @@ impl Assessment {
     /// The evidence on an unknown; none where it is not estimated.
     pub(super) fn of(&self, unknown: Unknown) -> Option<&RefitAnswer> {
         self.unknowns.iter().find(|asked| asked.unknown == unknown)
+    }
+
+    /// The covariance by chance of the errors of two unknowns; none for one that was not estimated.
+    pub(super) fn covariance(&self, one: Unknown, other: Unknown) -> Option<f64> {
+        self.by_chance.of(one, other)
     }
 
     /// Assesses the estimates at the end of a run. None if the record is too short or no servo fits it.
@@ -137,6 +177,7 @@ impl Assessment {
                 was_stopped: false,
             }),
             scales: scale.scales(&found.statistics, command.deviation()?),
+            by_chance: ByChance::new(&found.estimated, &found.covariance, &scale),
         })
     }
 
@@ -155,13 +196,18 @@ impl Assessment {
             finding: None,
             fit: Some(whole.evidence),
             scales: whole.scales,
+            by_chance: ByChance::new(
+                &whole.found.estimated,
+                &whole.found.covariance,
+                &whole.scale,
+            ),
         }
     }
 }
 
 impl VerifiedEstimate<'_> {
     /// The estimator's model in the units of a record.
-    fn values(&self, scale: &Scale) -> Values {
+    pub(super) fn values(&self, scale: &Scale) -> Values {
         let declared = &self.scenario.stated.identifier.terms;
         let four = [Unknown::A, Unknown::B, Unknown::Coulomb, Unknown::Load];
         let of_servo =

@@ -28,6 +28,7 @@ impl<'a> ScaledRecording<'a> {
 }
 
 /// Units of a record.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Scale {
     /// Seconds to a sample.
     pub(super) time: f64,
@@ -36,6 +37,12 @@ pub(super) struct Scale {
 }
 
 impl Scale {
+    /// A recording in SI.
+    pub(super) const SI: Self = Self {
+        time: 1.0,
+        position: 1.0,
+    };
+
     /// The declared amplifier and the settings of declared terms, but for the delay.
     pub(super) fn declared(&self, terms: &TermSettings) -> Values {
         let mut declared = Values::NONE;

@@ -109,7 +109,7 @@ impl Motion<'_> {
             let found = terms.iter().find(|term| term.unknown == unknown);
             found.map_or(0.0, |term| term.value)
         };
-        let fades = whole.settings.low_speed_velocity.unwrap_or(f64::INFINITY);
+        let fades = whole.low_speed_velocity.unwrap_or(f64::INFINITY);
         let time = self.sample_time;
         let all = self.samples;
         let usual = servo.b * (mean(all.iter().map(|one| one.command * one.command))).sqrt();

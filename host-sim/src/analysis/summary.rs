@@ -1,7 +1,6 @@
 //! The summary of an experiment, gathered sample by sample.
 
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
-use identifier_core::settings::TermSettings;
 
 use log_fit::GoesOn;
 
@@ -10,6 +9,7 @@ use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
 use super::assessment::{Assessment, Effort, VerifiedEstimate};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
+use super::found_servo::FoundServo;
 use super::reachable::Reachable;
 use super::seen::Seen;
 use super::sensor_noise::NoiseMeter;
@@ -57,17 +57,6 @@ pub struct Summariser {
     whole: Option<Option<WholeRecord>>,
     /// The reachable accuracy of a simulated servo, for a page of the program.
     reachable: Option<Box<Reachable>>,
-}
-
-/// The servo that the fit of a whole record found.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FoundServo {
-    /// The four parameters, SI.
-    pub servo: ServoParameters,
-    /// Sizes of its terms, SI.
-    pub terms: Vec<TermEstimate>,
-    /// The declared and the identified settings of the terms: current loop, velocity, order.
-    pub settings: TermSettings,
 }
 
 impl Summariser {
@@ -218,11 +207,7 @@ impl Summariser {
         let samples = self.tail_buffer.samples();
         let fit = || WholeRecord::identify(scenario, samples, goes_on);
         let whole = self.whole.get_or_insert_with(fit);
-        whole.as_ref().map(|whole| FoundServo {
-            servo: whole.servo,
-            terms: whole.terms.clone(),
-            settings: whole.settings,
-        })
+        whole.as_ref().map(|whole| whole.all)
     }
 
     /// The samples beside the model, from an estimator that fits all of them. None for another estimator, or if nothing
@@ -348,6 +333,8 @@ impl Summariser {
             load: estimate(Parameter::Load),
             terms: outcome.terms.iter().map(term).collect(),
         };
+        let covariance = (assessment.as_ref())
+            .map(|found| estimates.covariance(|one, other| found.covariance(one, other)));
         let ratios = estimates.ratios(scenario.is_linear());
         let finding = assessment.as_ref().and_then(|found| found.finding.clone());
         let scale = scenario.physical.scale();
@@ -361,6 +348,7 @@ impl Summariser {
             reason,
             rejection_reason: outcome.rejection_reason,
             cause: finding.filter(|finding| finding.or.is_none()),
+            covariance,
             // Where there is no servo, there are no units of it.
             physical: scale.and_then(|scale| ratios.scaled(scale).ok()),
             voltage_gains: (is_voltage.then(|| ratios.voltage_gains().ok())).flatten(),

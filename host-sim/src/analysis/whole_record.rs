@@ -1,9 +1,9 @@
 //! The servo of a whole record in SI, by the fit that takes all of it at once.
 
 use identifier_core::parameters::{ServoParameters, Terms, Unknown};
-use identifier_core::settings::TermSettings;
 use log_fit::fit::Effect;
 
+use super::found_servo::FoundServo;
 use super::scaled_recording::{Scale, ScaledRecording, effect, term};
 use super::scales::Scales;
 use crate::experiment::TermEstimate;
@@ -20,8 +20,10 @@ pub(super) struct WholeRecord {
     pub(super) std_errors: ServoParameters,
     /// Sizes of the effects that are terms of the model.
     pub(super) terms: Vec<TermEstimate>,
-    /// Their declared and identified settings.
-    pub(super) settings: TermSettings,
+    /// The speed at which its low-speed friction fades, rad/s, if there is any.
+    pub(super) low_speed_velocity: Option<f64>,
+    /// The servo with all of its effects.
+    pub(super) all: FoundServo,
     pub(super) evidence: FitEvidence,
     /// The effects that a command of other sizes would determine better.
     pub(super) needs_more_amplitudes: Vec<Effect>,
@@ -31,6 +33,8 @@ pub(super) struct WholeRecord {
     pub(super) scales: Scales,
     /// In the units of its recording.
     pub(super) found: Identified,
+    /// Those units.
+    pub(super) scale: Scale,
 }
 
 impl WholeRecord {
@@ -63,7 +67,7 @@ impl WholeRecord {
             },
             goes_on,
         )?;
-        Some(scale.in_si(found, terms, fitted))
+        Some(scale.in_si(found, fitted))
     }
 }
 
@@ -81,7 +85,7 @@ fn required(terms: Terms) -> Vec<Effect> {
 }
 
 impl Scale {
-    fn in_si(&self, found: Identified, declared: &TermSettings, samples: u64) -> WholeRecord {
+    fn in_si(&self, found: Identified, samples: u64) -> WholeRecord {
         let value = |effect: Effect| found.values.get(effect) * self.of(effect);
         let std_error = |effect: Effect| {
             let own = found.estimated.iter().find(|(one, _)| *one == effect);
@@ -137,12 +141,8 @@ impl Scale {
             servo,
             std_errors: four(&std_error),
             terms: terms.collect(),
-            settings: TermSettings {
-                current_loop: value(Effect::CurrentLoop),
-                low_speed_velocity: Some(value(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
-                ripple_order: Some(found.values.order),
-                ..*declared
-            },
+            low_speed_velocity: Some(value(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
+            all: FoundServo::of_fit(&found.values, self),
             evidence: FitEvidence {
                 profile: found.profile,
                 reverses: found.reverses,
@@ -162,6 +162,7 @@ impl Scale {
             },
             scales: self.scales(&found.statistics, found.statistics.command),
             found,
+            scale: *self,
         }
     }
 }

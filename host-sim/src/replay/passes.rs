@@ -3,7 +3,7 @@
 use identifier_core::Settings;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{SettingsError, TermSettings};
+use identifier_core::settings::SettingsError;
 
 use super::Agreement;
 use super::declared::Declared;
@@ -25,8 +25,6 @@ pub struct Replayed {
     pub agreement: Option<Agreement>,
     /// The estimates at the end, SI.
     pub estimates: ServoParameters,
-    /// The declared settings of the terms; a fit of the whole record adds those that it found.
-    pub term_settings: TermSettings,
 }
 
 /// The scenario completed from the logs. They give the sample time if no controller is declared, and the resolution of
@@ -172,7 +170,6 @@ fn run<V: VelocityEstimate<f64>>(
         },
         agreement: declared.and_then(|declared| declared.agreement()),
         estimates: identifier.estimates(),
-        term_settings: scenario.stated.identifier.terms,
     })
 }
 

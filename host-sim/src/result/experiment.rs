@@ -36,6 +36,9 @@ pub struct Summary {
     pub cause: Option<Finding>,
     /// The estimates.
     pub estimates: Estimates,
+    /// The covariance of the estimates that were judged by the record, SI.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
     /// The servo in physical units, where the scale of torques is stated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub physical: Option<Physical>,
@@ -139,6 +142,16 @@ pub struct TermSize {
     pub unit: &'static str,
 }
 
+/// The covariance of estimates. Its diagonal has the squares of their standard errors, with all of their parts. Beside it are
+/// the covariances by the sensor's noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Covariance {
+    /// Their names, in the order of rows and columns.
+    pub names: Vec<&'static str>,
+    /// By rows; infinite where nothing is known of one.
+    pub matrix: Vec<Vec<f64>>,
+}
+
 /// Output error, rad.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OutputError {
@@ -206,6 +219,32 @@ impl Estimates {
             coulomb: if_estimated(&self.coulomb),
             load: if_estimated(&self.load),
             is_linear,
+        }
+    }
+
+    /// The covariance, of that `by_chance` of two unknowns.
+    pub(crate) fn covariance(
+        &self,
+        by_chance: impl Fn(Unknown, Unknown) -> Option<f64>,
+    ) -> Covariance {
+        let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
+            let one = self.get(parameter);
+            let error = one.std_error.unwrap_or(f64::INFINITY);
+            one.is_estimated.then(|| (Unknown::from(parameter), error))
+        });
+        let terms = self.terms.iter().map(|term| (term.unknown, term.std_error));
+        let known: Vec<(Unknown, f64)> = parameters.chain(terms).collect();
+        let row = |&(one, error): &(Unknown, f64)| {
+            let entries = known.iter().map(|&(other, _)| match one == other {
+                true => error * error,
+                // What was not estimated beside the others goes with none of them.
+                false => by_chance(one, other).unwrap_or(0.0),
+            });
+            entries.collect()
+        };
+        Covariance {
+            names: known.iter().map(|(unknown, _)| unknown.name()).collect(),
+            matrix: known.iter().map(row).collect(),
         }
     }
 

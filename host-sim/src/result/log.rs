@@ -106,8 +106,8 @@ impl Prediction {
             file: log.path().display().to_string(),
             learnt_from,
             closed_loop: predicted.closed_loop,
-            open_loop: predicted.open_loop.map(|found| OpenLoopError {
-                samples: found.samples,
+            open_loop: predicted.open_loop.as_ref().map(|found| OpenLoopError {
+                samples: found.errors.len() as u64,
                 rms: found.rms / unit,
                 max: found.largest / unit,
                 unit: units.position.name(),

@@ -24,7 +24,7 @@ pub use drift::{Difference, DriftResult};
 #[cfg(feature = "experiments")]
 pub use drive_status::DriveStatus;
 pub use experiment::{
-    Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
+    Covariance, Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };
 pub use fit::{BrakingForce, EnteredEffect, FitNotes};
 pub use form::{FormMargins, FormParameter, FormResult, FormStep};

@@ -21,13 +21,14 @@ from ._experiments import (
 from ._export import export
 from ._native import VERSION as __version__
 from ._online import Identifier
-from ._results import Commissioning, Gains, Picture, Quantity, Result, Sweep
+from ._results import Commissioning, Gains, Picture, Prediction, Quantity, Result, Sweep
 
 __all__ = [
     "Commissioning",
     "Gains",
     "Identifier",
     "Picture",
+    "Prediction",
     "Quantity",
     "Result",
     "Sweep",

@@ -20,7 +20,7 @@ def main() -> int:
     try:
         width = shutil.get_terminal_size((100, 24)).columns
         text = page(known.file, joint=known.joint, width=width, **dict(zip(names, rest[1::2])))
-    except (ValueError, ImportError) as error:
+    except (ValueError, TypeError, ImportError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     print(text if sys.stdout.isatty() else re.sub("\x1b\\[[0-9;]*m", "", text))

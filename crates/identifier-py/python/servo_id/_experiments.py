@@ -1,17 +1,19 @@
 """Experiments: on logs, on the simulated servo, on many servos."""
 
+import tomllib
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from os import PathLike, fspath
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _frames, _native, _read, _scenario
-from ._results import Columns, Commissioning, Gains, Result, Sweep, columns
+from ._keywords import Conditions, Form, JointOptions, LogOptions, keywords
+from ._results import Columns, Commissioning, Gains, Prediction, Result, Sweep, columns
 from ._scenario import Scenario
 
 if TYPE_CHECKING:
@@ -22,73 +24,92 @@ Path: TypeAlias = str | PathLike[str]
 Log: TypeAlias = "Path | Mapping[str, npt.ArrayLike] | DataFrame"
 """A file, or columns by name: position, command or goal, and time where the samples are not ``sample_time`` apart."""
 
-_ROLES = ("time", "position", "command", "reference", "goal", "velocity")
+Law: TypeAlias = Literal["fit", "gauss-newton", "gradient"]
+
+_ROLES = ("time", "position", "command", "reference", "goal", "velocity", "known_torque")
+
+_OF_LOOP = {"kp": "kp", "kd": "kd", "limit": "limit", "loop_time": "sample_time", "integrator": "integrator", "cutoff": "cutoff"}
+"""Keywords of a servo's own loop, and their keys of ``[inner]``."""
 
 _BATCH = 200
 """Servos of a batch: seconds of work, so that its way to a worker costs nothing beside it."""
 
 
+@keywords
 def identify(
     log: Log,
     *,
     joint: str | int | None = None,
     scenario: Scenario | None = None,
+    law: Law | str | None = None,
+    identifier: Mapping[str, Any] | None = None,
     trace: bool = True,
-    **stated: Any,
+    **options: Unpack[LogOptions],
 ) -> Result:
     """The servo behind a log of position and command.
 
-    ``log`` is a file as :func:`read_log` takes it, of which ``joint`` is identified, or a mapping or data frame of columns:
+    ``log`` is a file as :func:`read_log` takes it, of which ``joint`` is identified, or a data frame or mapping of columns:
     ``position`` and ``command``, the total that acted, with ``time`` (s) or ``sample_time=``. Columns of other names are
-    recognised as those of a file. A servo that closes its own loop has a ``goal`` in place of a command, and that
-    loop is ``inner=``: ``kp`` (command units per rad), ``kd``, ``limit``, ``sample_time`` (its own, s), ``integrator``
-    (``euler`` or ``implicit``, of a simulator), ``cutoff``; a column ``velocity`` is the one it acts on. The file's columns and units are found; ``result.findings`` says how. What a log
-    does not show is asked for by a ``ValueError`` that names the keyword: time, time_unit, sample_time, position,
-    position_unit (rad, deg, turns, counts, m, mm), position_scale, command, command_scale, reference, counts_per_rev, wrap,
-    and of a loop goal, kp, kd, limit, loop_time, integrator, cutoff, velocity. Of columns in memory these are sample_time, counts_per_rev, position_unit, position_scale, command_scale,
-    time_unit, wrap, ``law`` (``fit``, the default, ``gauss-newton``, ``gradient``) and ``identifier``,
-    further keys of that table.
+    recognised as those of a file. The columns and units of a file are found; ``result.findings`` says how. What a log does not
+    show is asked for by a ``ValueError`` that names the keyword.
 
-    ``torque_constant`` (N·m per command unit) or ``inertia`` (kg·m²), or ``command_unit`` (V, A, Nm, N) put the result in
-    physical units: ``result.physical``, ``result.voltage_gains``.
+    A servo that closes its own loop has a ``goal`` in place of a command, and that loop is ``kp``, ``kd``, ``limit``,
+    ``loop_time``, ``integrator`` and ``cutoff``; a column ``velocity`` is the one it acts on.
+
+    ``torque_constant`` or ``inertia``, or ``command_unit``, put the result in physical units: ``result.physical``,
+    ``result.voltage_gains``. ``law`` is the estimator, ``fit`` by default; ``identifier`` has further keys of that table.
 
     With a ``scenario``, its ``[log]`` names the columns and nothing else may be stated.
     """
+    estimator = estimator_of(law or "fit", identifier) if law or identifier else {}
     if scenario is not None:
+        stated = [*options, *estimator]
         if stated:
             raise ValueError(f"{', '.join(stated)}: not allowed together with a scenario: state it there")
-        file, text, findings = *_scenario.read(scenario), ()
+        text, findings = _scenario.read(scenario), ()
         source = _source(log, joint, {})
-    elif not isinstance(log, (str, PathLike)) and joint is None and set(log) <= set(_ROLES):
-        file, text, findings = *_scenario.read(scenario_of_columns(log, {"law": "fit", **stated})), ()
+    elif _has_roles(log, joint, options):
+        tables = scenario_of_columns(log, estimator or {"law": "fit"}, options)
+        text, findings = _scenario.read(tables), ()
         source = _in_memory(log)
     else:
-        source = _source(log, joint, stated)
-        file, text, findings = _recognised(source, stated)
-    found, samples, picture = _native.identify_log(file, text, source, trace=trace)
-    return Result(found, columns(samples), findings, picture)
+        source = _source(log, joint, options)
+        text, findings = _recognised(source, options, estimator)
+    found, samples, picture, servo = _native.identify_log(*text, source, trace=trace)
+    return Result(found, columns(samples), findings, picture, text, servo)
 
 
+def predict(result: Result, log: Log, *, joint: str | int | None = None) -> Prediction:
+    """The motion of an identified servo over another log with the same columns, driven by that log's commands alone."""
+    if result.servo is None:
+        raise ValueError("there is no servo that could predict: identify a log, until the verdict is not aborted or unexplained")
+    source = _in_memory(log) if _has_roles(log, joint, {}) else _source(log, joint, tomllib.loads(result.scenario[1])["log"])
+    return Prediction(*_native.predict(*result.scenario, result.servo, source))
+
+
+@keywords
 def identify_joints(
     log: Mapping[str, npt.ArrayLike],
     *,
     names: Sequence[str] | None = None,
     threads: int | None = None,
+    law: Law | str | None = None,
+    identifier: Mapping[str, Any] | None = None,
     trace: bool = False,
-    **stated: Any,
+    **options: Unpack[JointOptions],
 ) -> dict[str, Result]:
     """The servos of several joints, each with a column of its own in ``position`` and ``command`` (samples × joints).
 
-    ``names`` are those of the joints, ``joint_0`` and so on by default; ``stated`` is as for :func:`identify`, where
-    torque_constant, inertia and the numbers of ``inner`` may be sequences, a number for each joint.
+    ``names`` are those of the joints, ``joint_0`` and so on by default. The keywords are those of :func:`identify`, where
+    torque_constant, inertia, kp, kd and limit may be sequences, a number for each joint.
 
     Frames of a robot-learning data set, whose columns are ``observation.state``, ``action``, ``timestamp`` and
     ``episode_index``, are taken as they are, as a mapping, a data frame or a data set: the action is the goal of the servos'
-    own loops, which ``inner`` states, and nothing is carried over from one episode to the next.
+    own loops, and nothing is carried over from one episode to the next.
     """
     if _frames.is_frames(log):
         log, between_episodes = _frames.log_of(log)
-        stated = {"cut": between_episodes, **stated} if between_episodes else stated
+        options = {"cut": between_episodes, **options} if between_episodes else options
     wide = {name: np.asarray(column, dtype=np.float64) for name, column in log.items()}
     counts = {name: column.shape[1] for name, column in wide.items() if column.ndim == 2}
     if len(set(counts.values())) != 1:
@@ -100,14 +121,15 @@ def identify_joints(
 
     def one(number: int) -> Result:
         own = {name: column[:, number] if column.ndim == 2 else column for name, column in wide.items()}
-        return identify(own, trace=trace, **_of_joint(stated, number, count))
+        return identify(own, law=law, identifier=identifier, trace=trace, **_of_joint(options, number, count))
 
     with ThreadPoolExecutor(threads) as pool:
         return dict(zip(names, pool.map(one, range(count))))
 
 
+@keywords
 def read_log(
-    log: Log, *, joint: str | int | None = None, scenario: Scenario | None = None, **stated: Any
+    log: Log, *, joint: str | int | None = None, scenario: Scenario | None = None, **options: Unpack[LogOptions]
 ) -> Columns:
     """The samples of a log in SI: time, position, and command and reference where it has them.
 
@@ -115,14 +137,29 @@ def read_log(
     list of records or an object of lists. Its columns are found or stated as for :func:`identify`; of several joints one
     is stated, by its name or number.
     """
-    source = _source(log, joint, stated)
-    file, text = _recognised(source, stated)[:2] if scenario is None else _scenario.read(scenario)
-    return columns(_native.read_log(file, text, source))
+    source = _source(log, joint, options)
+    text = _recognised(source, options)[0] if scenario is None else _scenario.read(scenario)
+    return columns(_native.read_log(*text, source))
 
 
-def page(log: Log, *, joint: str | int | None = None, width: int = 100, **stated: Any) -> str:
+@keywords
+def page(log: Log, *, joint: str | int | None = None, width: int = 100, **options: Unpack[LogOptions]) -> str:
     """The page that the program ``servo-id identify`` prints."""
-    return _native.page(_source(log, joint, stated), _as_options(stated), width)
+    return _native.page(_source(log, joint, options), _as_options(options), width)
+
+
+def estimator_of(law: str, identifier: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The table of an estimator. Every servo has Coulomb friction, which the gradient needs a gamma and bounds for."""
+    every = {"parameters": ["a", "b", "coulomb", "load"]} if law == "gauss-newton" else {}
+    return {"law": law, **every, **(identifier or {})}
+
+
+def _has_roles(log: Log, joint: str | int | None, options: Mapping[str, Any]) -> bool:
+    """True for columns in memory that have the names of their quantities. A table whose clock is its index has another."""
+    if isinstance(log, (str, PathLike)) or joint is not None or not set(log) <= set(_ROLES):
+        return False
+    has_clock = getattr(getattr(log, "index", None), "dtype", np.dtype(object)).kind in "mM" and "time" not in log
+    return not has_clock and not set(options) & set(_ROLES)
 
 
 def _in_memory(log: Mapping[str, Any], name: str = "log") -> tuple[str, list[tuple[str, npt.NDArray[np.float64]]]]:
@@ -146,10 +183,19 @@ def _as_options(stated: Mapping[str, Any]) -> dict[str, str]:
     return {name: str(value) for name, value in stated.items()}
 
 
-def _recognised(source: Any, stated: Mapping[str, Any]) -> tuple[str, str, tuple[tuple[str, str], ...]]:
-    """The scenario of a log without one: its name, its text, and how the log is taken."""
-    text, found = _native.recognise_log(source, _as_options(stated))
-    return f"the scenario of {source if isinstance(source, str) else source[0]}", text, tuple(found)
+def _recognised(
+    source: Any, options: Mapping[str, Any], estimator: Mapping[str, Any] | None = None
+) -> tuple[tuple[str, str], tuple[tuple[str, str], ...]]:
+    """The scenario of a log without one, its name and its text, and how the log is taken."""
+    lists = {name: value for name, value in options.items() if name in ("bridge_gaps", "cut")}
+    named = {name: value for name, value in options.items() if name not in lists}
+    text, found = _native.recognise_log(source, _as_options(named))
+    if lists or estimator:
+        tables = tomllib.loads(text)
+        tables["log"] |= lists
+        tables["identifier"] |= estimator or {}
+        text = _scenario.read(tables)[1]
+    return (f"the scenario of {source if isinstance(source, str) else source[0]}", text), tuple(found)
 
 
 def simulate(scenario: Scenario, *, trace: bool = True) -> Result:
@@ -192,18 +238,20 @@ def _batch(file: str, text: str, seed: int, start: int, count: int) -> tuple[dic
     return _native.sweep(file, text, start, count, seed)
 
 
+@keywords
 def tune(
-    result: Result, *, form: str | None = None, accept_unconverged: bool = False, **conditions: float
+    result: Result,
+    *,
+    form: Form | str | None = None,
+    accept_unconverged: bool = False,
+    **conditions: Unpack[Conditions],
 ) -> Gains:
     """PID gains for a servo, with their predicted response.
 
-    The goal is ``response_time`` (s, from 10 to 90 % of a step) or ``bandwidth`` (rad/s), by default as stiff as the servo
-    allows. Further conditions: sample_time, counts or resolution, limit, command_delay, cutoff, max_sensitivity, max_noise,
-    resonance, step.
+    The goal is ``response_time`` or ``bandwidth``, by default as stiff as the servo allows.
 
-    ``form`` states them in the form of a drive's firmware too (``gains.form``): pid, cascade, simplefoc, odrive, moteus,
-    vesc, dynamixel, wpilib, sparkmax, linuxcnc or cia402, with torque_constant (N·m per unit of command), bus_voltage (V) or
-    max_current (A) where that form needs it.
+    ``form`` states them in the form of a drive's firmware too (``gains.form``), with ``torque_constant``, ``bus_voltage`` or
+    ``max_current`` where that form needs it.
     """
     if {"response_time", "bandwidth"} <= conditions.keys():
         raise ValueError("response_time and bandwidth are two goals: state only one")
@@ -212,15 +260,14 @@ def tune(
     return Gains(text, tuple(assumptions))
 
 
-def scenario_of_columns(log: Collection[str], stated: dict[str, Any]) -> dict[str, Any]:
+def scenario_of_columns(log: Collection[str], estimator: Mapping[str, Any], options: Mapping[str, Any]) -> dict[str, Any]:
     """The scenario of columns of a ``log`` by their names, which are those of their quantities."""
-    stated = dict(stated)
-    inner = stated.pop("inner", None)
+    stated = dict(options)
+    loop = {key: _number(stated.pop(name)) for name, key in _OF_LOOP.items() if name in stated}
     has_goal = "goal" in log
-    for role in ("position", "goal" if inner is not None else "command"):
+    for role in ("position", "goal" if loop or has_goal else "command"):
         if role not in log:
-            hint = "; a goal needs inner=, the gains of the servo's own loop" if has_goal and role == "command" else ""
-            raise ValueError(f"the log has no {role}: it has {', '.join(log) or 'nothing'}{hint}")
+            raise ValueError(f"the log has no {role}: it has {', '.join(log) or 'nothing'}")
     if has_goal and ("command" in log or "reference" in log):
         raise ValueError("goal: a log has either a goal, or a command and a reference; leave out the others")
     unknown = set(log) - set(_ROLES)
@@ -228,17 +275,18 @@ def scenario_of_columns(log: Collection[str], stated: dict[str, Any]) -> dict[st
         raise ValueError(f"{', '.join(sorted(unknown))}: not a column: it must be one of {', '.join(_ROLES)}")
     if "time" not in log and "sample_time" not in stated:
         raise ValueError("sample_time is missing: state the time from one sample to the next, s, or a column time")
-    identifier = {"law": stated.pop("law"), **stated.pop("identifier", {})}
     # Zero is an encoder that nothing is known of: the log's own steps count then.
     encoder = {"counts_per_rev": float(stated.pop("counts_per_rev", 0.0))}
-    units = {name: stated.pop(name) for name in ("torque_constant", "inertia", "command_unit") if name in stated}
+    units = {name: _number(stated.pop(name)) for name in ("torque_constant", "inertia", "command_unit") if name in stated}
+    gaps = {"bridge_gaps": int(stated.pop("bridge_gaps"))} if "bridge_gaps" in stated else {}
     numbers = {name: _number(value) for name, value in stated.items()}
     columns_of_log = {"reference" if role == "goal" else role: role for role in log}
-    tables = {"encoder": encoder, "identifier": identifier, "log": columns_of_log | numbers}
-    if inner is not None:
-        tables["inner"] = {name: _number(value) for name, value in inner.items()}
+    tables = {"encoder": encoder, "identifier": dict(estimator), "log": columns_of_log | numbers | gaps}
+    if has_goal:
+        # With an unknown gain the command is the distance from the goal.
+        tables["inner"] = {"kp": 1.0, **loop}
     if units:
-        tables["physical"] = {name: _number(value) for name, value in units.items()}
+        tables["physical"] = units
     return tables
 
 
@@ -257,10 +305,8 @@ def _of_joint(stated: Mapping[str, Any], number: int, count: int) -> dict[str, A
             raise ValueError(f"{name} has {len(value)} entries for {count} joints: state one for each or one for all")
         return value[number]
 
-    own = {name: one(name, stated[name]) for name in ("torque_constant", "inertia") if name in stated}
-    if "inner" in stated:
-        own["inner"] = {name: one(f"inner[{name!r}]", value) for name, value in stated["inner"].items()}
-    return {**stated, **own}
+    own = ("torque_constant", "inertia", "kp", "kd", "limit")
+    return {name: one(name, value) if name in own else value for name, value in stated.items()}
 
 
 def float_columns(log: Mapping[str, Any]) -> dict[str, npt.NDArray[np.float64]]:

@@ -1,12 +1,14 @@
 """Identification while samples are taken."""
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _native, _scenario
-from ._experiments import float_columns, scenario_of_columns
+from ._experiments import estimator_of, float_columns, scenario_of_columns
+from ._keywords import PositionUnit
 
 
 class Identifier:
@@ -16,14 +18,30 @@ class Identifier:
     >>> identifier.learn(position, command)  # in every sample, or with arrays of them
     >>> identifier.estimates["b"], identifier.std_errors["b"]
 
-    ``command`` is the total that acts from this sample to the next. ``law`` is ``gauss-newton`` (the default) or
-    ``gradient``; the further keywords are those of :func:`identify` for columns. There is no verdict on line: the standard
-    errors of ``gauss-newton`` tell how far an estimate is known, and :func:`identify` judges a log.
+    ``command`` is the total that acts from this sample to the next. ``gauss-newton`` finds viscous and Coulomb friction, gain
+    and load; ``identifier`` has further keys of a scenario's table, such as ``parameters``. There is no verdict on line: the
+    standard errors of ``gauss-newton`` tell how far an estimate is known, and :func:`identify` judges a log.
     """
 
-    def __init__(self, *, law: str = "gauss-newton", **stated: Any) -> None:
-        columns = ("position", "command")
-        scenario = scenario_of_columns(columns, {"law": law, **stated})
+    def __init__(
+        self,
+        *,
+        sample_time: float,
+        counts_per_rev: float = 0.0,
+        position_unit: PositionUnit = "rad",
+        position_scale: float = 1.0,
+        command_scale: float = 1.0,
+        law: Literal["gauss-newton", "gradient"] | str = "gauss-newton",
+        identifier: Mapping[str, Any] | None = None,
+    ) -> None:
+        options = {
+            "sample_time": sample_time,
+            "counts_per_rev": counts_per_rev,
+            "position_unit": position_unit,
+            "position_scale": position_scale,
+            "command_scale": command_scale,
+        }
+        scenario = scenario_of_columns(("position", "command"), estimator_of(law, identifier), options)
         self._native = _native.Online(*_scenario.read(scenario))
 
     def learn(self, position: npt.ArrayLike, command: npt.ArrayLike) -> None:

@@ -2,14 +2,20 @@
 
 import html
 import json
+from base64 import b64encode
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from ._experiments import Log
 
 Columns: TypeAlias = dict[str, npt.NDArray[np.float64]]
 
@@ -51,6 +57,10 @@ class Result:
     """How a log without a scenario was taken: columns, time, position, each with its evidence."""
     picture: str = ""
     """The picture of ``servo-id --plot`` as SVG. Empty where no trace was asked for."""
+    scenario: tuple[str, str] = ("", "")
+    """Name and text of the scenario that gives this result with ``servo-id identify --scenario``."""
+    servo: bytes | None = None
+    """The servo as :meth:`predict` takes it; None if there is none."""
 
     @cached_property
     def json(self) -> dict[str, Any]:
@@ -71,6 +81,34 @@ class Result:
     def std_errors(self) -> dict[str, float]:
         """Their standard errors; NaN where one is not known."""
         return {name: _number(one.get("std_error")) for name, one in self._known.items()}
+
+    @property
+    def covariance(self) -> npt.NDArray[np.float64]:
+        """Their covariance, in the order of ``estimates``; NaN where one is not known. The diagonal has the squares of
+        ``std_errors``, the rest what the sensor's noise makes of it."""
+        names = list(self.estimates)
+        found = self.json.get("covariance") or {"names": [], "matrix": []}
+        places = [found["names"].index(name) if name in found["names"] else None for name in names]
+        entry = lambda row, column: None if row is None or column is None else found["matrix"][row][column]
+        return np.array([[_number(entry(row, column)) for column in places] for row in places])
+
+    @property
+    def residuals(self) -> npt.NDArray[np.float64]:
+        """The measured position minus the model's in every sample, rad. The model of a fit runs free in windows, and is NaN
+        until its start in one is known; of other laws it follows the measurement."""
+        if not self.trace:
+            raise ValueError("there are no residuals: identify or simulate with trace=True")
+        return self.trace["output_error"]
+
+    def to_pandas(self) -> "DataFrame":
+        """The samples as a data frame over time: what was measured, and the residual in output_error. Needs pandas."""
+        return _frame(self.trace)
+
+    def predict(self, log: "Log", *, joint: str | int | None = None) -> "Prediction":
+        """The motion of this servo over another log with the same columns, driven by that log's commands alone."""
+        from ._experiments import predict
+
+        return predict(self, log, joint=joint)
 
     @property
     def units(self) -> dict[str, str]:
@@ -128,6 +166,7 @@ class Result:
         return (
             f"<p><b>{html.escape(self.verdict)}</b>: {html.escape(self.reason)}</p>"
             f"<table><tr>{heading}</tr>{rows}</table>"
+            + _image(self.picture)
         )
 
     def plot(self) -> "Picture":
@@ -137,6 +176,64 @@ class Result:
         if not self.picture:
             raise ValueError("there is no trace to plot: identify or simulate with trace=True")
         return Picture(self.picture)
+
+
+@dataclass(frozen=True, repr=False)
+class Prediction:
+    """A log beside a servo that its commands alone drive. Its start is fitted, and nothing else."""
+
+    text: str
+    """The entry of ``predictions`` that ``servo-id identify --predict`` writes."""
+    samples: dict[str, bytes] = field(repr=False)
+
+    @cached_property
+    def json(self) -> dict[str, Any]:
+        """The whole entry; its keys are documented with the command line."""
+        return json.loads(self.text)
+
+    @cached_property
+    def trace(self) -> Columns:
+        """time, reference, position, command, and output_error: the measured position minus the servo's."""
+        return columns(self.samples)
+
+    @property
+    def position(self) -> npt.NDArray[np.float64]:
+        """The servo's, rad."""
+        return self.trace["position"] - self.residuals
+
+    @property
+    def residuals(self) -> npt.NDArray[np.float64]:
+        """The measured position minus the servo's, rad."""
+        return self.trace["output_error"]
+
+    @property
+    def rms(self) -> float:
+        """Of the residuals, rad."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+    @property
+    def relative(self) -> float:
+        """The residuals relative to the motion from where each part of the log begins."""
+        return _number((self.json["open_loop"] or {}).get("relative"))
+
+    def to_pandas(self) -> "DataFrame":
+        """The samples as a data frame over time. Needs pandas."""
+        return _frame(self.trace)
+
+    def __repr__(self) -> str:
+        return f"prediction of {len(self.residuals)} samples: {self.rms:.3g} rad rms, {100 * self.relative:.2g} % of the motion"
+
+
+def _frame(trace: Columns) -> "DataFrame":
+    from pandas import DataFrame
+
+    return DataFrame({name: column for name, column in trace.items() if not np.all(np.isnan(column))}).set_index("time")
+
+
+def _image(svg: str) -> str:
+    # As an image its styles and names stay its own.
+    encoded = b64encode(svg.encode()).decode()
+    return f'<img style="max-width: 100%" src="data:image/svg+xml;base64,{encoded}">' if svg else ""
 
 
 @dataclass(frozen=True, repr=False)

@@ -68,6 +68,7 @@ impl<'a> Fitter<'a> {
                 velocity: velocity_variance,
                 load,
             },
+            starts: None,
         }
     }
 

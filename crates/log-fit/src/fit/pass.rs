@@ -38,6 +38,9 @@ pub struct ModelPass<'a> {
     /// constant during the search.
     pub damping: f64,
     pub(super) diffuse: Diffuse,
+    /// Of a model that runs free: for each motion its distance from the record (counts, measured less model) and its
+    /// velocity at the beginning. None if the filter keeps it with the record.
+    pub starts: Option<&'a [[f64; 2]]>,
 }
 
 /// Innovations beyond this end a pass, counts.
@@ -85,10 +88,12 @@ impl ModelPass<'_> {
         let mut regressor = [0.0; C];
         let mut ordered = [0.0; C];
         let mut responses = [Response::default(); 2];
-        for motion in self.record.motions() {
+        for (number, motion) in self.record.motions().enumerate() {
+            let start = self.starts.and_then(|starts| starts.get(number));
+            let [error, velocity] = start.copied().unwrap_or_default();
             let mut state = State::<C, PLAIN> {
-                error: 0.0,
-                velocity: 0.0,
+                error,
+                velocity,
                 load: 0.0,
                 acceleration: 0.0,
                 twisting: Twisting::NONE,
@@ -128,7 +133,9 @@ impl ModelPass<'_> {
                         walk: state.load,
                         regressor: &shown[..asked.len()],
                     });
-                    state.correct(&filter.gain, innovation, &regressor);
+                    if self.starts.is_none() {
+                        state.correct(&filter.gain, innovation, &regressor);
+                    }
                 }
                 filter.predict();
                 let mut parts = front_end.recorded(self.record, motion, sample);
@@ -174,9 +181,22 @@ impl ModelPass<'_> {
         let passed = sample as f64 / record.len() as f64 - 0.5;
         let extra = |effect| State::<C, PLAIN>::extra(values, effect);
         let has = |one: Effect, other: Effect| extra(one) != 0.0 || extra(other) != 0.0;
+        // The record's angle stands in for the model's where a filter keeps them together.
+        let ahead = match self.starts {
+            Some(_) if !PLAIN && record.radian > 0.0 => {
+                let grown = 0.5 * (record.increment(sample) - state.velocity);
+                (state.error + grown) / record.radian
+            }
+            _ => 0.0,
+        };
         let along = |one: Effect, other: Effect, order: f64| {
             let [sine, cosine] = record.wave(sample, order);
-            values.get(one) * sine + values.get(other) * cosine
+            let of_record = values.get(one) * sine + values.get(other) * cosine;
+            if ahead == 0.0 {
+                return of_record;
+            }
+            let across = values.get(one) * cosine - values.get(other) * sine;
+            of_record * libm::cos(order * ahead) - across * libm::sin(order * ahead)
         };
         let drifted = |effect| match extra(effect) {
             0.0 => 1.0,

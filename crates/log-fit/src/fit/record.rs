@@ -80,7 +80,7 @@ impl Record<'_> {
     }
 
     /// The motion from a sample to the next, counts; none at the end of a motion.
-    pub(super) fn increment(&self, sample: usize) -> f64 {
+    pub(crate) fn increment(&self, sample: usize) -> f64 {
         match self.positions.get(sample + 1) {
             Some(next) => next - self.positions[sample],
             None => 0.0,

@@ -130,10 +130,8 @@ impl Sums {
         self.rows * libm::log(self.noise().max(f64::MIN_POSITIVE)) + self.log_variances
     }
 
-    /// Covariances of the estimates at a minimum, by white noise and by the disagreement of the segments. The latter is
-    /// the sandwich of Huber, 1967, and White, Econometrica 50(1), 1982. Unknowns that `held` marks are not among them.
-    #[must_use]
-    pub fn covariances(&self, held: &[bool; MAX_UNKNOWNS]) -> Covariances {
+    /// The unknowns that are not `held` and of which something is known, and their number.
+    fn known(&self, held: &[bool; MAX_UNKNOWNS]) -> ([usize; MAX_UNKNOWNS], usize) {
         let mut places = [0; MAX_UNKNOWNS];
         let mut count = 0;
         for i in 0..self.unknowns {
@@ -142,18 +140,35 @@ impl Sums {
                 count += 1;
             }
         }
-        let picked = |matrix: &Matrix| {
-            let mut some = [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS];
-            for (row, &i) in some.iter_mut().zip(&places[..count]) {
-                for (entry, &j) in row.iter_mut().zip(&places[..count]) {
-                    *entry = matrix[i][j];
-                }
+        (places, count)
+    }
+
+    /// Correlations of the estimates' errors at a minimum, by white noise: those of the segments scatter too much. An
+    /// unknown that `held` marks goes with no other.
+    #[must_use]
+    pub fn correlations(&self, held: &[bool; MAX_UNKNOWNS]) -> Matrix {
+        let (places, count) = self.known(held);
+        let inverse = Spectrum::new(&picked(&self.hessian, &places[..count]), count).inverse();
+        let mut correlations = [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS];
+        for (i, row) in correlations.iter_mut().enumerate() {
+            row[i] = 1.0;
+        }
+        for (a, &i) in places[..count].iter().enumerate() {
+            for (b, &j) in places[..count].iter().enumerate().filter(|(b, _)| a != *b) {
+                correlations[i][j] = inverse[a][b] / libm::sqrt(inverse[a][a] * inverse[b][b]);
             }
-            some
-        };
-        let spectrum = Spectrum::new(&picked(&self.hessian), count);
+        }
+        correlations
+    }
+
+    /// Covariances of the estimates at a minimum, by white noise and by the disagreement of the segments. The latter is
+    /// the sandwich of Huber, 1967, and White, Econometrica 50(1), 1982. Unknowns that `held` marks are not among them.
+    #[must_use]
+    pub fn covariances(&self, held: &[bool; MAX_UNKNOWNS]) -> Covariances {
+        let (places, count) = self.known(held);
+        let spectrum = Spectrum::new(&picked(&self.hessian, &places[..count]), count);
         let inverse = spectrum.inverse();
-        let scores = picked(&self.scores);
+        let scores = picked(&self.scores, &places[..count]);
         let freedom = self.segments / (self.segments - 1.0 - count as f64).max(1.0);
         let noise = self.noise();
         let mut variances = [f64::INFINITY; MAX_UNKNOWNS];
@@ -174,6 +189,17 @@ impl Sums {
             condition: spectrum.condition(),
         }
     }
+}
+
+/// The rows and columns of a matrix at some places.
+fn picked(matrix: &Matrix, places: &[usize]) -> Matrix {
+    let mut some = [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS];
+    for (row, &i) in some.iter_mut().zip(places) {
+        for (entry, &j) in row.iter_mut().zip(places) {
+            *entry = matrix[i][j];
+        }
+    }
+    some
 }
 
 /// Variances of the estimates.

@@ -83,6 +83,7 @@ fn every_tangent_is_the_derivative() {
             velocity: 100.0,
             load: 1.0,
         },
+        starts: None,
     };
     let mut failed = false;
     for (delay, lag, share) in [

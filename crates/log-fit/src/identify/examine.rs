@@ -27,6 +27,8 @@ pub struct Examined {
     pub values: Values,
     /// The effects that are estimated in it, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
+    /// The covariance of their errors by chance alone, in the same order.
+    pub covariance: Vec<Vec<f64>>,
     /// The estimates that a command of other sizes would determine better.
     pub needs_more_amplitudes: Vec<Effect>,
     /// Deviation of a measurement from the estimator's refitted model, counts.
@@ -112,10 +114,15 @@ pub fn examine(
         profile.widen(&model, &mut std_errors);
     }
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
-    let (values, estimated) = recording.about_zero(&model.fitted.values, &estimated);
+    let (values, estimated, covariance) = recording.about_zero(
+        &model.fitted.values,
+        &estimated,
+        &model.covariance(fitter, &estimated),
+    );
     Some(Examined {
         values,
         estimated,
+        covariance,
         needs_more_amplitudes,
         noise,
         correlation,

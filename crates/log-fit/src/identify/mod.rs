@@ -6,6 +6,7 @@ mod effect_selection;
 mod every_sample;
 mod examine;
 mod finish;
+mod free_run;
 mod jitter;
 mod load_steps;
 mod model;
@@ -37,6 +38,7 @@ pub use model::Entered;
 pub use candidate::effects;
 pub use course::Course;
 pub use examine::{Estimated, Examined, Lacking, examine};
+pub use free_run::free_run;
 pub use recording::{Logged, MAX_SAMPLES, Recording};
 use uncertainty::Profile;
 pub use uncertainty::SEPARATED;
@@ -48,6 +50,8 @@ pub struct Identified {
     pub values: Values,
     /// The effects that were estimated, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
+    /// The covariance of their errors by chance alone, in the same order.
+    pub covariance: Vec<Vec<f64>>,
     /// The estimates that a command of other sizes would determine better.
     pub needs_more_amplitudes: Vec<Effect>,
     /// The effects that entered, in the order in which they did.
@@ -189,10 +193,15 @@ pub fn identify(
         .noise
         .min(innovations.max(QUANTISATION_SIGMA));
     let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
-    let (found, estimated) = recording.about_zero(&values.with(Effect::Load, load), &estimated);
+    let (found, estimated, covariance) = recording.about_zero(
+        &values.with(Effect::Load, load),
+        &estimated,
+        &model.covariance(&fitter, &estimated),
+    );
     Some(Identified {
         values: found,
         estimated,
+        covariance,
         needs_more_amplitudes,
         entered: model.entered,
         noise,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::fit::{Effect, Record, Values};
+use crate::fit::{Effect, Matrix, Record, Values};
 
 /// A recorded motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,6 +67,19 @@ struct Axis {
     per_travel: f64,
 }
 
+impl Axis {
+    fn new(per_rad: f64, revolution: f64) -> Self {
+        Self {
+            per_rad,
+            per_travel: if revolution > 0.0 {
+                TAU / revolution
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
 /// The most samples of a record: those of a longer log are taken together in blocks.
 pub const MAX_SAMPLES: usize = 1 << 15;
 
@@ -84,17 +97,13 @@ impl<'a> Recording<'a> {
             // Two samples of the record to a block.
             count => (2 * count).div_ceil(MAX_SAMPLES).max(2),
         };
-        let turns = revolution > 0.0;
-        let per_travel = if turns { TAU / revolution } else { 0.0 };
-        Self::of(
-            samples,
-            block,
-            Axis {
-                per_rad,
-                per_travel,
-            },
-            None,
-        )
+        Self::of(samples, block, Axis::new(per_rad, revolution), None)
+    }
+
+    /// The same of every sample, however long the log is.
+    #[must_use]
+    pub fn of_every_sample(samples: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
+        Self::of(samples, 1, Axis::new(per_rad, revolution), None)
     }
 
     /// A recording from the [halves](Logged::halves) of blocks: only the first half of each has a measured position.
@@ -247,27 +256,61 @@ impl<'a> Recording<'a> {
         Self::turned(values, self.middle)
     }
 
-    /// Values whose waves count from angle zero, and the standard errors of effects with them. A wave with one
-    /// estimated part has both.
+    /// Values whose waves count from angle zero, the standard errors of effects with them, and the covariance of their errors
+    /// `by_chance`. A wave with one estimated part has both.
     pub(super) fn about_zero(
         &self,
         values: &Values,
         estimated: &[(Effect, f64)],
-    ) -> (Values, Vec<(Effect, f64)>) {
-        let mut estimated = estimated.to_vec();
+        by_chance: &Matrix,
+    ) -> (Values, Vec<(Effect, f64)>, Vec<Vec<f64>>) {
+        // Each with its parts in the errors from the middle.
+        let of = |parts: &[(Option<usize>, f64)]| {
+            let mut row = vec![0.0; estimated.len()];
+            for &(place, part) in parts {
+                if let Some(entry) = place.and_then(|place| row.get_mut(place)) {
+                    *entry = part;
+                }
+            }
+            row
+        };
+        let mut found: Vec<(Effect, f64, Vec<f64>)> = (estimated.iter().enumerate())
+            .map(|(place, &(effect, error))| (effect, error, of(&[(Some(place), 1.0)])))
+            .collect();
         for (wave, order) in Self::waves(values) {
             let (sin, cos) = (order * self.middle).sin_cos();
-            let error = |effect| estimated.iter().find(|(one, _)| *one == effect);
-            if wave.iter().all(|&effect| error(effect).is_none()) {
+            let places = wave.map(|effect| estimated.iter().position(|(one, _)| *one == effect));
+            if places == [None, None] {
                 continue;
             }
             // About the middle one is odd and the other even: their errors do not go together.
-            let [odd, even] = wave.map(|effect| error(effect).map_or(0.0, |(_, error)| *error));
-            estimated.retain(|(one, _)| !wave.contains(one));
-            estimated.push((wave[0], (odd * cos).hypot(even * sin)));
-            estimated.push((wave[1], (odd * sin).hypot(even * cos)));
+            let [odd, even] =
+                places.map(|place| place.map_or(0.0, |place: usize| estimated[place].1));
+            found.retain(|(one, ..)| !wave.contains(one));
+            for (effect, [of_odd, of_even]) in wave.into_iter().zip([[cos, sin], [-sin, cos]]) {
+                let row = of(&[(places[0], of_odd), (places[1], of_even)]);
+                found.push((effect, (of_odd * odd).hypot(of_even * even), row));
+            }
         }
-        (Self::turned(values, -self.middle), estimated)
+        let product = |one: &[f64], other: &[f64]| -> f64 {
+            let rows = one.iter().zip(by_chance);
+            rows.map(|(own, row)| {
+                let entries = other.iter().zip(row);
+                own * entries.map(|(own, entry)| own * entry).sum::<f64>()
+            })
+            .sum()
+        };
+        let rows = found.iter().map(|(_, _, one)| {
+            let row = found.iter().map(|(_, _, other)| product(one, other));
+            row.collect()
+        });
+        let covariance = rows.collect();
+        let estimated = found.into_iter().map(|(effect, error, _)| (effect, error));
+        (
+            Self::turned(values, -self.middle),
+            estimated.collect(),
+            covariance,
+        )
     }
 
     /// The direction in which the servo moved. None if it moved in both by more than its encoder's noise.
@@ -343,6 +386,15 @@ fn in_blocks(motion: &[Logged], block: usize) -> Vec<Logged> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::MAX_UNKNOWNS;
+
+    fn matrix<const N: usize>(rows: &[[f64; N]; N]) -> Matrix {
+        let mut matrix = [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS];
+        for (entries, row) in matrix.iter_mut().zip(rows) {
+            entries[..N].copy_from_slice(row);
+        }
+        matrix
+    }
 
     #[test]
     fn a_force_that_goes_with_the_way_of_a_linear_axis_repeats_after_its_pole_pitch() {
@@ -362,7 +414,7 @@ mod tests {
         // A third of the pitch on, a wave about zero is a third of a turn on.
         let values = Values::NONE.with(Effect::GravitySine, 1.0);
         let wave = |recording: &Recording<'_>| {
-            let (found, _) = recording.about_zero(&values, &[]);
+            let (found, ..) = recording.about_zero(&values, &[], &matrix(&[]));
             found
                 .get(Effect::GravityCosine)
                 .atan2(found.get(Effect::GravitySine))
@@ -395,7 +447,8 @@ mod tests {
             values.set(wave[1], -0.2);
         }
         let one = [(Effect::GravitySine, 0.1), (Effect::B, 0.3)];
-        let (found, errors) = recording.about_zero(&values, &one);
+        let by_chance = [[0.01, 0.003], [0.003, 0.09]];
+        let (found, errors, covariance) = recording.about_zero(&values, &one, &matrix(&by_chance));
         for ([sine, cosine], order) in waves {
             for angle in [0.9, 1.1] {
                 let at = |values: &Values, angle: f64| {
@@ -418,5 +471,17 @@ mod tests {
         assert!((both - 0.1).abs() < 1e-12, "{errors:?}");
         assert_eq!(error(Effect::B), Some(0.3));
         assert_eq!(error(Effect::InertiaSine), None);
+        let place = |effect| errors.iter().position(|(one, _)| *one == effect);
+        let of = |one, other| covariance[place(one).expect("known")][place(other).expect("known")];
+        let [sine, cosine] = [Effect::GravitySine, Effect::GravityCosine];
+        let (sin, cos) = recording.middle.sin_cos();
+        for (found, wanted) in [
+            (of(sine, cosine), -0.01 * sin * cos),
+            (of(sine, Effect::B), 0.003 * cos),
+            (of(cosine, Effect::B), -0.003 * sin),
+            (of(Effect::B, Effect::B), 0.09),
+        ] {
+            assert!((found - wanted).abs() < 1e-12, "{covariance:?}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::Status;
+use host_sim::analysis::{FoundServo, Status};
 use host_sim::log::{Log, Table};
 use host_sim::predict;
 use host_sim::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
@@ -78,7 +78,7 @@ impl Replay<'_> {
         let duration = f64::from(passes) * length;
         let mut recording = Recording::new(title, &scenario, duration, passes, &mut results);
         let mut pass_shown = 0;
-        let mut replayed = replay::replay(&scenario, learnt, passes, &mut |pass, sample| {
+        let replayed = replay::replay(&scenario, learnt, passes, &mut |pass, sample| {
             if pass != pass_shown {
                 recording.begin_pass();
                 pass_shown = pass;
@@ -87,22 +87,24 @@ impl Replay<'_> {
         })
         .map_err(of_replay)?;
         let mut predictions = Vec::new();
-        let is_whole = scenario.identifier.law.takes_whole_record();
-        let mut is_known = replayed.outcome.abort.is_none();
-        if is_known && is_whole && !predicted.is_empty() {
-            let found = recording.fit_record();
-            is_known = found.is_some();
-            if let Some(found) = found {
-                replayed.estimates = found.servo;
-                replayed.outcome.terms = found.terms;
-                replayed.term_settings = found.settings;
-            }
-        }
-        if is_known {
+        let is_known = replayed.outcome.abort.is_none() && !predicted.is_empty();
+        let found = if !is_known {
+            None
+        } else if scenario.identifier.law.takes_whole_record() {
+            recording.fit_record()
+        } else {
+            let terms = &replayed.outcome.terms;
+            Some(FoundServo::of_estimates(
+                &scenario,
+                &replayed.estimates,
+                terms,
+            ))
+        };
+        if let Some(found) = found {
             for log in predicted {
                 let seen = is_among(learnt, log);
-                let predicted = predict::predict(&scenario, &replayed, log).map_err(of_replay)?;
-                if let Some(open_loop) = predicted.open_loop.filter(|_| !seen) {
+                let predicted = predict::predict(&scenario, &found, log).map_err(of_replay)?;
+                if let Some(open_loop) = predicted.open_loop.as_ref().filter(|_| !seen) {
                     recording.predicted(open_loop.relative);
                 }
                 predictions.push(Prediction::new(log, seen, &predicted));

@@ -1,0 +1,116 @@
+//! The servo that an identification found, with all of its effects.
+
+use identifier_core::error::OutOfRange;
+use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_core::settings::TermSettings;
+use log_fit::fit::{Effect, Values};
+use log_fit::{Logged, Recording, free_run};
+
+use super::assessment::VerifiedEstimate;
+use super::scaled_recording::{Scale, term};
+use crate::experiment::TermEstimate;
+use crate::predict::FrozenServo;
+use crate::scenario::Scenario;
+
+/// A servo with everything that was found of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FoundServo {
+    /// SI.
+    values: Values,
+}
+
+impl FoundServo {
+    /// Numbers that are one.
+    pub const NUMBERS: usize = Effect::COUNT + 3;
+
+    /// Of a fit, in the units of its recording.
+    pub(super) fn of_fit(values: &Values, scale: &Scale) -> Self {
+        Self {
+            values: values.scaled(|effect| scale.of(effect)),
+        }
+    }
+
+    /// Of an online estimator: its estimates, its terms and what the scenario declares.
+    #[must_use]
+    pub fn of_estimates(
+        scenario: &Scenario,
+        estimates: &ServoParameters,
+        terms: &[TermEstimate],
+    ) -> Self {
+        let found = VerifiedEstimate {
+            scenario,
+            servo: *estimates,
+            terms,
+            unknowns: &[],
+        };
+        Self {
+            values: found.values(&Scale::SI),
+        }
+    }
+
+    /// As numbers, to keep it.
+    #[must_use]
+    pub fn numbers(&self) -> [f64; Self::NUMBERS] {
+        let of = &self.values;
+        let orders = [of.order, of.gain_order, of.inertia_order];
+        let mut numbers = Effect::ALL
+            .map(|effect| of.get(effect))
+            .into_iter()
+            .chain(orders);
+        std::array::from_fn(|_| numbers.next().unwrap_or_default())
+    }
+
+    /// Of its [`numbers`](Self::numbers).
+    #[must_use]
+    pub fn of_numbers(numbers: &[f64; Self::NUMBERS]) -> Self {
+        let mut values = Values::NONE;
+        for (effect, &number) in Effect::ALL.into_iter().zip(numbers) {
+            values.set(effect, number);
+        }
+        let [.., order, gain_order, inertia_order] = *numbers;
+        (values.order, values.gain_order, values.inertia_order) =
+            (order, gain_order, inertia_order);
+        Self { values }
+    }
+
+    /// The measured position minus that of this servo for every sample, rad. The commands alone drive it. See [`free_run`].
+    pub(crate) fn free_run(&self, scenario: &Scenario, samples: &[Logged]) -> Option<Vec<f64>> {
+        let units = scenario.units();
+        let revolution = scenario.stated.identifier.terms.revolution;
+        let recording = Recording::of_every_sample(samples, units.position(), revolution);
+        let scale = Scale {
+            time: units.sample_time(),
+            position: units.position_unit(),
+        };
+        let values = self.values.scaled(|effect| 1.0 / scale.of(effect));
+        let errors = free_run(&recording, &values)?;
+        let in_rad = errors.into_iter().map(|error| scale.position * error);
+        Some(in_rad.collect())
+    }
+
+    /// The servo under a controller, with the effects that are terms of the core's model.
+    ///
+    /// # Errors
+    /// A sample time that is not allowed.
+    pub(crate) fn frozen(&self, scenario: &Scenario) -> Result<FrozenServo, OutOfRange> {
+        let values = &self.values;
+        let servo = ServoParameters {
+            a: values.get(Effect::A),
+            b: values.get(Effect::B),
+            coulomb: values.get(Effect::Coulomb),
+            load: values.get(Effect::Load),
+        };
+        let declared = TermSettings {
+            dead_band: values.get(Effect::DeadBand),
+            current_loop: values.get(Effect::CurrentLoop),
+            low_speed_velocity: Some(values.get(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
+            ripple_order: Some(values.order),
+            ..scenario.stated.identifier.terms
+        };
+        let terms = Effect::ALL.into_iter().filter_map(|effect| {
+            let unknown = term(effect).filter(|unknown| unknown.parameter().is_none())?;
+            (unknown != Unknown::DeadBand).then(|| (unknown, values.get(effect)))
+        });
+        Ok(FrozenServo::new(&servo, scenario.sample_time())?.with_terms(&declared, terms))
+    }
+}
