@@ -44,9 +44,9 @@ pub struct CommissionState<N: Number> {
     pub(super) was_end: bool,
     pub(super) watch: ServoWatchState<N>,
     recorder: Recorder<N>,
-    recording: Recording<N>,
-    /// The event of a frequency-response motion, for the solver.
-    pub(super) response_event: Option<EventKind<N>>,
+    is_recording: bool,
+    /// The event for the solver that comes before further blocks.
+    pub(super) event: Option<EventKind<N>>,
     /// Not moved but changed in place: it is too large to be copied in a sample.
     pub(super) response_motion: ResponseMotion<N>,
     /// The model of the holding loop, and the test of a standstill under a command that must move the servo.
@@ -123,19 +123,6 @@ pub(super) enum Next<N> {
     End(Reason),
 }
 
-/// Progress of a record on its way to the solver.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Recording<N> {
-    None,
-    /// It begins in this sample.
-    Begins,
-    Going,
-    /// In its place sums of lines.
-    Lines,
-    /// Its end is to be reported by this event.
-    Ends(EventKind<N>),
-}
-
 impl<N: Number> CommissionState<N> {
     pub(super) fn begun(
         count: i32,
@@ -174,11 +161,11 @@ impl<N: Number> CommissionState<N> {
             was_end: false,
             watch,
             recorder: Recorder::EMPTY,
-            recording: match activity {
-                Activity::Free => Recording::Begins,
-                _ => Recording::None,
+            is_recording: matches!(activity, Activity::Free),
+            event: match activity {
+                Activity::Free => Some(EventKind::Begins(Phase::Rest)),
+                _ => None,
             },
-            response_event: None,
             response_motion: ResponseMotion::NONE,
             rough: RoughModel::UNKNOWN,
             standing: Standing::at(N::ZERO),
@@ -307,42 +294,33 @@ impl<N: Number> CommissionState<N> {
 
     pub(super) fn begin_record(&mut self) {
         self.recorder.begin_anew();
-        self.recording = Recording::Begins;
-    }
-
-    pub(super) fn begin_lines(&mut self) {
-        self.recording = Recording::Lines;
+        self.is_recording = true;
+        self.event = Some(EventKind::Begins(self.phase));
     }
 
     pub(super) fn end_record(&mut self, event: EventKind<N>) {
-        self.recording = Recording::Ends(event);
+        self.is_recording = false;
+        self.event = Some(event);
     }
 
     pub(super) fn drop_record(&mut self) {
-        self.recording = Recording::None;
+        self.is_recording = false;
+        self.event = None;
     }
 
     /// Takes a sample into the record, with the command that acts from now on.
     pub(super) fn record(&mut self, blocking: &Blocking<N>, increment: N) {
-        if matches!(self.recording, Recording::Begins | Recording::Going) {
+        if self.is_recording {
             self.recorder.push(blocking, increment, self.command);
         }
     }
 
     /// The event for the solver in this sample.
     pub(super) fn finding(&mut self) -> Option<RecordEvent<N>> {
-        let event = match self.recording {
-            Recording::None => return None,
-            Recording::Begins => {
-                self.recording = Recording::Going;
-                EventKind::Begins(self.phase)
-            }
-            Recording::Going => EventKind::Block(self.recorder.take()?),
-            Recording::Lines => self.response_event.take()?,
-            Recording::Ends(event) => {
-                self.recording = Recording::None;
-                event
-            }
+        let event = match self.event.take() {
+            Some(event) => event,
+            None if self.is_recording => EventKind::Block(self.recorder.take()?),
+            None => return None,
         };
         Some(RecordEvent(event))
     }

@@ -85,11 +85,11 @@ impl<N: Number> CommissionIsr<N> {
                 match state.response_motion.process(holding, &sample) {
                     ResponseProgress::Going => Ok(()),
                     ResponseProgress::Balance(balance) => {
-                        state.response_event = Some(EventKind::Balance(balance));
+                        state.event = Some(EventKind::Balance(balance));
                         Ok(())
                     }
                     ResponseProgress::Line(sums) => {
-                        state.response_event = Some(EventKind::Line(sums));
+                        state.event = Some(EventKind::Line(sums));
                         Ok(())
                     }
                     ResponseProgress::Over => {
@@ -227,7 +227,6 @@ impl<N: Number> CommissionIsr<N> {
         state.phase = Phase::FrequencyResponse;
         let mut holding = self.held_by(controller, state.position, N::ZERO, state.command);
         state.response_motion.begin(&mut holding);
-        state.begin_lines();
         state.begin(Activity::ResponseWindows(holding));
         Ok(())
     }

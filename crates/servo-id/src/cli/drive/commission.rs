@@ -74,8 +74,13 @@ impl Arguments {
         let outcome = client.outcome().map_err(fault)?;
         client.ask(Command::Watch(0)).map_err(fault)?;
         let state = client.status().map_err(fault)?.state;
-        let recorded = client.recorded().map_err(fault)?;
-        let effects = recorded.effects(&plan.scenario, outcome.commissioning.reason);
+        let effects = match outcome.commissioning.reason {
+            None => Vec::new(),
+            reason => {
+                let recorded = client.recorded().map_err(fault)?;
+                recorded.effects(&plan.scenario, reason)
+            }
+        };
 
         let (time, limits) = (order.sample_time, &order.limits);
         let result = DriveCommissioningResult {
