@@ -195,11 +195,13 @@ async function settle() {
 
 // Lines of name and parts.
 function parse(text) {
-  const found = { effects: [], findings: [], estimates: {} };
+  const found = { effects: [], findings: [], columns: [], chosen: {}, estimates: {} };
   for (const line of text.split('\n').filter(Boolean)) {
     const [name, ...parts] = line.split('\t');
     if (name === 'effect') found.effects.push(parts);
     else if (name === 'finding') found.findings.push(parts);
+    else if (name === 'column') found.columns.push(parts[0]);
+    else if (name === 'chosen') found.chosen[parts[0]] = parts[1];
     else if (['status', 'reason', 'cap', 'none'].includes(name)) found[name] = parts[0];
     else if (['gains', 'promise', 'margins', 'command', 'step', 'rows', 'window'].includes(name)) found[name] = parts.map(Number);
     else found.estimates[name] = { value: Number(parts[0]), error: Number(parts[1]), unit: parts[2] };
@@ -460,7 +462,12 @@ function verdictBox(kind, head, text) {
   return box;
 }
 
-const notTaken = (text) => found(verdictBox('failed', 'This log cannot be used', text));
+// With the columns of a log others can be chosen; without, another file.
+function notTaken(text, ...choices) {
+  const other = element('button', { type: 'button', textContent: 'Choose another file' });
+  other.onclick = () => byId('file').click();
+  found(verdictBox('failed', 'This log cannot be used', text), ...choices, other);
+}
 
 // The bytes of a file, unpacked if it is packed by gzip; or a sentence.
 async function bytesOfLog(file) {
@@ -500,7 +507,7 @@ async function bytesOfLog(file) {
   return bytes;
 }
 
-async function take(file, stated = '') {
+async function take(file, stated = {}) {
   recording = null;
   found(verdictBox('underway', 'Identifying', file.name));
   const bytes = await bytesOfLog(file);
@@ -508,64 +515,113 @@ async function take(file, stated = '') {
     notTaken(`${file.name}: ${bytes}`);
     return;
   }
-  const answer = await judge.ask({ request: 'identify', log: bytes, stated }, [bytes.buffer]);
+  const answer = await judge.ask({ request: 'identify', log: bytes, stated: options(stated) }, [bytes.buffer]);
   if (answer.fault) {
     notTaken(`${file.name}: the module stopped at this file (${answer.fault}) and was restarted; nothing else is lost.`);
     return;
   }
   if (answer.refusal) {
-    const lines = answer.refusal.split('\n');
-    if (lines.some((line) => line.startsWith('?'))) askAbout(file, stated, lines.filter((line) => line.startsWith('?')));
-    else notTaken(answer.refusal.replace(/^the log/, file.name).replaceAll('log.', ''));
+    const { columns } = parse(answer.refusal);
+    const lines = answer.refusal.split('\n').filter((line) => line && !line.startsWith('column\t'));
+    const questions = Object.fromEntries(lines.filter((line) => line.startsWith('?')).map((line) => line.slice(1).split('\t')));
+    const text = lines.join(' ').replace(/^the log/, file.name).replaceAll('log.', '');
+    if (!columns.length && !Object.keys(questions).length) {
+      notTaken(text);
+      return;
+    }
+    const form = choices(file, stated, columns, {}, questions);
+    if (Object.keys(questions).length) found(verdictBox('doubtful', 'The log does not show everything', `${file.name}: answer below.`), form);
+    else notTaken(`${text}. Choose other columns or units below.`, form);
+    form.open = true;
+    (form.querySelector('[data-asked] :is(select, input)') ?? form.querySelector('select'))?.focus();
     return;
   }
   const parsed = parse(answer.verdict), end = parsed.rows?.[0] ?? answer.rows.length;
   recording = { ...parsed, rows: answer.rows.subarray(0, end), response: answer.rows.subarray(end) };
-  showLog(file);
+  showLog(file, stated);
 }
 
-// Questions for the facts that the log does not show.
-function askAbout(file, stated, lines) {
+// What a log may not show: option, words, and the choices, which are columns, a list or a number.
+const SIGN = ['as recorded', 'reversed'];
+const CHOICES = [
+  ['Time', [['time', 'Column', 'column'], ['time-unit', 'Unit', ['s', 'ms', 'us', 'ns', 'samples', 'iso-8601']], ['sample-time', 'From row to row, s', 'number']]],
+  ['Position', [['position', 'Column', 'column'], ['position-unit', 'Unit', ['rad', 'deg', 'turns', 'counts', 'm', 'mm']], ['position-sign', 'Sign', SIGN],
+    ['position-scale', 'Scale', 'number'], ['counts-per-rev', 'Encoder counts per revolution', 'number'], ['wrap', 'Begins again after', 'number']]],
+  ['Command that acted', [['command', 'Column', 'column'], ['command-sign', 'Sign', SIGN], ['command-scale', 'Scale', 'number']]],
+  ['Or the goal of a servo with its own loop', [['goal', 'Column', 'column'], ['kp', 'kp, command units per rad', 'number'], ['kd', 'kd, per rad/s', 'number'],
+    ['limit', 'Limit of its command', 'number'], ['velocity', 'Velocity it acts on', 'column']]],
+  ['Reference, only shown', [['reference', 'Column', 'column']]],
+];
+
+// The lines of options of what is stated. A servo with a goal has no other command, and a sign is one of its scale.
+function options(stated) {
+  const { 'position-sign': position, 'command-sign': command, ...own } = stated;
+  for (const [name, sign] of [['position-scale', position], ['command-scale', command]])
+    if (sign) own[name] = (sign === SIGN[1] ? -1 : 1) * Math.abs(own[name] || 1);
+  if (own.goal) delete own.command;
+  return Object.entries(own).map(([name, value]) => `${name}\t${value}\n`).join('');
+}
+
+// The form with what is stated, and how the rest was taken.
+function choices(file, stated, columns, chosen, questions = {}) {
   const form = element('form');
-  const fields = lines.map((line) => {
-    const [flag, text] = line.slice(1).split('\t');
-    const input = element('input', { name: flag, required: true, autocomplete: 'off' });
-    form.append(element('label', {}, `${text}: `, input));
-    return input;
-  });
+  const signed = { ...chosen };
+  for (const of of ['position', 'command']) {
+    const scale = Number(chosen[`${of}-scale`] ?? NaN);
+    if (Number.isFinite(scale)) Object.assign(signed, { [`${of}-sign`]: SIGN[scale < 0 ? 1 : 0], [`${of}-scale`]: String(Math.abs(scale)) });
+  }
+  for (const [legend, fields] of CHOICES) {
+    const set = element('fieldset', {}, element('legend', { textContent: legend }));
+    for (const [name, text, kind] of fields) {
+      const id = `take-${name}`, taken = signed[name];
+      const names = kind === 'column' ? [...(['time', 'reference'].includes(name) ? ['none'] : []), ...columns] : kind;
+      const shown = (one) => (kind === 'column' && /^\d+$/.test(one) ? `column ${one}` : one);
+      const control = kind === 'number' ? element('input', { id, name, inputMode: 'decimal', autocomplete: 'off', placeholder: taken ?? '', value: stated[name] ?? '' })
+        : element('select', { id, name }, element('option', { value: '', textContent: taken ? `found: ${shown(taken)}` : '–' }),
+          ...names.map((one) => element('option', { value: one, textContent: shown(one), selected: one === stated[name] })));
+      const line = element('div', { className: 'field' }, element('label', { htmlFor: id, textContent: text }), control);
+      if (questions[name]) {
+        line.dataset.asked = name;
+        line.append(element('p', { textContent: `${questions[name]}.` }));
+      }
+      set.append(line);
+    }
+    form.append(set);
+  }
   form.append(element('button', { textContent: 'Identify' }));
   form.onsubmit = (event) => {
     event.preventDefault();
-    const answers = fields.map((input) => `${input.name}\t${input.value.trim()}\n`).join('');
-    take(file, stated + answers);
+    take(file, Object.fromEntries([...new FormData(form)].map(([name, value]) => [name, value.trim()]).filter(([, value]) => value)));
   };
-  found(verdictBox('doubtful', 'The log does not show everything', file.name), form);
-  fields[0].focus();
+  return element('details', { className: 'choices' }, element('summary', { textContent: 'Columns, units and signs' }), form);
 }
 
 const MEANINGS = { a: 'a, viscous friction', b: 'b, gain over inertia', coulomb: 'c, Coulomb friction', load: 'd, load', delay: 'delay' };
 
-function showLog(file) {
-  const { findings, estimates, none, command, window: [free] = [] } = recording;
-  const table = element('table', {}, element('tbody', {}, ...Object.entries(estimates).map(([name, { value, error, unit: own }]) =>
-    element('tr', {}, element('th', { textContent: MEANINGS[name] ?? name }),
-      element('td', { textContent: `${shown(value, 1.96 * error)} ± ${Number.isFinite(error) ? plain(Number((1.96 * error).toPrecision(2))) : '?'} ${own}` })))));
+function showLog(file, stated) {
+  const { findings, estimates, none, command, columns, chosen, window: [free] = [] } = recording;
+  const small = (textContent) => element('small', { textContent });
+  const numbers = Object.entries(estimates).map(([name, { value, error, unit: own }]) => element('p', {}, small(MEANINGS[name] ?? name),
+    element('b', { textContent: `${shown(value, 1.96 * error)} ± ${Number.isFinite(error) ? plain(Number((1.96 * error).toPrecision(2))) : '?'}` }), small(own)));
   const figure = (id, label, ...caption) => {
     const canvas = element('canvas', { className: 'wide', id: `log-${id}` });
     canvas.setAttribute('role', 'img');
     canvas.setAttribute('aria-label', label);
     return element('figure', {}, element('figcaption', {}, ...caption), canvas);
   };
+  const taken = choices(file, stated, columns, chosen);
+  taken.open = recording.status !== 'converged';
   const bold = (textContent) => element('b', { textContent });
   const key = (...names) => element('span', { className: 'key' }, ...names.flatMap(([className, name]) => [element('i', { className }), name]));
-  found(verdictBox(tone(recording.status), `${file.name}: ${title(recording).replace(/^T/, 't')}`, sentence(recording)), table,
-    figure('motion', 'Position of the log over time', bold('Position of the log, rad'),
+  found(verdictBox(tone(recording.status), `${file.name}: ${title(recording).replace(/^T/, 't')}`, sentence(recording)),
+    element('div', { className: 'beside' }, element('div', { className: 'estimates' }, ...numbers), element('div', {}, figure('motion', 'Position of the log over time', bold('Position of the log, rad'),
       ...(free ? [key(['position', 'measured '], ['before', `model, free for ${plain(free)} s`])] : [])),
-    ...(free ? [figure('left', 'Residual of the position over time', bold('Residual, rad'))] : []),
-    ...(none ? [element('p', { id: 'log-gains', textContent: `Not tuned: ${none}.` })] : [
+    ...(free ? [figure('left', 'Residual of the position over time', bold('Residual, rad'))] : []))),
+    ...(none ? [element('p', { id: 'log-gains', textContent: `Not tuned: ${Number.isFinite(estimates.b?.value) ? none : 'there is no servo yet'}.` })] : [
       figure('step', 'Predicted step response under the tuned gains', bold('Predicted step under the tuned gains, rad')),
       element('p', { id: 'log-gains' }, ...gainsOf(recording),
         ` For commands of up to ${plain(command[0])} beyond that of the load, the largest in the log.`)]),
+    taken,
     element('ul', {}, ...findings.map(([about, text]) => element('li', { textContent: `${about}: ${text}` }))));
   drawLog();
 }

@@ -9,9 +9,20 @@ use host_sim::result::Summary;
 use host_sim::scenario::{Estimator, Fault, Purpose, Scenario};
 use host_sim::tune::Tuned;
 
+/// Why a log was not identified, and the columns of which others may be chosen; none of a log that cannot be read.
+#[derive(Debug, Clone)]
+pub struct Refusal {
+    /// A line each; questions begin with a question mark.
+    pub text: String,
+    /// See [`columns`].
+    pub columns: Vec<String>,
+}
+
 /// A log that was identified.
 #[derive(Debug, Clone)]
 pub struct Identified {
+    /// See [`columns`].
+    pub columns: Vec<String>,
     /// How it was taken.
     pub recognised: Recognised,
     /// Its samples' time, s, and how many there are.
@@ -48,14 +59,72 @@ pub fn scenario(recognised: &Recognised) -> Result<Scenario, Fault> {
     scenario.checked(Purpose::Replay)
 }
 
+/// The columns as an option takes them: by name where it is one column's, or by number.
+fn columns(table: &Table) -> Vec<String> {
+    let all = &table.columns;
+    let name = |(place, name): (usize, &String)| {
+        let is_own = table.has_heading && all.iter().filter(|of| of.name == *name).count() == 1;
+        if is_own && !name.is_empty() {
+            name.clone()
+        } else {
+            (place + 1).to_string()
+        }
+    };
+    all.iter()
+        .map(|column| &column.name)
+        .enumerate()
+        .map(name)
+        .collect()
+}
+
 /// Identifies a log of some bytes.
 ///
 /// # Errors
-/// Why it cannot be, a line each.
-pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, String> {
-    let table = Table::of_text(Path::new("the log"), Cursor::new(bytes))
-        .map_err(|error| error.to_string())?;
-    let recognised = recognise(&table, stated).map_err(|error| match error {
+/// Why it cannot be, with the columns that may be chosen.
+pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, Refusal> {
+    let table = Table::of_text(Path::new("the log"), Cursor::new(bytes));
+    let table = table.map_err(|error| Refusal {
+        text: error.to_string(),
+        columns: Vec::new(),
+    })?;
+    let columns = columns(&table);
+    let refused = |text| Refusal {
+        text,
+        columns: columns.clone(),
+    };
+    let (recognised, log, found) = read(&table, stated).map_err(refused)?;
+    let mut rows = Vec::new();
+    let found = host_sim::identify(found, std::slice::from_ref(&log), &mut |sample| {
+        rows.push([sample.time, sample.position, f64::NAN]);
+    });
+    let host_sim::Identified {
+        scenario,
+        summary,
+        seen,
+        ..
+    } = found.map_err(|error| refused(error.to_string()))?;
+    for (row, error) in rows
+        .iter_mut()
+        .zip(seen.iter().flat_map(|seen| &seen.errors))
+    {
+        row[2] = *error;
+    }
+    let tuned = Tuned::stiffest(&scenario, &summary).map(|(tuned, _)| tuned);
+    Ok(Identified {
+        columns,
+        recognised,
+        sample_time: log.sample_time,
+        samples: log.samples,
+        rows,
+        window: seen.map(|seen| seen.window),
+        summary,
+        tuned,
+    })
+}
+
+/// How a log is taken, its samples and the scenario of its identification.
+fn read(table: &Table, stated: &LogOptions) -> Result<(Recognised, Log, Scenario), String> {
+    let recognised = recognise(table, stated).map_err(|error| match error {
         Unrecognised::Log(error) => error.to_string(),
         Unrecognised::Unknown(questions) => {
             let lines = questions.iter();
@@ -66,32 +135,7 @@ pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, Strin
         }
     })?;
     let scenario = scenario(&recognised).map_err(|fault| fault.to_string())?;
-    let log = Log::new(&table, &scenario.log_columns(), scenario.log_sample_time())
-        .map_err(|error| error.to_string())?;
-    let mut rows = Vec::new();
-    let found = host_sim::identify(scenario, std::slice::from_ref(&log), &mut |sample| {
-        rows.push([sample.time, sample.position, f64::NAN]);
-    });
-    let host_sim::Identified {
-        scenario,
-        summary,
-        seen,
-        ..
-    } = found.map_err(|error| error.to_string())?;
-    for (row, error) in rows
-        .iter_mut()
-        .zip(seen.iter().flat_map(|seen| &seen.errors))
-    {
-        row[2] = *error;
-    }
-    let tuned = Tuned::stiffest(&scenario, &summary).map(|(tuned, _)| tuned);
-    Ok(Identified {
-        recognised,
-        sample_time: log.sample_time,
-        samples: log.samples,
-        rows,
-        window: seen.map(|seen| seen.window),
-        summary,
-        tuned,
-    })
+    let log = Log::new(table, &scenario.log_columns(), scenario.log_sample_time());
+    let log = log.map_err(|error| error.to_string())?;
+    Ok((recognised, log, scenario))
 }

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::fmt::Write;
 
-use host_sim::recognise::LogOptions;
+use host_sim::recognise::{LogOptions, Recognised};
 use host_sim::result::Summary;
 use host_sim::tune::{Conditions, Tuned};
 use identifier_core::parameters::Parameter;
@@ -134,6 +134,40 @@ fn shown_time(tuning: &Tuning) -> f64 {
     (SHOWN[0] / tuning.bandwidth).max(SHOWN[1])
 }
 
+/// Columns, a line each.
+fn listed(columns: &[String]) -> String {
+    let lines = columns.iter().map(|name| format!("column\t{name}\n"));
+    lines.collect()
+}
+
+/// What a log was taken as, by option.
+fn chosen(recognised: &Recognised) -> Vec<(&'static str, String)> {
+    let settings = &recognised.settings;
+    let units = &settings.units;
+    let reference = match recognised.inner {
+        Some(_) => "goal",
+        None => "reference",
+    };
+    let columns = [
+        ("time", settings.time.as_ref()),
+        ("position", Some(&settings.position)),
+        ("command", settings.command.as_ref()),
+        (reference, settings.reference.as_ref()),
+        ("velocity", settings.velocity.as_ref()),
+    ];
+    let columns = columns.into_iter();
+    let columns = columns.filter_map(|(option, column)| Some((option, column?.to_string())));
+    let more = [
+        ("time-unit", units.time.name().to_owned()),
+        ("position-unit", units.position.name().to_owned()),
+        ("position-scale", units.position_scale.to_string()),
+        ("command-scale", units.command_scale.to_string()),
+    ];
+    let counts = recognised.counts_per_rev;
+    let counts = counts.map(|counts| ("counts-per-rev", counts.to_string()));
+    columns.chain(more).chain(counts).collect()
+}
+
 /// A buffer for what is to be read next.
 #[unsafe(no_mangle)]
 pub extern "C" fn input(length: usize) -> *mut u8 {
@@ -242,7 +276,7 @@ pub extern "C" fn scenario() -> u32 {
 
 /// Identifies the log in the buffer, which follows a text of `stated` bytes. The text has answers to questions, one per
 /// line: flag, tab, answer. The numbers are time, position and residual of its samples. Open questions are lines that
-/// begin with a question mark. After the rows follows the predicted step of the gains for the result.
+/// begin with a question mark. A line each has the columns that may be chosen. After the rows follows the predicted step of the gains for the result.
 #[unsafe(no_mangle)]
 pub extern "C" fn identify(stated: usize) -> u32 {
     answer(|page| {
@@ -253,8 +287,13 @@ pub extern "C" fn identify(stated: usize) -> u32 {
             let refused = |allowed| format!("?{flag}\t{allowed}");
             stated.answer(flag, answer).map_err(refused)?;
         }
-        let found = log::identify(log, &stated)?;
+        let found = log::identify(log, &stated);
+        let found = found.map_err(|refusal| refusal.text + "\n" + &listed(&refusal.columns))?;
         page.result(&found.summary);
+        page.text += &listed(&found.columns);
+        for (option, value) in chosen(&found.recognised) {
+            let _ = writeln!(page.text, "chosen\t{option}\t{value}");
+        }
         for finding in &found.recognised.findings {
             let _ = writeln!(page.text, "finding\t{}\t{}", finding.about, finding.text);
         }

@@ -148,10 +148,13 @@ impl<'a> Candidates<'a> {
         let pusher = of(found.reading.trial.command, pushes.is_some());
         let is_goal =
             goal.is_some() || (command.is_none() && pusher.named.quantity == Quantity::Reference);
+        // The sign that is stated of the position is not in its column yet.
+        let is_turned = stated.position_scale.is_some_and(|scale| scale < 0.0);
+        let is_against = found.reading.is_reversed != is_turned;
         Ok(Columns {
             time: clock.chosen.clone(),
             is_velocity: found.reading.trial.order == Order::Velocity,
-            is_reversed: !is_goal && found.reading.is_reversed && found.reading.bits > HEARD,
+            is_reversed: !is_goal && is_against && found.reading.bits > HEARD,
             position: measured,
             command: (!is_goal).then(|| pusher.clone()),
             reference: if is_goal { Some(pusher) } else { reference },
