@@ -35,6 +35,7 @@ pub mod compare;
 #[cfg(feature = "experiments")]
 pub mod drift;
 pub mod experiment;
+mod found_servo;
 pub mod gone;
 mod identify;
 pub mod log;
@@ -48,6 +49,7 @@ mod readings;
 pub mod recognise;
 pub mod replay;
 pub mod result;
+mod scaled_recording;
 pub mod scenario;
 pub mod simulate;
 #[cfg(feature = "experiments")]
@@ -55,4 +57,5 @@ pub mod sweep;
 pub mod tune;
 pub mod verdict;
 
+pub use found_servo::FoundServo;
 pub use identify::{Identified, identify};

@@ -6,7 +6,8 @@
 
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::{FoundServo, Summariser};
+use host_sim::FoundServo;
+use host_sim::analysis::Summariser;
 use host_sim::experiment::TermEstimate;
 use host_sim::log::Log;
 use host_sim::predict::predict;

@@ -1,6 +1,6 @@
 //! Prediction of a log by a servo that was identified.
 
-use host_sim::analysis::FoundServo;
+use host_sim::FoundServo;
 use host_sim::log::Row;
 use host_sim::replay::fitted;
 use host_sim::result::Prediction;

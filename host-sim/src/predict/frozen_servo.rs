@@ -3,6 +3,11 @@ use identifier_core::parameters::{ServoParameters, Unknown};
 use identifier_core::replay::{ReplayModel, ReplayState};
 use identifier_core::settings::TermSettings;
 use identifier_core::units::Units;
+use log_fit::fit::Effect;
+
+use crate::found_servo::FoundServo;
+use crate::scaled_recording::term;
+use crate::scenario::Scenario;
 
 /// A servo with constant parameters. It is the model of the identifiers with every term and without any correction.
 ///
@@ -56,6 +61,32 @@ impl FrozenServo {
             model: ReplayModel::new(&self.units, &self.servo, declared, found),
             ..self
         }
+    }
+
+    /// A servo that was found, with the effects that are terms of the core's model.
+    ///
+    /// # Errors
+    /// A sample time that is not allowed.
+    pub(super) fn of(found: &FoundServo, scenario: &Scenario) -> Result<Self, OutOfRange> {
+        let values = found.values();
+        let servo = ServoParameters {
+            a: values.get(Effect::A),
+            b: values.get(Effect::B),
+            coulomb: values.get(Effect::Coulomb),
+            load: values.get(Effect::Load),
+        };
+        let declared = TermSettings {
+            dead_band: values.get(Effect::DeadBand),
+            current_loop: values.get(Effect::CurrentLoop),
+            low_speed_velocity: Some(values.get(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
+            ripple_order: Some(values.order),
+            ..scenario.stated.identifier.terms
+        };
+        let terms = Effect::ALL.into_iter().filter_map(|effect| {
+            let unknown = term(effect).filter(|unknown| unknown.parameter().is_none())?;
+            (unknown != Unknown::DeadBand).then(|| (unknown, values.get(effect)))
+        });
+        Ok(Self::new(&servo, scenario.sample_time())?.with_terms(&declared, terms))
     }
 
     /// At a position (rad) with a velocity (rad a sample); the command that acts has acted for long.

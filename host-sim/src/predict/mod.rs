@@ -16,7 +16,7 @@ pub use frozen_servo::{FrozenServo, State};
 pub use open_loop::OpenLoop;
 use open_loop::open_loop;
 
-use crate::analysis::FoundServo;
+use crate::found_servo::FoundServo;
 use crate::log::Log;
 use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Fault, Scenario};
@@ -40,7 +40,7 @@ pub fn predict(scenario: &Scenario, found: &FoundServo, log: &Log) -> Result<Pre
     let rows = log.rows();
     let closed_loop = match scenario.stated.controller {
         Some(_) => {
-            let servo = found.frozen(scenario);
+            let servo = FrozenServo::of(found, scenario);
             let servo = servo.map_err(|error| scenario.fault(&error.into()))?;
             with_velocity!(scenario, f64 => closed_loop(scenario, &servo, rows))?
         }

@@ -1,7 +1,7 @@
 use log_fit::Logged;
 
 use super::squares::Squares;
-use crate::analysis::FoundServo;
+use crate::found_servo::FoundServo;
 use crate::log::Row;
 use crate::scenario::Scenario;
 
@@ -54,6 +54,7 @@ mod tests {
 
     use super::*;
     use crate::experiment::TermEstimate;
+    use crate::predict::FrozenServo;
     use crate::scenario::Purpose;
 
     const SERVO: ServoParameters = ServoParameters {
@@ -185,9 +186,8 @@ mod tests {
         assert!(exact < 1e-5, "{exact}");
         // The pendulum of a fifth less is simulated alone, and is elsewhere by what the core's own model says.
         let weak = error(-24.0);
-        let frozen = FoundServo::of_estimates(&scenario, &servo, &[gravity(-24.0)])
-            .frozen(&scenario)
-            .expect("valid");
+        let found = FoundServo::of_estimates(&scenario, &servo, &[gravity(-24.0)]);
+        let frozen = FrozenServo::of(&found, &scenario).expect("valid");
         let first = samples[0].position - weak.errors[0];
         let second = samples[1].position - weak.errors[1];
         let moved = second - first;

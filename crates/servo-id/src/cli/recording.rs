@@ -2,7 +2,8 @@
 
 use std::sync::atomic::Ordering;
 
-use host_sim::analysis::{FoundServo, Seen, Status, Summariser};
+use host_sim::FoundServo;
+use host_sim::analysis::{Seen, Status, Summariser};
 use host_sim::experiment::{Outcome, Sample};
 use host_sim::result::ReplayNotes;
 use host_sim::scenario::Scenario;

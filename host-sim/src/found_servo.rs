@@ -1,15 +1,11 @@
 //! The servo that an identification found, with all of its effects.
 
-use identifier_core::error::OutOfRange;
-use identifier_core::parameters::{ServoParameters, Unknown};
-use identifier_core::settings::TermSettings;
+use identifier_core::parameters::ServoParameters;
 use log_fit::fit::{Effect, Values};
 use log_fit::{Logged, Recording, free_run};
 
-use super::assessment::VerifiedEstimate;
-use super::scaled_recording::{Scale, term};
 use crate::experiment::TermEstimate;
-use crate::predict::FrozenServo;
+use crate::scaled_recording::Scale;
 use crate::scenario::Scenario;
 
 /// A servo with everything that was found of it.
@@ -24,7 +20,7 @@ impl FoundServo {
     pub const NUMBERS: usize = Effect::COUNT + 3;
 
     /// Of a fit, in the units of its recording.
-    pub(super) fn of_fit(values: &Values, scale: &Scale) -> Self {
+    pub(crate) fn of_fit(values: &Values, scale: &Scale) -> Self {
         Self {
             values: values.scaled(|effect| scale.of(effect)),
         }
@@ -37,14 +33,8 @@ impl FoundServo {
         estimates: &ServoParameters,
         terms: &[TermEstimate],
     ) -> Self {
-        let found = VerifiedEstimate {
-            scenario,
-            servo: *estimates,
-            terms,
-            unknowns: &[],
-        };
         Self {
-            values: found.values(&Scale::SI),
+            values: Scale::SI.model(scenario, estimates, terms),
         }
     }
 
@@ -88,29 +78,8 @@ impl FoundServo {
         Some(in_rad.collect())
     }
 
-    /// The servo under a controller, with the effects that are terms of the core's model.
-    ///
-    /// # Errors
-    /// A sample time that is not allowed.
-    pub(crate) fn frozen(&self, scenario: &Scenario) -> Result<FrozenServo, OutOfRange> {
-        let values = &self.values;
-        let servo = ServoParameters {
-            a: values.get(Effect::A),
-            b: values.get(Effect::B),
-            coulomb: values.get(Effect::Coulomb),
-            load: values.get(Effect::Load),
-        };
-        let declared = TermSettings {
-            dead_band: values.get(Effect::DeadBand),
-            current_loop: values.get(Effect::CurrentLoop),
-            low_speed_velocity: Some(values.get(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
-            ripple_order: Some(values.order),
-            ..scenario.stated.identifier.terms
-        };
-        let terms = Effect::ALL.into_iter().filter_map(|effect| {
-            let unknown = term(effect).filter(|unknown| unknown.parameter().is_none())?;
-            (unknown != Unknown::DeadBand).then(|| (unknown, values.get(effect)))
-        });
-        Ok(FrozenServo::new(&servo, scenario.sample_time())?.with_terms(&declared, terms))
+    /// Everything that was found, SI.
+    pub(crate) fn values(&self) -> &Values {
+        &self.values
     }
 }
