@@ -15,6 +15,7 @@ mod metered;
 mod playground;
 mod python;
 mod register_calls;
+mod release;
 mod same_bits;
 mod seal;
 mod soak;
@@ -72,6 +73,8 @@ enum Verb {
     },
     /// Build the Python package's wheel, install it in an environment of its own, and run its tests.
     Python,
+    /// Build everything that is handed out into target/release-artefacts, and try each part in an empty folder.
+    Release,
     /// Run a part of the firmware's bench in the emulator.
     Bench {
         /// The part: same, samples, terms, commission or turns.
@@ -93,6 +96,7 @@ fn main() -> ExitCode {
             playground::build(&out.unwrap_or_else(playground::usual_folder))
         }
         Verb::Python => python::check(),
+        Verb::Release => release::make(),
         Verb::Bench { part } => firmware::bench(&part, None)
             .and_then(|bench| emulator::run(emulator::BOARD, &bench))
             .map(|printed| print!("{printed}")),

@@ -9,6 +9,8 @@ use std::process::Command;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 
+use crate::firmware::built;
+
 const TARGET: &str = "wasm32-unknown-unknown";
 
 /// The largest page, bytes.
@@ -51,13 +53,7 @@ pub(crate) fn build(folder: &Path) -> Result<(), String> {
 
 /// Where the page is built unless another folder is asked for.
 pub(crate) fn usual_folder() -> PathBuf {
-    target().join("playground")
-}
-
-/// The folder of products, in full.
-pub(crate) fn target() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from)
+    built().join("playground")
 }
 
 /// Builds the module.
@@ -102,7 +98,7 @@ fn module(root: &Path) -> Result<Vec<u8>, String> {
             TARGET,
         ],
     )?;
-    let file = target().join(TARGET).join("playground/playground.wasm");
+    let file = built().join(TARGET).join("playground/playground.wasm");
     fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))
 }
 

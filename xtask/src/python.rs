@@ -4,13 +4,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::firmware::root;
-use crate::playground::target;
+use crate::firmware::{built, root};
+
+/// The package.
+const PACKAGE: &str = "crates/identifier-py";
+
+const QUIET: [&str; 3] = ["install", "--quiet", "--disable-pip-version-check"];
 
 /// The largest wheel, bytes.
 const MAX_WHEEL: u64 = 2_000_000;
 
-/// Packages of the environment: the builder, and those that the tests need.
+/// Packages of the tests' environment: the builder, and those that the tests need.
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.26", "distributed>=2024.1"];
 
 /// The extras of the wheel whose libraries the tests of readers need, which are skipped without.
@@ -18,29 +22,66 @@ const EXTRAS: &str = "mat,parquet,ros,ulog,wpilog";
 
 /// Builds the wheel, installs it and runs its tests against the program, which is built.
 pub(crate) fn check() -> Result<(), String> {
-    let folder = target().join("python");
-    let environment = folder.join("environment");
+    let Some(environment) = environment(&PACKAGES)? else {
+        return Ok(());
+    };
+    let wheel = wheel(&environment, &[])?;
+    let program = |name: &str| Command::new(environment.join("bin").join(name));
+    let anew = ["--no-deps", "--force-reinstall"];
+    run(program("pip").args(QUIET).args(anew).arg(&wheel))?;
+    let with_extras = format!("{}[{EXTRAS}]", wheel.display());
+    if run(program("pip").args(QUIET).args([&with_extras, "pandas>=2"])).is_err() {
+        println!("skipped: pip cannot get the libraries of {EXTRAS}, and pandas");
+    }
+    // From a folder in which nothing but the installed package can be found.
+    for tests in ["tests/test_servo_id.py", "tests/test_read.py"] {
+        run(program("python")
+            .arg(root().join(PACKAGE).join(tests))
+            .env("SERVO_ID_PROGRAM", built().join("debug/servo-id"))
+            .current_dir(wheels()))?;
+    }
+    Ok(())
+}
+
+/// An environment with packages; none if they cannot be had, which is said.
+pub(crate) fn environment(packages: &[&str]) -> Result<Option<PathBuf>, String> {
+    let environment = built().join("python/environment");
     run(Command::new("python3")
         .args(["-m", "venv"])
         .arg(&environment))
     .map_err(|fault| {
         format!("{fault}: Python 3.11 or later with venv is needed (Debian: python3-venv)")
     })?;
-    let program = |name: &str| Command::new(environment.join("bin").join(name));
-    let quiet = ["install", "--quiet", "--disable-pip-version-check"];
-    if run(program("pip").args(quiet).args(PACKAGES)).is_err() {
-        println!("skipped: pip cannot get {}", PACKAGES.join(", "));
-        return Ok(());
+    let mut pip = Command::new(environment.join("bin/pip"));
+    if run(pip.args(QUIET).args(packages)).is_err() {
+        println!("skipped: pip cannot get {}", packages.join(", "));
+        return Ok(None);
     }
-    let package = root().join("crates/identifier-py");
-    let wheels = folder.join("wheels");
-    let _ = fs::remove_dir_all(&wheels);
-    run(program("maturin")
+    Ok(Some(environment))
+}
+
+fn wheels() -> PathBuf {
+    built().join("python/wheels")
+}
+
+/// Builds a wheel by the builder of an environment, with further options of it.
+pub(crate) fn wheel(environment: &Path, options: &[&str]) -> Result<PathBuf, String> {
+    let _ = fs::remove_dir_all(wheels());
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let own = [environment.join("bin")].into_iter();
+    let path = own.chain(std::env::split_paths(&path));
+    let path = std::env::join_paths(path).map_err(|error| error.to_string())?;
+    run(Command::new(environment.join("bin/maturin"))
         .args(["build", "--release", "--locked", "--out"])
-        .arg(&wheels)
-        .env("CARGO_TARGET_DIR", &folder)
-        .current_dir(&package))?;
-    let wheel = only_file(&wheels)?;
+        .arg(wheels())
+        .args(options)
+        .envs([
+            ("CARGO_TARGET_DIR", built().join("python").as_os_str()),
+            // Where the builder looks for its linker.
+            ("PATH", &path),
+        ])
+        .current_dir(root().join(PACKAGE)))?;
+    let wheel = only_file(&wheels())?;
     let bytes = fs::metadata(&wheel).map_or(u64::MAX, |found| found.len());
     if bytes > MAX_WHEEL {
         return Err(format!(
@@ -49,23 +90,10 @@ pub(crate) fn check() -> Result<(), String> {
         ));
     }
     println!("{}: {bytes} bytes", wheel.display());
-    let anew = ["--no-deps", "--force-reinstall"];
-    run(program("pip").args(quiet).args(anew).arg(&wheel))?;
-    let with_extras = format!("{}[{EXTRAS}]", wheel.display());
-    if run(program("pip").args(quiet).args([&with_extras, "pandas>=2"])).is_err() {
-        println!("skipped: pip cannot get the libraries of {EXTRAS}, and pandas");
-    }
-    // From a folder in which nothing but the installed package can be found.
-    for tests in ["tests/test_servo_id.py", "tests/test_read.py"] {
-        run(program("python")
-            .arg(package.join(tests))
-            .env("SERVO_ID_PROGRAM", target().join("debug/servo-id"))
-            .current_dir(&wheels))?;
-    }
-    Ok(())
+    Ok(wheel)
 }
 
-fn run(command: &mut Command) -> Result<(), String> {
+pub(crate) fn run(command: &mut Command) -> Result<(), String> {
     let name = command.get_program().display().to_string();
     match command.status() {
         Ok(status) if status.success() => Ok(()),
