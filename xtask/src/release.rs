@@ -126,7 +126,7 @@ fn page(artefacts: &Path) -> Result<(), String> {
     let page = copied(&folder.join("index.html"), artefacts, "playground.html")?;
     let text = fs::read_to_string(&page).map_err(|error| at(&page, error))?;
     let loads = |from: &&str| text.contains(*from);
-    if let Some(from) = ["src=\"", "<link", "@import"]
+    if let Some(from) = ["src=\"", "href=\"http", "@import"]
         .iter()
         .find(|from| loads(from))
     {
