@@ -1,8 +1,9 @@
 //! Identification from logs: the one way from their samples to what is known of the servo.
 
-use crate::analysis::{FoundServo, Seen, Summariser};
+use crate::analysis::{Seen, Summariser};
 use crate::experiment::Sample;
 use crate::log::Log;
+use crate::predict::FoundServo;
 use crate::replay::{fitted, replay};
 use crate::result::{LogReading, ReplayNotes, Summary};
 use crate::scenario::{Fault, Scenario};

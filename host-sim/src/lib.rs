@@ -48,6 +48,7 @@ mod readings;
 pub mod recognise;
 pub mod replay;
 pub mod result;
+mod scaled_recording;
 pub mod scenario;
 pub mod simulate;
 #[cfg(feature = "experiments")]

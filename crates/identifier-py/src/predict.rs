@@ -1,7 +1,7 @@
 //! Prediction of a log by a servo that was identified.
 
-use host_sim::analysis::FoundServo;
 use host_sim::log::Row;
+use host_sim::predict::FoundServo;
 use host_sim::replay::fitted;
 use host_sim::result::Prediction;
 use host_sim::scenario::Purpose;

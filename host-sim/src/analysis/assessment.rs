@@ -5,11 +5,11 @@ use identifier_core::parameters::{ServoParameters, Unknown};
 use log_fit::fit::{Effect, RecordStatistics, Values};
 
 use super::Statistics;
-use super::scaled_recording::{Scale, ScaledRecording, effect, unit};
 use super::scales::Scales;
 use super::whole_record::WholeRecord;
 use crate::experiment::TermEstimate;
 use crate::result::{Finding, Residual};
+use crate::scaled_recording::{Scale, ScaledRecording, effect, unit};
 use crate::scenario::Scenario;
 use crate::verdict::FitEvidence;
 use log_fit::{Estimated, Lacking, Logged, MAX_SAMPLES, effects, examine};
@@ -207,22 +207,9 @@ impl Assessment {
 
 impl VerifiedEstimate<'_> {
     /// The estimator's model in the units of a record.
-    pub(super) fn values(&self, scale: &Scale) -> Values {
+    fn values(&self, scale: &Scale) -> Values {
         let declared = &self.scenario.stated.identifier.terms;
-        let four = [Unknown::A, Unknown::B, Unknown::Coulomb, Unknown::Load];
-        let of_servo =
-            |unknown: Unknown| Some((unknown, unknown.parameter()?.value_in(&self.servo)));
-        let found = self.terms.iter().map(|term| (term.unknown, term.value));
-        let sizes = std::iter::once((Unknown::Delay, declared.delay))
-            .chain(four.into_iter().filter_map(of_servo))
-            .chain(found);
-        let mut values = scale.declared(declared);
-        for (unknown, size) in sizes {
-            if let Some(effect) = effect(unknown) {
-                values.set(effect, size / scale.of(effect));
-            }
-        }
-        values
+        scale.values(declared, &self.servo, self.terms)
     }
 }
 

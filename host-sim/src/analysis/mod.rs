@@ -4,10 +4,8 @@ mod assessment;
 mod closed_loop;
 mod estimate;
 mod evidence;
-mod found_servo;
 mod information;
 mod reachable;
-mod scaled_recording;
 mod scales;
 mod seen;
 mod sensor_noise;
@@ -18,7 +16,6 @@ mod whole_record;
 
 pub use crate::verdict::Status;
 pub use closed_loop::{LoopFigures, Response};
-pub use found_servo::FoundServo;
 pub use seen::{Braking, FoundResponse, Seen};
 pub use statistics::Statistics;
 pub use summary::Summariser;

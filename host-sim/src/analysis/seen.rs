@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use identifier_core::parameters::Unknown;
 use log_fit::Logged;
 
-use super::scaled_recording::ScaledRecording;
 use super::whole_record::WholeRecord;
+use crate::scaled_recording::ScaledRecording;
 use crate::scenario::Scenario;
 
 /// The residuals of a model over its log, SI.

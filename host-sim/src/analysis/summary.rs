@@ -9,7 +9,6 @@ use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
 use super::assessment::{Assessment, Effort, VerifiedEstimate};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
-use super::found_servo::FoundServo;
 use super::reachable::Reachable;
 use super::seen::Seen;
 use super::sensor_noise::NoiseMeter;
@@ -17,6 +16,7 @@ use super::statistics::Statistics;
 use super::tail_buffer::TailBuffer;
 use super::whole_record::WholeRecord;
 use crate::experiment::{Outcome, Sample, TermEstimate};
+use crate::predict::FoundServo;
 use crate::result::{
     Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };

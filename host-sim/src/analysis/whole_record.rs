@@ -3,11 +3,11 @@
 use identifier_core::parameters::{ServoParameters, Terms, Unknown};
 use log_fit::fit::Effect;
 
-use super::found_servo::FoundServo;
-use super::scaled_recording::{Scale, ScaledRecording, effect, term};
 use super::scales::Scales;
 use crate::experiment::TermEstimate;
+use crate::predict::FoundServo;
 use crate::result::{BrakingForce, EnteredEffect, FitNotes};
+use crate::scaled_recording::{Scale, ScaledRecording, effect, term};
 use crate::scenario::Scenario;
 use crate::verdict::{Cause, FitEvidence};
 use log_fit::{GoesOn, Identified, Logged, ModelDemand, identify};

@@ -6,17 +6,18 @@
 //! model ([`FrozenServo`]).
 
 mod closed_loop;
+mod found_servo;
 mod frozen_servo;
 mod open_loop;
 mod squares;
 
 pub use closed_loop::ClosedLoop;
 use closed_loop::closed_loop;
+pub use found_servo::FoundServo;
 pub use frozen_servo::{FrozenServo, State};
 pub use open_loop::OpenLoop;
 use open_loop::open_loop;
 
-use crate::analysis::FoundServo;
 use crate::log::Log;
 use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Fault, Scenario};

@@ -1,7 +1,7 @@
 use log_fit::Logged;
 
+use super::FoundServo;
 use super::squares::Squares;
-use crate::analysis::FoundServo;
 use crate::log::Row;
 use crate::scenario::Scenario;
 

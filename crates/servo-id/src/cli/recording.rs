@@ -2,8 +2,9 @@
 
 use std::sync::atomic::Ordering;
 
-use host_sim::analysis::{FoundServo, Seen, Status, Summariser};
+use host_sim::analysis::{Seen, Status, Summariser};
 use host_sim::experiment::{Outcome, Sample};
+use host_sim::predict::FoundServo;
 use host_sim::result::ReplayNotes;
 use host_sim::scenario::Scenario;
 use host_sim::verdict::VerdictReason;

@@ -1,8 +1,8 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::{FoundServo, Status};
+use host_sim::analysis::Status;
 use host_sim::log::{Log, Table};
-use host_sim::predict;
+use host_sim::predict::{self, FoundServo};
 use host_sim::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
 use host_sim::replay;
 use host_sim::result::{LogReading, Prediction, ReplayNotes};

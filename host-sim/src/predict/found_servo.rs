@@ -6,10 +6,9 @@ use identifier_core::settings::TermSettings;
 use log_fit::fit::{Effect, Values};
 use log_fit::{Logged, Recording, free_run};
 
-use super::assessment::VerifiedEstimate;
-use super::scaled_recording::{Scale, term};
+use super::FrozenServo;
 use crate::experiment::TermEstimate;
-use crate::predict::FrozenServo;
+use crate::scaled_recording::{Scale, term};
 use crate::scenario::Scenario;
 
 /// A servo with everything that was found of it.
@@ -24,7 +23,7 @@ impl FoundServo {
     pub const NUMBERS: usize = Effect::COUNT + 3;
 
     /// Of a fit, in the units of its recording.
-    pub(super) fn of_fit(values: &Values, scale: &Scale) -> Self {
+    pub(crate) fn of_fit(values: &Values, scale: &Scale) -> Self {
         Self {
             values: values.scaled(|effect| scale.of(effect)),
         }
@@ -37,14 +36,9 @@ impl FoundServo {
         estimates: &ServoParameters,
         terms: &[TermEstimate],
     ) -> Self {
-        let found = VerifiedEstimate {
-            scenario,
-            servo: *estimates,
-            terms,
-            unknowns: &[],
-        };
+        let declared = &scenario.stated.identifier.terms;
         Self {
-            values: found.values(&Scale::SI),
+            values: Scale::SI.values(declared, estimates, terms),
         }
     }
 
@@ -74,7 +68,7 @@ impl FoundServo {
     }
 
     /// The measured position minus that of this servo for every sample, rad. The commands alone drive it. See [`free_run`].
-    pub(crate) fn free_run(&self, scenario: &Scenario, samples: &[Logged]) -> Option<Vec<f64>> {
+    pub(super) fn free_run(&self, scenario: &Scenario, samples: &[Logged]) -> Option<Vec<f64>> {
         let units = scenario.units();
         let revolution = scenario.stated.identifier.terms.revolution;
         let recording = Recording::of_every_sample(samples, units.position(), revolution);
@@ -92,7 +86,7 @@ impl FoundServo {
     ///
     /// # Errors
     /// A sample time that is not allowed.
-    pub(crate) fn frozen(&self, scenario: &Scenario) -> Result<FrozenServo, OutOfRange> {
+    pub(super) fn frozen(&self, scenario: &Scenario) -> Result<FrozenServo, OutOfRange> {
         let values = &self.values;
         let servo = ServoParameters {
             a: values.get(Effect::A),

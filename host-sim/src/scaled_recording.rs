@@ -1,21 +1,22 @@
 //! A run or a log as the fit takes it, and the units of its effects.
 
-use identifier_core::parameters::Unknown;
+use identifier_core::parameters::{ServoParameters, Unknown};
 use identifier_core::settings::TermSettings;
 use log_fit::fit::{Effect, Values};
 
+use crate::experiment::TermEstimate;
 use crate::scenario::Scenario;
 use log_fit::{Logged, Recording};
 
 /// A recording with its units in SI.
-pub(super) struct ScaledRecording<'a> {
-    pub(super) recording: Recording<'a>,
-    pub(super) scale: Scale,
+pub(crate) struct ScaledRecording<'a> {
+    pub(crate) recording: Recording<'a>,
+    pub(crate) scale: Scale,
 }
 
 impl<'a> ScaledRecording<'a> {
     /// Scales the samples of a scenario's servo.
-    pub(super) fn new(scenario: &Scenario, samples: &'a [Logged]) -> Self {
+    pub(crate) fn new(scenario: &Scenario, samples: &'a [Logged]) -> Self {
         let units = scenario.units();
         let revolution = scenario.stated.identifier.terms.revolution;
         let recording = Recording::new(samples, units.position(), revolution);
@@ -29,22 +30,22 @@ impl<'a> ScaledRecording<'a> {
 
 /// Units of a record.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Scale {
+pub(crate) struct Scale {
     /// Seconds to a sample.
-    pub(super) time: f64,
+    pub(crate) time: f64,
     /// Radians to a count.
-    pub(super) position: f64,
+    pub(crate) position: f64,
 }
 
 impl Scale {
     /// A recording in SI.
-    pub(super) const SI: Self = Self {
+    pub(crate) const SI: Self = Self {
         time: 1.0,
         position: 1.0,
     };
 
     /// The declared amplifier and the settings of declared terms, but for the delay.
-    pub(super) fn declared(&self, terms: &TermSettings) -> Values {
+    pub(crate) fn declared(&self, terms: &TermSettings) -> Values {
         let mut declared = Values::NONE;
         for (effect, value) in [
             (Effect::DeadBand, terms.dead_band),
@@ -60,15 +61,37 @@ impl Scale {
         declared
     }
 
+    /// A servo with its terms and what is declared.
+    pub(crate) fn values(
+        &self,
+        declared: &TermSettings,
+        servo: &ServoParameters,
+        terms: &[TermEstimate],
+    ) -> Values {
+        let four = [Unknown::A, Unknown::B, Unknown::Coulomb, Unknown::Load];
+        let of_servo = |unknown: Unknown| Some((unknown, unknown.parameter()?.value_in(servo)));
+        let found = terms.iter().map(|term| (term.unknown, term.value));
+        let sizes = std::iter::once((Unknown::Delay, declared.delay))
+            .chain(four.into_iter().filter_map(of_servo))
+            .chain(found);
+        let mut values = self.declared(declared);
+        for (unknown, size) in sizes {
+            if let Some(effect) = effect(unknown) {
+                values.set(effect, size / self.of(effect));
+            }
+        }
+        values
+    }
+
     /// SI units to one of the record.
-    pub(super) fn of(&self, effect: Effect) -> f64 {
+    pub(crate) fn of(&self, effect: Effect) -> f64 {
         let [counts, samples] = effect.unit();
         self.position.powi(counts) * self.time.powi(samples)
     }
 }
 
 /// The unknown of the recursion's model that an effect is.
-pub(super) const fn term(effect: Effect) -> Option<Unknown> {
+pub(crate) const fn term(effect: Effect) -> Option<Unknown> {
     Some(match effect {
         Effect::A => Unknown::A,
         Effect::B => Unknown::B,
@@ -87,14 +110,14 @@ pub(super) const fn term(effect: Effect) -> Option<Unknown> {
 }
 
 /// The effect that an unknown of the recursion's model is.
-pub(super) fn effect(unknown: Unknown) -> Option<Effect> {
+pub(crate) fn effect(unknown: Unknown) -> Option<Effect> {
     Effect::ALL
         .into_iter()
         .find(|&effect| term(effect) == Some(unknown))
 }
 
 /// The unit of an effect's size.
-pub(super) fn unit(effect: Effect) -> &'static str {
+pub(crate) fn unit(effect: Effect) -> &'static str {
     match term(effect) {
         Some(unknown) => unknown.unit(),
         None => match effect {
