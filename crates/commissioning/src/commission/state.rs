@@ -317,11 +317,11 @@ impl<N: Number> CommissionState<N> {
 
     /// The event for the solver in this sample.
     pub(super) fn finding(&mut self) -> Option<RecordEvent<N>> {
-        let event = match self.event.take() {
-            Some(event) => event,
-            None if self.is_recording => EventKind::Block(self.recorder.take()?),
-            None => return None,
-        };
-        Some(RecordEvent(event))
+        // Asked first: an event is large, and to take none would copy one in every sample.
+        if self.event.is_some() {
+            return self.event.take().map(RecordEvent);
+        }
+        let block = self.is_recording.then(|| self.recorder.take())??;
+        Some(RecordEvent(EventKind::Block(block)))
     }
 }
