@@ -19,14 +19,14 @@ impl FoundServo {
     /// Numbers that are one.
     pub const NUMBERS: usize = Effect::COUNT + 3;
 
-    /// Of a fit, in the units of its recording.
+    /// From a fit, in the units of its recording.
     pub(crate) fn of_fit(values: &Values, scale: &Scale) -> Self {
         Self {
             values: values.scaled(|effect| scale.of(effect)),
         }
     }
 
-    /// Of an online estimator: its estimates, its terms and what the scenario declares.
+    /// From an online estimator: its estimates, its terms and what the scenario declares.
     #[must_use]
     pub fn of_estimates(
         scenario: &Scenario,

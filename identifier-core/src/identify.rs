@@ -78,7 +78,7 @@ pub trait Identify<N: Copy> {
         Some(parameter.value_in(&self.estimates_in(shown)))
     }
 
-    /// What is known besides the estimates, SI: for a PC or the background of a chip.
+    /// The knowledge besides the estimates, SI: for a PC or the background of a chip.
     fn report(&self, _: &Self::State) -> Report {
         Report::default()
     }
@@ -103,7 +103,7 @@ pub trait Identify<N: Copy> {
     fn resume_moving(&self, state: &mut Self::State, increment: N);
 }
 
-/// What an identifier knows besides its estimates, SI.
+/// The knowledge of an identifier besides its estimates, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Report {
     /// True once there are estimates. An identifier that starts from initial values has them at once, one that starts

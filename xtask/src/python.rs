@@ -22,7 +22,7 @@ const PACKAGES: [&str; 4] = [
     "distributed>=2024.1",
 ];
 
-/// What packs a wheel smaller than the builder does.
+/// Packs a wheel smaller than the builder does.
 pub(crate) const PACKER: &str = "zopfli>=0.2";
 
 /// The extras of the wheel whose libraries the tests of readers need, which are skipped without.

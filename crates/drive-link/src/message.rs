@@ -196,9 +196,9 @@ pub struct Cycles {
 /// Cycles of the sample interrupt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InterruptCycles {
-    /// Of the last one.
+    /// Those of the last one.
     pub last: u32,
-    /// Of the longest one since the start.
+    /// Those of the longest one since the start.
     pub longest: u32,
 }
 

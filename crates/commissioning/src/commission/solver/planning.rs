@@ -10,7 +10,7 @@ pub(super) struct Planning<N> {
     pub(super) motions: u8,
     /// True if the lines take the place of those before.
     pub(super) replaces: bool,
-    /// What the search for gains has found that asks for them.
+    /// The result of the search for gains that asks for them.
     pub(super) tuned: Option<Tuned>,
 }
 

@@ -62,7 +62,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Measures the frequency response a last time, with lines between the others. The reason is a resonance that these
-    /// show in part and that prevents gains at this bandwidth (rad/s). What the search has found counts if there is no room
+    /// show in part and that prevents gains at this bandwidth (rad/s). The result of the search counts if there is no room
     /// for it.
     pub(super) fn look_closer(&mut self, bandwidth: f64, tuned: Tuned) {
         let lowest = Self::ABOVE * bandwidth;
