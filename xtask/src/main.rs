@@ -77,7 +77,7 @@ enum Verb {
     Release,
     /// Run a part of the firmware's bench in the emulator.
     Bench {
-        /// The part: same, samples, terms, commission or turns.
+        /// The part: same, samples, terms, commission, turns or rivals.
         part: String,
     },
 }

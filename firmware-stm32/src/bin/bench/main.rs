@@ -7,6 +7,8 @@
 mod commission;
 #[cfg(feature = "endings")]
 mod endings;
+#[cfg(feature = "rivals")]
+mod rivals;
 #[cfg(feature = "same")]
 mod same;
 #[cfg(feature = "samples")]
@@ -40,6 +42,8 @@ fn run() -> Result<(), &'static str> {
     commission::run()?;
     #[cfg(feature = "turns")]
     turns::run()?;
+    #[cfg(feature = "rivals")]
+    rivals::run()?;
     #[cfg(feature = "endings")]
     endings::run()?;
     Ok(())
