@@ -14,14 +14,14 @@ use host_sim::tune::Tuned;
 pub struct Refusal {
     /// A line each; questions begin with a question mark.
     pub text: String,
-    /// See [`columns`].
+    /// The names of its columns.
     pub columns: Vec<String>,
 }
 
 /// A log that was identified.
 #[derive(Debug, Clone)]
 pub struct Identified {
-    /// See [`columns`].
+    /// The names of its columns.
     pub columns: Vec<String>,
     /// How it was taken.
     pub recognised: Recognised,

@@ -14,7 +14,7 @@ use crate::parameters::{Parameter, PerParameter, ServoParameters, Unknown};
 /// parameter set S. Its first fit uses a record of W blocks.
 ///
 /// It begins by recording. Once the record carries enough information, a fit in the background
-/// ([`Identify::work`](super::Identify::work)) identifies the servo without a first guess. The recursion continues from
+/// ([`Identify::work`]) identifies the servo without a first guess. The recursion continues from
 /// it.
 ///
 /// It consists of two halves, between which it passes on blocks and fit results at once. It is for a PC, and for
