@@ -1,6 +1,6 @@
 use crate::error::StepError;
 use crate::number::Arithmetic;
-use crate::parameters::{PerParameter, ServoParameters, Terms, Unknown};
+use crate::parameters::{Parameter, PerParameter, ServoParameters, Terms, Unknown};
 use crate::reason::Reason;
 
 /// An identifier: it only listens. It gets two numbers per sample. One is the increment of the encoder since the last
@@ -101,6 +101,20 @@ pub trait Identify<N: Copy> {
     /// Joins a motion after a gap, before its next sample. The estimates are kept. The model restarts at the servo's
     /// position, moving by `increment` a sample.
     fn resume_moving(&self, state: &mut Self::State, increment: N);
+}
+
+/// The estimates as an identifier computes with them. A firmware that shows no others needs no double precision, which
+/// a chip computes by software.
+///
+/// The SI value of an estimate is the machine value times [`MachineEstimates::machine_unit`]. This constant of the
+/// configuration may be computed elsewhere.
+pub trait MachineEstimates<N: Copy>: Identify<N> {
+    /// a, b, Coulomb friction and load in machine units (see [`Units`](crate::units::Units)). In fixed point they are
+    /// fractions of their full scales. A parameter that the model does not have is zero.
+    fn machine_estimates(&self, state: &Self::State) -> PerParameter<N>;
+
+    /// The SI value of a machine value of one.
+    fn machine_unit(&self, parameter: Parameter) -> f64;
 }
 
 /// The knowledge of an identifier besides its estimates, SI.

@@ -43,7 +43,6 @@ pub mod fit;
 mod gradient;
 mod identify;
 mod linalg;
-mod machine_estimates;
 pub mod model;
 mod recursive;
 mod servo_loop;

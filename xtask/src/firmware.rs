@@ -54,6 +54,14 @@ const OF_A_BENCH: [&str; 3] = ["firmware-stm32", "identifier-core", "virtual-ser
 pub(crate) const FOR_SPEED: Option<&str> = Some("3");
 pub(crate) const FOR_SIZE: Option<&str> = Some("\"s\"");
 
+/// The level of a name.
+pub(crate) fn level(name: Option<&str>) -> Option<&'static str> {
+    match name? {
+        "s" => FOR_SIZE,
+        _ => FOR_SPEED,
+    }
+}
+
 /// Builds a part of the bench and returns its file. It links only without a panic, but for size.
 pub(crate) fn bench(part: &str, level: Option<&str>) -> Result<PathBuf, String> {
     let mut what = ["--bin=bench", "--no-default-features"]

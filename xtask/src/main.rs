@@ -79,6 +79,9 @@ enum Verb {
     Bench {
         /// The part: same, samples, terms, commission, turns or rivals.
         part: String,
+        /// The optimiser level, 3 or s; that of the drive by default.
+        #[arg(long, value_parser = ["3", "s"])]
+        level: Option<String>,
     },
 }
 
@@ -97,7 +100,7 @@ fn main() -> ExitCode {
         }
         Verb::Python => python::check(),
         Verb::Release => release::make(),
-        Verb::Bench { part } => firmware::bench(&part, None)
+        Verb::Bench { part, level } => firmware::bench(&part, firmware::level(level.as_deref()))
             .and_then(|bench| emulator::run(emulator::BOARD, &bench))
             .map(|printed| print!("{printed}")),
     };
