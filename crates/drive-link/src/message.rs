@@ -16,7 +16,7 @@ use crate::term_sizes::TermSizes;
 /// The version of these messages, which every request but a stop carries. A drive rejects those of another.
 ///
 /// Above every index that a command had before requests carried it.
-pub const PROTOCOL: u8 = 21;
+pub const PROTOCOL: u8 = 22;
 
 /// The second and last byte of a stop, in every version from 18 on.
 pub(crate) const STOP: u8 = 6;
@@ -364,7 +364,7 @@ impl fmt::Display for Ended {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
     /// It is of another version, or its command is longer or shorter than in this one. The first, so that a host of any
-    /// later version reads it.
+    /// later version reads it, also with the check of a version up to 21.
     NotUnderstood {
         /// [`PROTOCOL`] of the drive.
         spoken: u8,

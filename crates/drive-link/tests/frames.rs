@@ -2,7 +2,7 @@
 
 use commissioning::{CommissionSettings, Limits, Phase, TrialResult};
 use drive_link::{
-    Command, Commissioning, Dither, Estimates, Estimator, FrameError, Homing, LoopSettings,
+    Command, Commissioning, Dither, Estimates, Estimator, Fault, FrameError, Homing, LoopSettings,
     MAX_FRAME_BYTES, MotionRecord, NoGains, Outcome, PROTOCOL, Protection, Receiver, Refusal,
     Report, Request, ServoChanges, Settings, Snapshot, StopListener, TargetSource, TermSizes,
     frame,
@@ -406,9 +406,13 @@ proptest! {
     }
 }
 
-/// A message in a frame, byte by byte: its check and its framing are computed here apart from the code.
+/// A message of the host in a frame, byte by byte: its check and its framing are computed here apart from the code.
 fn framed_bytes(message: &[u8]) -> Vec<u8> {
-    let mut check = u32::MAX;
+    framed_from(u32::MAX, message)
+}
+
+/// The same with a check that begins from this value.
+fn framed_from(mut check: u32, message: &[u8]) -> Vec<u8> {
     for &byte in message {
         check ^= u32::from(byte);
         for _ in 0..8 {
@@ -497,8 +501,51 @@ fn a_refusal_for_another_version_has_the_same_bytes_in_every_version() {
         assert!(shown.contains(part), "{shown}");
     }
     let report = Report::Refused { id: 7, refusal };
+    let message = [1, 7, 0, 19, 3, 0xac, 0x02];
+    // "rprt" as the check has it, its bits in the other order.
+    const SEED_OF_REPORTS: u32 = 0x7472_7072_u32.reverse_bits();
     let framed = frame(&report).expect("it fits");
-    assert_eq!(framed, framed_bytes(&[1, 7, 0, 19, 3, 0xac, 0x02])[..]);
+    assert_eq!(framed, framed_from(SEED_OF_REPORTS, &message)[..]);
+    // A drive of a version up to 21 sends it with the check of a request: this and nothing else is understood.
+    let heard = |bytes: &[u8]| {
+        let mut receiver = Receiver::new();
+        bytes.iter().find_map(|&byte| receiver.take::<Report>(byte))
+    };
+    assert_eq!(heard(&framed_bytes(&message)), Some(Ok(report)));
+    assert_eq!(
+        heard(&framed_bytes(&[0, 7])),
+        Some(Err(FrameError::Damaged))
+    );
+}
+
+#[test]
+fn the_echo_of_a_report_is_no_request_and_no_stop() {
+    let refused = |id, refusal| Report::Refused { id, refusal };
+    let not_understood = Refusal::NotUnderstood {
+        spoken: PROTOCOL,
+        given: PROTOCOL,
+        bytes: 3,
+    };
+    for id in 0..=u8::MAX {
+        for report in [
+            Report::Done { id },
+            refused(id, Refusal::LineDisturbed),
+            refused(id, Refusal::Overtaken),
+            refused(id, Refusal::Busy),
+            refused(id, not_understood.clone()),
+            Report::Fault(Fault::LinkLost),
+        ] {
+            let framed = frame(&report).expect("it fits");
+            // An echo that is answered has an echo: it never ends.
+            let heard = received(&mut Receiver::new(), &framed);
+            assert_eq!(heard, [Err(FrameError::Damaged)], "{report:?}");
+            let mut listener = StopListener::new();
+            assert!(
+                !framed.iter().any(|&byte| listener.take(byte)),
+                "{report:?}"
+            );
+        }
+    }
 }
 
 #[test]

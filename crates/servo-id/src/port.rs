@@ -5,8 +5,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use drive_link::{Receiver, frame};
-use serde::Serialize;
+use drive_link::{Message, Receiver, frame};
 use serde::de::DeserializeOwned;
 
 /// Bits a second of a serial port, as the firmware has it.
@@ -95,7 +94,7 @@ impl Port {
     ///
     /// # Errors
     /// If the line breaks, or no answer comes.
-    pub fn ask<Q: Serialize, A: DeserializeOwned>(
+    pub fn ask<Q: Message, A: Message + DeserializeOwned>(
         &mut self,
         question: &Q,
         fits: impl Fn(&A) -> bool,
@@ -115,7 +114,7 @@ impl Port {
     ///
     /// # Errors
     /// If the line breaks.
-    pub fn send<Q: Serialize>(&mut self, message: &Q) -> Result<(), PortError> {
+    pub fn send<Q: Message>(&mut self, message: &Q) -> Result<(), PortError> {
         let framed = frame(message).map_err(|error| self.fault(error))?;
         self.line
             .write_all(&[0])
@@ -138,7 +137,7 @@ impl Port {
     ///
     /// # Errors
     /// If the line breaks.
-    pub fn listen<A: DeserializeOwned>(
+    pub fn listen<A: Message + DeserializeOwned>(
         &mut self,
         fits: &impl Fn(&A) -> bool,
         patience: Duration,
