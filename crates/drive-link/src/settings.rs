@@ -74,11 +74,11 @@ pub struct Dither {
 /// Limits that end a run and disable the servo, checked in every sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Protection {
-    /// Largest position error, rad; at least three amplitudes of the dither.
+    /// Largest position error, rad; at least three amplitudes of the dither, and at most the whole travel.
     pub following_error: f64,
-    /// Largest distance from where the servo started, rad. It is sent no further than two amplitudes
-    /// of the dither less.
-    pub travel: f64,
+    /// Lowest and highest position, rad from the origin: home, or where the servo started. It is sent no further than
+    /// two amplitudes of the dither less.
+    pub travel: [f64; 2],
     /// Speed at which it is sent to a target, rad/s.
     pub pace: f64,
     /// Largest speed, rad/s, averaged over 5 ms.
@@ -102,7 +102,7 @@ impl Protection {
     /// For a bare motor: the built-in protection of a drive that is not configured yet.
     pub const OF_A_BARE_MOTOR: Self = Self {
         following_error: 1.5,
-        travel: 6.9,
+        travel: [-6.9, 6.9],
         pace: 6.3,
         speed: 100.0,
         breakaway: 0.3,
@@ -262,7 +262,7 @@ impl fmt::Display for Protection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             following_error,
-            travel,
+            travel: [low, high],
             pace,
             speed,
             breakaway,
@@ -274,8 +274,8 @@ impl fmt::Display for Protection {
         } = self;
         writeln!(
             f,
-            "moves to a target at {pace} rad/s; disabled beyond {following_error} rad of following error, {travel} \
-             rad from the start, {speed} rad/s,"
+            "moves to a target at {pace} rad/s; disabled beyond {following_error} rad of following error, {low} to \
+             {high} rad, {speed} rad/s,"
         )?;
         writeln!(
             f,
@@ -349,6 +349,18 @@ pub enum Why {
     NotGiven,
     /// This firmware does not have it.
     NotHere,
+    /// The travel does not contain the place where a run starts.
+    WithoutStart {
+        /// The given ends, rad.
+        given: [f64; 2],
+    },
+    /// An order asks for more than the settings of the drive allow.
+    BeyondDrive {
+        /// The given range.
+        given: [f64; 2],
+        /// The drive's.
+        allowed: [f64; 2],
+    },
 }
 
 impl NotAllowed {
@@ -424,6 +436,19 @@ impl fmt::Display for NotAllowed {
             Why::NoGamma(error) => error.fmt(f),
             Why::NotGiven => write!(f, "{name} is required here"),
             Why::NotHere => write!(f, "this firmware has no such {name}"),
+            Why::WithoutStart { given: [low, high] } => write!(
+                f,
+                "{name} from {low} to {high} does not contain 0, where a run starts: give a lower end of at most 0 \
+                 and an upper end of at least 0"
+            ),
+            Why::BeyondDrive {
+                given: [low, high],
+                allowed: [least, most],
+            } => write!(
+                f,
+                "{name} from {low} to {high} is beyond the drive's own from {least:.5} to {most:.5}: order less, or \
+                 configure the drive for more"
+            ),
         }
     }
 }

@@ -104,7 +104,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         },
         protection: Protection {
             following_error: next(),
-            travel: next(),
+            travel: [next(), next()],
             pace: next(),
             speed: next(),
             breakaway: next(),

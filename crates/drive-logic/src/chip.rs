@@ -1,6 +1,7 @@
 //! Traits and types of a chip that the interrupt runs on.
 
-use drive_link::Fault;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use drive_link::{Fault, Record};
 use identifier_core::drive::{Actuator, PositionSensor};
 
 /// The parts of a chip that the sample interrupt uses.
@@ -77,4 +78,20 @@ pub struct OutputStage {
     pub period: f64,
     /// From the reading of the encoder to the change of the output, s.
     pub command_delay: f64,
+    /// The board that it is on, by the name of its feature in the firmware.
+    pub board: &'static str,
+    /// The servo is simulated, and no output is driven.
+    pub is_simulated: bool,
+}
+
+impl OutputStage {
+    /// The fingerprint of board, build and layout of a record, which every record begins with.
+    pub(crate) fn build(&self) -> u32 {
+        const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+        let mut digest = CHECK.digest();
+        digest.update(&Record::VERSION.to_le_bytes());
+        digest.update(&[self.is_simulated.into()]);
+        digest.update(self.board.as_bytes());
+        digest.finalize()
+    }
 }

@@ -120,10 +120,15 @@ impl Commissioning {
         let origin = self.run_origin.filter(|_| self.awaits_resume)?;
         Some(Handover {
             last: self.state.last_sample()?,
-            count: self.started_at.wrapping_add(self.sample.count),
+            count: self.count(),
             origin,
             rest_count: self.started_at,
         })
+    }
+
+    /// The count of the last sample.
+    pub(crate) fn count(&self) -> i32 {
+        self.started_at.wrapping_add(self.sample.count)
     }
 
     /// Samples for which the background may not run.

@@ -30,6 +30,8 @@ mod ending;
 mod guide;
 mod homing;
 mod image;
+mod index_watch;
+mod limits;
 mod listener;
 mod messages;
 mod outside;

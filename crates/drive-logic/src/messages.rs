@@ -5,7 +5,7 @@ use drive_link::{Ended, Fault, Noticed};
 
 use crate::closed_loop::Settled;
 use crate::commissioning::Commissioning;
-use crate::guide::Origin;
+use crate::guide::{Origin, Target};
 use crate::run::Run;
 use crate::telemetry::{CommissionSample, Counts, RunSample};
 
@@ -27,8 +27,8 @@ pub(crate) enum Order {
     /// Drive the servo with this mode and end the present one. A commissioning replaces the run, and a run replaces a
     /// commissioning that holds the servo.
     Replace(Mode),
-    /// Send the servo to a target, counts from the start.
-    Target(i32),
+    /// Send the servo to a target.
+    Target(Target),
     /// Drive the axis home.
     Home,
     /// Clear a fault, if its cause is gone.
@@ -72,6 +72,8 @@ pub(crate) struct InterruptState {
     pub(crate) phase: Option<Phase>,
     /// The origin of targets and travel, in a run.
     pub(crate) origin: Option<Origin>,
+    /// The distance of the index pulse from the edge of the home switch, counts, if a run has found both.
+    pub(crate) index_from_edge: Option<i32>,
     /// A commissioning is over and holds the servo for a run to resume.
     pub(crate) awaits_resume: bool,
     /// The stops that were obeyed.

@@ -1,7 +1,7 @@
 //! The supervision that disables a driven servo.
 
 use commissioning::watch::LateSamples;
-use drive_link::{Dither, Fault, NotAllowed, Settings};
+use drive_link::{Dither, Fault, NotAllowed, Settings, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::number::Number;
 use identifier_core::settings::ControllerSettings;
@@ -9,16 +9,14 @@ use identifier_core::units::Units;
 
 use crate::chip::Lines;
 use crate::closed_loop::Handover;
-use crate::conversion::{out_of_range, too_small};
+use crate::conversion::{out_of_range, refusal, too_small};
+use crate::limits::{AMPLITUDES_OF_TRAVEL, AllowedRange};
 use crate::reference::MAX_DISTANCE_COUNTS;
 use crate::time::samples;
 
 /// Amplitudes of the dither for which the largest position error must leave room. They are a step of two, and the
 /// overshoot that the step before may have left.
 const AMPLITUDES_OF_ERROR: f64 = 3.0;
-
-/// Amplitudes of the dither by which targets stay within the travel.
-const AMPLITUDES_OF_TRAVEL: f64 = 2.0;
 
 /// Part of the command that the dither requests and that must move the servo. Otherwise there is nothing to identify
 /// from, or no encoder.
@@ -46,7 +44,9 @@ const DEBOUNCE: f64 = 2e-3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Protection {
     following_error: f32,
-    travel: u32,
+    /// The lower end of the travel, and the distance of the upper one from there, counts.
+    lowest: i32,
+    width: u32,
     /// The count from which the travel counts.
     origin: i32,
     speed: SpeedWatch,
@@ -101,11 +101,6 @@ pub(crate) fn check_limit(name: &str, value: f64, most: f64) -> Result<(), NotAl
     }
 }
 
-/// The largest distance of a target from where the servo started, rad.
-pub(crate) fn reach(settings: &Settings) -> f64 {
-    settings.protection.travel - AMPLITUDES_OF_TRAVEL * settings.dither.amplitude
-}
-
 impl Protection {
     /// The protection of a run with this controller.
     ///
@@ -118,13 +113,21 @@ impl Protection {
     ) -> Result<Self, NotAllowed> {
         let given = &settings.protection;
         let [farthest, fastest, longest] = largest(units);
+        let travel = AllowedRange::new(given.travel);
+        if !(travel.contains(0.0) && travel.width() > 0.0) {
+            let given = given.travel;
+            return Err(refusal("travel", Why::WithoutStart { given }));
+        }
+        let most = MAX_DISTANCE_COUNTS * units.position_unit();
+        if let Some(end) = travel.ends().into_iter().find(|end| end.abs() > most) {
+            return Err(out_of_range("travel", end, (-most, most)));
+        }
+        // The reference and the servo are within the travel: a larger error ends nothing.
+        let largest_error = farthest.min(travel.width());
+        if !(given.following_error > 0.0 && given.following_error <= farthest) {
+            check_limit("following_error", given.following_error, largest_error)?;
+        }
         for (name, value, most) in [
-            ("following_error", given.following_error, farthest),
-            (
-                "travel",
-                given.travel,
-                MAX_DISTANCE_COUNTS * units.position_unit(),
-            ),
             ("pace", given.pace, fastest),
             ("speed", given.speed, fastest),
             ("breakaway", given.breakaway, 1.0),
@@ -149,6 +152,7 @@ impl Protection {
         let limit = high.min(-low);
         let breakaway = given.breakaway * limit;
         let Dither { amplitude, .. } = settings.dither;
+        let [below, above] = travel.ends().map(f64::abs);
         for (name, value, least, other) in [
             (
                 "following_error",
@@ -158,7 +162,7 @@ impl Protection {
             ),
             (
                 "travel",
-                given.travel,
+                below.min(above),
                 AMPLITUDES_OF_TRAVEL * amplitude,
                 "dither's amplitude",
             ),
@@ -168,6 +172,7 @@ impl Protection {
                 return Err(too_small(name, value, least, other));
             }
         }
+        check_limit("following_error", given.following_error, largest_error)?;
         let of_dither = SHARE_OF_DITHER * controller.kp * amplitude;
         let stalls_at = if of_dither > 0.0 {
             breakaway.min(of_dither)
@@ -175,11 +180,14 @@ impl Protection {
             breakaway
         };
         let interval = samples(SPEED_TIME, units);
+        let [low, high] = travel.ends().map(|end| end * units.position());
+        let lowest = (low - QUANTISATION_COUNTS) as i32;
         let counts_in_interval = given.speed * units.velocity() * f64::from(interval);
         Ok(Self {
             following_error: f32::from_f64(given.following_error * units.position()),
-            // Within 2³⁰ counts.
-            travel: (given.travel * units.position() + QUANTISATION_COUNTS) as u32,
+            lowest,
+            // Both ends are within 2³⁰ counts.
+            width: ((high + QUANTISATION_COUNTS) as i32).wrapping_sub(lowest) as u32,
             origin: 0,
             speed: SpeedWatch {
                 interval,
@@ -231,8 +239,8 @@ impl Protection {
         if sample.error.abs() > self.following_error {
             return Err(Fault::FollowingError);
         }
-        let gone = count.wrapping_sub(self.origin);
-        if !is_within(gone, self.travel) {
+        let above_lowest = count.wrapping_sub(self.origin).wrapping_sub(self.lowest);
+        if above_lowest.cast_unsigned() > self.width {
             return Err(Fault::TravelLeft);
         }
         self.speed.check(count)?;

@@ -18,7 +18,7 @@ use crate::chip::{Chip, Lines, OutputStage};
 use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, Settled, StepMonitor, StepResult};
 use crate::conversion;
 use crate::ending::{Course, Ending};
-use crate::guide::{Guide, Origin};
+use crate::guide::{Guide, Origin, Target};
 use crate::protection::Protection;
 use crate::reference::Reference;
 use crate::telemetry::{Counts, RunSample};
@@ -182,16 +182,22 @@ impl Run {
         self.ending.link_alive();
     }
 
-    /// Sends the servo to a target of the host, counts from the origin.
-    pub(crate) fn set_target(&mut self, counts: i32) {
+    /// Sends the servo to a target of the host.
+    pub(crate) fn set_target(&mut self, target: Target) {
         if self.guide.takes_targets() {
-            self.reference.send(self.origin.wrapping_add(counts));
+            let target = self.origin.wrapping_add(target.from_origin());
+            self.reference.send(target);
         }
     }
 
     /// Drives the axis home.
     pub(crate) fn home(&mut self) {
         self.guide.home();
+    }
+
+    /// The distance of the index pulse from the edge of the home switch, counts, if this run has found both.
+    pub(crate) fn index_from_edge(&self) -> Option<i32> {
+        self.guide.index_from_edge()
     }
 
     /// The origin of targets and travel.
@@ -221,6 +227,12 @@ impl Run {
         self.origin = origin;
         self.protection.set_origin(origin);
         Ok(true)
+    }
+
+    /// The count of the last sample.
+    #[inline]
+    pub(crate) fn count(&self) -> i32 {
+        self.count
     }
 
     /// Its loop.

@@ -10,7 +10,7 @@ use crate::background_watch::BackgroundWatch;
 use crate::channel::{InterruptEnd, Recorded, Solution};
 use crate::chip::{Chip, Lines};
 use crate::commissioning::Course;
-use crate::ending::Standstill;
+use crate::ending::{Coasting, Standstill};
 use crate::messages::{Event, Examination, InterruptState, Mode, Order};
 use crate::run::Run;
 use crate::telemetry::{Counts, ReportTimer};
@@ -38,8 +38,9 @@ pub struct Sampler<'a> {
     examination_timer: ReportTimer,
     counts: Counts,
     background: BackgroundWatch,
-    /// The standstill of the disabled axis.
+    /// Standstill and motion of the disabled axis.
     standstill: Standstill,
+    coasting: Coasting,
 }
 
 impl<'a> Sampler<'a> {
@@ -62,6 +63,7 @@ impl<'a> Sampler<'a> {
             counts: Counts::default(),
             background: BackgroundWatch::new(),
             standstill: Standstill::default(),
+            coasting: Coasting::default(),
         }
     }
 
@@ -116,8 +118,7 @@ impl<'a> Sampler<'a> {
             Err(ended) => return self.end_run(ended, output),
         }
         let guided = run.guide(chip);
-        self.standstill = Standstill::default();
-        let late = self.channel.end_sample(chip.next_is_due());
+        let late = self.channel.end_sample(chip.next_is_due(), run.count());
         match guided.and_then(|is_home| run.end_sample(late).map(|()| is_home)) {
             Ok(false) => {}
             Ok(true) => self.report_state(),
@@ -162,8 +163,8 @@ impl<'a> Sampler<'a> {
                 self.counts.dropped = self.counts.dropped.saturating_add(1);
             }
         }
-        self.standstill = Standstill::default();
-        commissioning.end_sample(self.channel.end_sample(chip.next_is_due()));
+        let count = commissioning.count();
+        commissioning.end_sample(self.channel.end_sample(chip.next_is_due(), count));
         self.hear();
         self.feed_watchdog(chip);
     }
@@ -174,15 +175,21 @@ impl<'a> Sampler<'a> {
         let (sensor, output) = chip.servo();
         // Read even so: a counter of few bits that wraps unread loses its turns.
         let count = sensor.count();
-        let stands_for = count.map_or(0, |count| self.standstill.take(count));
-        self.channel.set_standstill(stands_for);
+        // It follows the sample time that was configured since.
+        let patience = self.channel.disabled_patience();
+        if let Ok(count) = count {
+            self.channel.set_start(count);
+            let stands_for = self.standstill.take(count);
+            let coasted = self.coasting.take(count, patience);
+            self.channel.set_standstill(stands_for, coasted);
+        } else {
+            self.channel.set_standstill(0, 0);
+        }
         let is_disabled = output.release().is_ok();
         if !is_disabled && self.fault.is_none() {
             self.fault = Some(Fault::ActuatorFailed);
             self.report_state();
         }
-        // It follows the sample time that was configured since.
-        let patience = self.channel.disabled_patience();
         self.background.set_patience(patience);
         self.feed_watchdog(chip);
     }
@@ -270,9 +277,9 @@ impl<'a> Sampler<'a> {
         match order {
             Order::Begin(mode) => self.begin(mode, lines, sensor, actuator),
             Order::Replace(mode) => self.replace(mode),
-            Order::Target(counts) => {
+            Order::Target(target) => {
                 if let Some(Mode::Run(run)) = &mut self.mode {
-                    run.set_target(counts);
+                    run.set_target(target);
                 }
             }
             Order::Home => {
@@ -295,8 +302,14 @@ impl<'a> Sampler<'a> {
     ) {
         let found = self.fault.map_or_else(|| rest_count(lines, sensor), Err);
         match (&mut mode, found) {
-            (Mode::Run(run), Ok(count)) => run.start(count),
-            (Mode::Commissioning(commissioning), Ok(count)) => commissioning.start(count),
+            (Mode::Run(run), Ok(count)) => {
+                self.channel.set_start(count);
+                run.start(count);
+            }
+            (Mode::Commissioning(commissioning), Ok(count)) => {
+                self.channel.set_start(count);
+                commissioning.start(count);
+            }
             // It stands since before the order.
             (Mode::Run(_), Err(_)) if self.fault.is_some() => return self.give_back(mode),
             (Mode::Run(_), Err(fault)) => {
@@ -344,6 +357,8 @@ impl<'a> Sampler<'a> {
 
     /// Has a mode drive the servo from now on.
     fn drive_by(&mut self, mode: Mode) {
+        self.standstill = Standstill::default();
+        self.channel.set_standstill(0, 0);
         // Solutions for a mode before it.
         while self.channel.drop_solution() {}
         let (patience, interval) = match &mode {
@@ -405,10 +420,15 @@ impl<'a> Sampler<'a> {
             if let Mode::Commissioning(commissioning) = &mode {
                 self.fault = commissioning.fault().or(self.fault);
             }
+            let count = match &mode {
+                Mode::Run(run) => run.count(),
+                Mode::Commissioning(commissioning) => commissioning.count(),
+            };
             self.returned = Some(mode);
             let turns = self.channel.background_turns();
             let patience = self.channel.disabled_patience();
             self.background.begin(patience, turns);
+            self.coasting = Coasting::begin(count, patience);
         }
         self.report_state();
     }
@@ -432,6 +452,7 @@ impl<'a> Sampler<'a> {
             returned: self.returned.take(),
             phase: commissioning.map(|under_way| under_way.report().phase),
             origin: run.map(|run| run.origin()),
+            index_from_edge: run.and_then(|run| run.index_from_edge()),
             awaits_resume: commissioning.is_some_and(|over| over.handover().is_some()),
             stops: self.stops,
             counts: self.counts,

@@ -371,7 +371,7 @@ mod tests {
             },
             protection: Protection {
                 following_error: ANY,
-                travel: ANY,
+                travel: [ANY; 2],
                 pace: ANY,
                 speed: ANY,
                 breakaway: ANY,
@@ -470,7 +470,7 @@ mod tests {
             under_way: true,
         };
         let mut bytes = [0; MAX_RECORD_BYTES];
-        let written = record.to_bytes(&mut bytes).expect("it fits");
+        let written = record.to_bytes(0, &mut bytes).expect("it fits");
         assert!(written > MAX_RECORD_BYTES / 2, "{}", written);
     }
 }

@@ -24,7 +24,7 @@ const STEP: f64 = TAU / 3600.0;
 fn followed(source: TargetSource) -> Settings {
     let mut wanted = settings();
     wanted.dither.amplitude = 0.0;
-    wanted.protection.travel = 8.0;
+    wanted.protection.travel = [-8.0, 8.0];
     wanted.source = source;
     wanted
 }

@@ -210,7 +210,7 @@ fn background(parts: Parts) {
         ..
     } = wired;
     let image = image::check();
-    let (mut board_test, computed) = self_test(board::NAME, DWT::cycle_count);
+    let (board_test, computed) = self_test(board::NAME, DWT::cycle_count);
     let found = computed.and(image.map(drop)).and(found);
     let (back, interrupt, line_end) = channel.split();
     let built_in = settings::built_in();
@@ -222,7 +222,6 @@ fn background(parts: Parts) {
         resets_in_time,
         image_checked: image == Ok(true),
     });
-    board_test.servo_on_chip = cfg!(feature = "no-motor");
     supervisor.set_board_test(board_test);
     watchdog.start();
     #[cfg(feature = "no-motor")]

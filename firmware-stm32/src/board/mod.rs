@@ -65,6 +65,8 @@ pub const STAGE: drive_logic::OutputStage = drive_logic::OutputStage {
     full_scale: FULL_SCALE,
     period: drive_chip::pwm::PERIOD,
     command_delay: drive_chip::sample_timer::LEAD,
+    board: NAME,
+    is_simulated: cfg!(feature = "no-motor"),
 };
 
 /// The encoder.

@@ -16,6 +16,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a run from the servo's position, unless it is overtaken by a stop.
     pub(super) fn start(&mut self, listen: impl FnOnce()) -> Result<(), Refusal> {
         self.must_be_ready()?;
+        self.must_be_startable()?;
         let known = self.known();
         let slot = self.run_slot.as_mut().ok_or(Refusal::Busy)?;
         let begun_from = prepare(slot, &self.settings, &known, &self.stage);

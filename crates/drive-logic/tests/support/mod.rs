@@ -51,7 +51,7 @@ pub(crate) fn settings() -> Settings {
         },
         protection: Protection {
             following_error: 3.0,
-            travel: 51.0,
+            travel: [-51.0, 51.0],
             pace: 5.0,
             speed: 100.0,
             breakaway: 0.3,
@@ -184,6 +184,8 @@ pub(crate) const STAGE: OutputStage = OutputStage {
     full_scale: 10.0,
     period: 5e-5,
     command_delay: 1.25e-5,
+    board: "bench",
+    is_simulated: false,
 };
 
 /// Levels of the input lines without a fault.

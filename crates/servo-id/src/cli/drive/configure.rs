@@ -15,9 +15,10 @@ pub(super) struct Arguments {
     /// Largest position error, rad: at least three amplitudes of the dither.
     #[arg(long, value_name = "RAD")]
     following_error: Option<f64>,
-    /// Largest distance from where the servo started, rad: at least two amplitudes of the dither.
-    #[arg(long, value_name = "RAD")]
-    travel: Option<f64>,
+    /// Lowest and highest position, rad from home or from where the servo started, or one distance either way: at least
+    /// two amplitudes of the dither.
+    #[arg(long, value_name = "LOW,HIGH", value_parser = travel, allow_hyphen_values = true)]
+    travel: Option<[f64; 2]>,
     /// Speed of a motion to a target, rad/s.
     #[arg(long, value_name = "RAD/S")]
     pace: Option<f64>,
@@ -87,7 +88,6 @@ impl Arguments {
         let protection = &mut settings.protection;
         for (place, given) in [
             (&mut protection.following_error, self.following_error),
-            (&mut protection.travel, self.travel),
             (&mut protection.pace, self.pace),
             (&mut protection.speed, self.speed),
             (&mut protection.breakaway, self.breakaway),
@@ -98,6 +98,7 @@ impl Arguments {
         ] {
             *place = given.unwrap_or(*place);
         }
+        protection.travel = self.travel.unwrap_or(protection.travel);
         settings.homing = self.homing(settings.homing)?;
         settings.source = self.source.unwrap_or(settings.source);
         settings.servo_changes = self.servo_changes.unwrap_or(settings.servo_changes);
@@ -144,6 +145,19 @@ impl Arguments {
             homing.index = at == HomeAt::Index;
         }
         Ok(Some(homing))
+    }
+}
+
+/// Both ends of a travel, or the distance of both.
+fn travel(text: &str) -> Result<[f64; 2], String> {
+    let number = |text: &str| {
+        text.trim()
+            .parse::<f64>()
+            .map_err(|error| error.to_string())
+    };
+    match text.split_once(',') {
+        Some((low, high)) => Ok([number(low)?, number(high)?]),
+        None => number(text).map(|distance| [-distance, distance]),
     }
 }
 

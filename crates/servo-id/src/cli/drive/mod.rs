@@ -39,11 +39,14 @@ enum Verb {
     Configure(configure::Arguments),
     /// Close the loop at the present position, identify, and print reports until the run ends.
     Start(start::Arguments),
-    /// Move the servo to a position, rad from where it started.
+    /// Move the servo to a position, rad from home, or from where the run started if homing is not configured.
     #[command(allow_negative_numbers = true, alias = "aim")]
     Target {
-        /// Position, rad from where the servo started.
+        /// Position, rad.
         radians: f64,
+        /// Count it from where the run started, whether the axis is homed or not.
+        #[arg(long)]
+        relative: bool,
     },
     /// Home the axis: targets and travel then count from its origin. The loop must be closed.
     Home,
@@ -93,7 +96,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         Verb::BoardTest(verb) => verb.run(&mut client, &status),
         Verb::Configure(configure) => configure.run(&mut client),
         Verb::Start(start) => start.run(&mut client),
-        Verb::Target { radians } => client.ask(Command::Target(*radians)).map_err(fault),
+        Verb::Target {
+            radians,
+            relative: false,
+        } => client.ask(Command::Target(*radians)).map_err(fault),
+        Verb::Target { radians, .. } => {
+            client.ask(Command::RelativeTarget(*radians)).map_err(fault)
+        }
         Verb::Home => home::run(&mut client),
         Verb::Stop => client.stop().map_err(fault),
         Verb::Clear => client.ask(Command::Clear).map_err(fault),

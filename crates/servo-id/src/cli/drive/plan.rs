@@ -120,7 +120,6 @@ fn unconfigured(
     gains: Option<&HoldingGains>,
 ) -> Settings {
     let [low, high] = order.limits.travel;
-    let travel = 0.5 * (high - low);
     let mut core = identifier_core::Settings {
         resolution: order.resolution,
         ..identifier_core::Settings::new(order.sample_time, 1.0)
@@ -139,8 +138,8 @@ fn unconfigured(
             ..example.dither
         },
         protection: Protection {
-            following_error: travel,
-            travel,
+            following_error: 0.5 * (high - low),
+            travel: order.limits.travel,
             speed: order.limits.speed,
             pace: 0.2 * order.limits.speed,
             ..example.protection

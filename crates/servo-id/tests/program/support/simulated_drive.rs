@@ -173,6 +173,8 @@ fn power_cycles(
                 full_scale: 10.0,
                 period: 5e-5,
                 command_delay: 1.25e-5,
+                board: "simulated",
+                is_simulated: true,
             },
             built_in: example,
             clock: Clock::at_pace(PACE),
