@@ -195,7 +195,9 @@ impl Session {
             // The report came first, and said so; a recording that it has ended is named.
             Command::Stop if !self.state.is_driven() => return,
             Command::Stop => "stopped: the servo is disabled".to_owned(),
-            Command::Target(radians) => format!("moving to {radians} rad"),
+            Command::Target(radians) | Command::RelativeTarget(radians) => {
+                format!("moving to {radians} rad")
+            }
             Command::Home => "homing".to_owned(),
             Command::Clear => "the fault is cleared, if its cause is gone".to_owned(),
             Command::Save => "settings and estimates are stored in flash".to_owned(),
@@ -232,7 +234,7 @@ fn name(command: &Command) -> &'static str {
     match command {
         Command::Start => "start",
         Command::Stop => "stop",
-        Command::Target(_) => "target",
+        Command::Target(_) | Command::RelativeTarget(_) => "target",
         Command::Home => "home",
         Command::Clear => "clear",
         Command::Save => "keep",
