@@ -552,7 +552,7 @@ fn limits_that_no_sample_can_keep_are_refused_with_a_figure_that_would_do() {
         ("stall_time", longest, |s, x| s.protection.stall_time = x),
         ("stop_time", longest, |s, x| s.protection.stop_time = x),
         ("duration", longest, |s, x| s.protection.duration = x),
-        ("link_timeout", longest, |s, x| {
+        ("link_timeout", 60.0, |s, x| {
             s.protection.link_timeout = x
         }),
     ];
