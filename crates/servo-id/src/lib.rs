@@ -30,6 +30,8 @@ pub mod present;
 pub mod program;
 #[cfg(feature = "pages")]
 pub mod render;
+#[cfg(all(test, feature = "drive"))]
+mod scripted_line;
 #[cfg(feature = "program")]
 pub mod simulated_drive;
 
