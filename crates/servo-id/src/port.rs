@@ -43,6 +43,9 @@ pub struct Port {
     id: u8,
 }
 
+/// A line, and the same for another thread.
+type TwoLines = (Box<dyn Line>, Box<dyn Write + Send>);
+
 trait Line: Read + Write + Send {}
 impl<L: Read + Write + Send> Line for L {}
 
@@ -68,36 +71,23 @@ impl Port {
     /// # Errors
     /// If there is no such port, or another program has it.
     pub fn open(name: &str) -> Result<Self, PortError> {
-        let refused = |fault: String| PortError {
+        let opened = match name.strip_prefix(TCP) {
+            Some(address) => connect(address),
+            None => open_serial(name),
+        };
+        let (line, second) = opened.map_err(|error| PortError {
             port: name.to_owned(),
-            fault,
-        };
-        let unopened = |error: io::Error| {
-            refused(format!(
-                "cannot be opened: {error}; a port is the name of a serial device, such as /dev/ttyUSB0, or \
-                 tcp:HOST:PORT"
-            ))
-        };
-        if let Some(address) = name.strip_prefix(TCP) {
-            let stream = connect(address).map_err(unopened)?;
-            let second = stream.try_clone().map_err(unopened)?;
-            let mut port = Self::over(name, stream);
-            port.second = Some(Box::new(second));
-            return Ok(port);
-        }
-        let opened = serialport::new(name, BAUD).timeout(TICK).open();
-        let line = opened.map_err(|error| match is_held(&error) {
-            true => refused(
-                "another program holds the port: Ctrl-C in that program stops the drive; without it, switch the \
-                 drive's enable or the motor's supply off"
-                    .to_owned(),
-            ),
-            false => unopened(error.into()),
+            fault: match error.kind() {
+                ErrorKind::ResourceBusy => error.to_string(),
+                _ => format!(
+                    "cannot be opened: {error}; a port is the name of a serial device, such as /dev/ttyUSB0, or \
+                     tcp:HOST:PORT"
+                ),
+            },
         })?;
-        let second = line.try_clone().map_err(|error| unopened(error.into()))?;
         Ok(Self {
-            second: Some(Box::new(second)),
-            ..Self::at(name, Box::new(line))
+            second: Some(second),
+            ..Self::at(name, line)
         })
     }
 
@@ -267,14 +257,15 @@ fn framed(message: &impl Serialize) -> Result<Vec<u8>, FrameError> {
     frame(message).map(|frame| [&[0], frame.as_slice()].concat())
 }
 
-fn connect(address: &str) -> io::Result<TcpStream> {
+fn connect(address: &str) -> io::Result<TwoLines> {
     let mut failed = ErrorKind::AddrNotAvailable.into();
     for address in address.to_socket_addrs()? {
         match TcpStream::connect_timeout(&address, MAX_CONNECTION_WAIT) {
             Ok(stream) => {
                 stream.set_nodelay(true)?;
                 stream.set_read_timeout(Some(TICK))?;
-                return Ok(stream);
+                let second = stream.try_clone()?;
+                return Ok((buffered(stream), Box::new(second)));
             }
             Err(error) if error.kind() == ErrorKind::TimedOut => {
                 let limit = MAX_CONNECTION_WAIT.as_secs();
@@ -287,9 +278,19 @@ fn connect(address: &str) -> io::Result<TcpStream> {
     Err(failed)
 }
 
-/// On Unix this kind means a lock of another program, and nothing else. On Windows it is a device that is not there, too.
-fn is_held(error: &serialport::Error) -> bool {
-    cfg!(unix) && error.kind() == serialport::ErrorKind::NoDevice
+fn open_serial(name: &str) -> io::Result<TwoLines> {
+    let opened = serialport::new(name, BAUD).timeout(TICK).open();
+    let line = opened.map_err(|error| match error.kind() {
+        // On Unix a lock of another program, and nothing else. On Windows a device that is not there, too.
+        serialport::ErrorKind::NoDevice if cfg!(unix) => io::Error::new(
+            ErrorKind::ResourceBusy,
+            "another program holds the port: Ctrl-C in that program stops the drive; without it, switch the drive's \
+             enable or the motor's supply off",
+        ),
+        _ => error.into(),
+    })?;
+    let second = line.try_clone()?;
+    Ok((Box::new(line), Box::new(second)))
 }
 
 fn buffered(stream: impl Read + Write + Send + 'static) -> Box<dyn Line> {

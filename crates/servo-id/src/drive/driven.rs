@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use commissioning::CommissionSettings;
-use drive_link::{Command, Report, Request, State, Status};
+use drive_link::{Command, Report, State, Status};
 
 use super::{Client, DriveError, MAX_SIGN_PERIOD};
 
@@ -76,14 +76,6 @@ impl Driven {
     pub fn send(&mut self, command: Command) -> Result<u8, DriveError> {
         self.has_moved |= command.may_move();
         self.client.send(command)
-    }
-
-    /// Sends a command again under its number.
-    ///
-    /// # Errors
-    /// If the line breaks.
-    pub fn repeat(&mut self, id: u8, command: Command) -> Result<(), DriveError> {
-        Ok(self.client.port.send(&Request { id, command })?)
     }
 
     /// Sends a command and waits until it is done.
@@ -188,7 +180,7 @@ impl DerefMut for Driven {
 mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    use drive_link::Refusal;
+    use drive_link::{Refusal, Request};
 
     use super::*;
     use crate::scripted_line::{Received, obedient};

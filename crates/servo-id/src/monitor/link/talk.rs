@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
-use drive_link::{Command, Report};
+use drive_link::{Command, Report, Request};
 
 use super::event::{Ending, LinkError, LinkEvent};
 use crate::drive::{AtEnd, DriveError, Driven, Silence, is_driven};
@@ -108,7 +108,8 @@ impl Talk {
             };
             if !once && asked.last.elapsed() >= interval {
                 asked.last = Instant::now();
-                self.drive.repeat(asked.id, asked.command)?;
+                let (id, command) = (asked.id, asked.command);
+                self.drive.port().send(&Request { id, command })?;
             }
         }
         Ok(())
