@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use commissioning::{CommissionSettings, Limits, Phase};
 use drive_link::{Command, Report};
-use servo_id::drive::Client;
+use servo_id::drive::Driven;
 
 use crate::firmware;
 use crate::meter::Cost;
@@ -183,7 +183,7 @@ fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
         driven.whole.push(cost.instructions);
         Ok(Next::Interrupt)
     };
-    let commissioned = |client: &mut Client| {
+    let commissioned = |client: &mut Driven| {
         let ended = commission(client, 1.0 / rate, &is_over);
         is_heard.store(true, Relaxed);
         ended
@@ -201,7 +201,7 @@ fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
 /// requests. An answer would take its time in the background, and the study would then get it later, by the host's
 /// clock.
 fn commission(
-    drive: &mut Client,
+    drive: &mut Driven,
     sample_time: f64,
     is_over: &AtomicBool,
 ) -> Result<(), Box<dyn Error>> {

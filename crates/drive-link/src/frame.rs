@@ -40,13 +40,15 @@ impl Message for Report {
     const SEED: u32 = u32::from_le_bytes(*b"rprt");
 
     fn of_earlier_version(message: &[u8]) -> Option<Self> {
+        // What a stop is answered with, and any other request.
         whole(message).filter(|report| {
             matches!(
                 report,
-                Self::Refused {
-                    refusal: Refusal::NotUnderstood { .. },
-                    ..
-                }
+                Self::Done { .. }
+                    | Self::Refused {
+                        refusal: Refusal::NotUnderstood { .. },
+                        ..
+                    }
             )
         })
     }

@@ -76,12 +76,20 @@ pub enum Command {
     BoardTest,
     /// Sends the servo to a target, rad from where the run started, whether it was homed or not.
     RelativeTarget(f64),
+    /// The host that drives the servo is still there: the link timeout begins anew. Answered as [`Hello`](Self::Hello).
+    KeepAlive,
     /// Disables the servo at once: no command before it still moves the servo. Its bytes are those of a [`Request`].
     #[serde(skip)]
     Stop,
 }
 
 impl Command {
+    /// True if it comes from a host that drives the servo: it begins the link timeout anew. A look at the drive does not.
+    #[must_use]
+    pub const fn keeps_alive(&self) -> bool {
+        matches!(self, Self::KeepAlive) || self.may_move()
+    }
+
     /// True if it may move the axis: only the last and whole request of an undisturbed line does.
     #[must_use]
     pub const fn may_move(&self) -> bool {
@@ -100,6 +108,7 @@ impl Command {
             | Self::Outcome
             | Self::MotionRecord(_)
             | Self::BoardTest
+            | Self::KeepAlive
             | Self::Stop => false,
         }
     }

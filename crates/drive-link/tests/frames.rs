@@ -289,6 +289,7 @@ fn request() -> impl Strategy<Value = Request> {
         Just(Command::Outcome),
         any::<u16>().prop_map(Command::MotionRecord),
         Just(Command::BoardTest),
+        Just(Command::KeepAlive),
     ];
     (any::<u8>(), command).prop_map(|(id, command)| Request { id, command })
 }

@@ -316,7 +316,7 @@ impl BackgroundEnd<'_> {
         self.heard().disturbances
     }
 
-    /// Counts a frame of a host of the same protocol.
+    /// Counts a frame of the host that drives.
     pub(crate) fn count_host_frame(&self) {
         raise(&self.signals.host_frames);
     }

@@ -79,6 +79,9 @@ struct StallWatch {
     at_rest: f32,
 }
 
+/// The longest link timeout, s: about the longest that a heartbeat of CANopen may be apart (16 bits of ms, CiA 301).
+const MAX_LINK_TIMEOUT: f64 = 60.0;
+
 /// The largest position error, rad, speed, rad/s, and time, s, that the samples compute with.
 pub(crate) fn largest(units: &Units) -> [f64; 3] {
     /// Counts in a sample that an encoder's counter of 16 bits distinguishes from those of the other direction.
@@ -136,13 +139,17 @@ impl Protection {
         ] {
             check_limit(name, value, most)?;
         }
-        for (name, value) in [
-            ("duration", given.duration),
-            ("link_timeout", given.link_timeout),
+        for (name, value, most) in [
+            ("duration", given.duration, longest),
+            (
+                "link_timeout",
+                given.link_timeout,
+                longest.min(MAX_LINK_TIMEOUT),
+            ),
         ] {
             // Zero is none.
             if value != 0.0 {
-                check_limit(name, value, longest)?;
+                check_limit(name, value, most)?;
             }
         }
         if given.overruns == 0 {

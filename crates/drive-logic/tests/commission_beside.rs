@@ -480,7 +480,7 @@ fn a_silent_host_ends_it_as_it_ends_a_run() {
         drive.done(Command::Configure(listening));
         drive.done(Command::Start);
         for _ in 0..200 {
-            drive.status();
+            drive.ask(Command::KeepAlive);
             drive.pass(10);
         }
         drive.done(Command::Commission(ORDER));

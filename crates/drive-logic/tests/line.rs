@@ -536,7 +536,7 @@ fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
         line.ask(Command::Start);
         line.pass(0.001);
         for _ in 0..random.below(5) {
-            line.request(Command::Hello);
+            line.request(Command::KeepAlive);
             line.pass(0.02);
         }
         assert!(line.is_driven());

@@ -138,10 +138,10 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
         if moving {
             drive.done(Command::Target(40.0));
         }
-        // Any request keeps it running.
         for _ in 0..20 {
             drive.pass(290);
-            drive.status();
+            let answer = drive.ask(Command::KeepAlive);
+            assert!(matches!(answer, Report::Status { .. }), "{answer:?}");
         }
         assert_eq!(drive.supervisor.state(), State::Running);
         let speed_before = bench.plant.borrow().velocity.abs();
@@ -153,6 +153,34 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
         drive.pass(3);
         assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkLost));
         assert_eq!(drive.status().ended, Some(Ended::Faulted(Fault::LinkLost)));
+    }
+}
+
+#[test]
+fn only_a_host_that_drives_keeps_a_run_alive() {
+    for command in [
+        Command::Hello,
+        Command::Show,
+        Command::Watch(0),
+        Command::Outcome,
+        Command::MotionRecord(0),
+        Command::BoardTest,
+        Command::Clear,
+        Command::Save,
+        Command::Configure(still()),
+        Command::KeepAlive,
+        Command::Target(0.1),
+        Command::Start,
+    ] {
+        let mut wanted = still();
+        wanted.protection.link_timeout = 0.3;
+        running!(drive, bench, &SERVO, wanted);
+        for _ in 0..20 {
+            drive.pass(100);
+            drive.ask(command);
+        }
+        let is_alive = drive.supervisor.state() == State::Running;
+        assert_eq!(is_alive, command.keeps_alive(), "{command:?}");
     }
 }
 
@@ -552,9 +580,7 @@ fn limits_that_no_sample_can_keep_are_refused_with_a_figure_that_would_do() {
         ("stall_time", longest, |s, x| s.protection.stall_time = x),
         ("stop_time", longest, |s, x| s.protection.stop_time = x),
         ("duration", longest, |s, x| s.protection.duration = x),
-        ("link_timeout", longest, |s, x| {
-            s.protection.link_timeout = x
-        }),
+        ("link_timeout", 60.0, |s, x| s.protection.link_timeout = x),
     ];
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);

@@ -273,14 +273,16 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// The same, but listens to the line before motion is ordered. Building a loop and saving a record take many times
     /// as long as a stop, which may have come meanwhile.
     pub fn answer_after(&mut self, request: &Request, listen: impl FnOnce()) -> Report {
-        self.channel.count_host_frame();
+        if request.command.keeps_alive() {
+            self.channel.count_host_frame();
+        }
         let id = request.id;
         let refused = |refusal| Report::Refused { id, refusal };
         let done = self.obey(request, listen);
         self.begun.count_request();
         match done {
             Ok(()) => match request.command {
-                Command::Hello => self.status(Some(id)),
+                Command::Hello | Command::KeepAlive => self.status(Some(id)),
                 Command::Show => Report::Settings {
                     id,
                     settings: self.settings,
@@ -310,6 +312,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
         match command {
             Command::Hello
+            | Command::KeepAlive
             | Command::Show
             | Command::Outcome
             | Command::MotionRecord(_)

@@ -32,6 +32,7 @@ mod report;
 mod report_in_browser;
 mod reproduce;
 mod scenario_reader;
+mod stop;
 mod support;
 #[cfg(target_os = "linux")]
 mod terminal;

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use drive_link::{Command, Homing, Refusal, ServoChanges, Settings, TargetSource};
+use drive_link::{Homing, Refusal, ServoChanges, Settings, TargetSource};
 use host_sim::scenario::{ExcitationKind, Purpose, Scenario};
 
 use super::fault;
@@ -78,7 +78,7 @@ enum HomeAt {
 impl Arguments {
     pub(super) fn run(&self, client: &mut Client) -> Result<(), Fault> {
         let settings = self.settings(client.settings().map_err(fault)?)?;
-        client.ask(Command::Configure(settings)).map_err(refused)
+        client.configure(settings).map_err(refused)
     }
 
     /// The drive's settings with the scenario and the options applied.

@@ -10,9 +10,8 @@ use super::recordings::Recordings;
 use super::screen::Screen;
 use crate::cli::drive::plan::DrivePlan;
 use crate::cli::fault::Fault;
-use crate::monitor::{
-    Action, AtEnd, Dialogue, Link, LinkError, LinkEvent, Motion, Note, Shown, State,
-};
+use crate::drive::AtEnd;
+use crate::monitor::{Action, Dialogue, Link, LinkError, LinkEvent, Motion, Note, Shown, State};
 use crate::present::largest_motion;
 
 /// Time between two drawings of the screen.
@@ -211,7 +210,8 @@ impl Session {
             | Command::Watch(_)
             | Command::Outcome
             | Command::MotionRecord(_)
-            | Command::BoardTest => return,
+            | Command::BoardTest
+            | Command::KeepAlive => return,
         };
         self.state.set_note(Note::Done(message));
     }
@@ -245,6 +245,7 @@ fn name(command: &Command) -> &'static str {
         | Command::Watch(_)
         | Command::Outcome
         | Command::MotionRecord(_)
-        | Command::BoardTest => "report",
+        | Command::BoardTest
+        | Command::KeepAlive => "report",
     }
 }
