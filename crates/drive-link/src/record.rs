@@ -41,7 +41,7 @@ const ENTRIES: usize = 15;
 
 impl Record {
     /// The version of its bytes: another one is another meaning of them.
-    pub const VERSION: u16 = 12;
+    pub const VERSION: u16 = 13;
 
     /// Writes it, and returns the number of bytes; none if there is not room for it.
     #[inline(never)]

@@ -244,5 +244,6 @@ fn example(core: identifier_core::Settings) -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
+        brake: None,
     }
 }
