@@ -20,8 +20,12 @@ pub(crate) enum BrakeMotion {
     Settled,
     /// It opens, and motion waits: samples that are left.
     Opening { left: u32 },
-    /// It closes, and the axis is held: samples that are left, and the end that began it.
-    Closing { left: u32, ended: Ended },
+    /// It closes, and the axis is held: samples that are left, the end that began it, and whether a stop has come.
+    Closing {
+        left: u32,
+        ended: Ended,
+        is_stopped: bool,
+    },
 }
 
 impl BrakeTimes {

@@ -33,6 +33,7 @@ pub struct Sampler<'a> {
     /// Frames of the host, stops and changes of mode that were taken in.
     host_frames: u32,
     stops: u32,
+    new_stops: u32,
     mode_changes: u32,
     /// The state has changed and its report has found no room yet.
     report_pending: bool,
@@ -52,6 +53,7 @@ impl<'a> Sampler<'a> {
             requests: channel.requests().wrapping_sub(1),
             host_frames: channel.host_frames(),
             stops: channel.stops(),
+            new_stops: channel.new_stops(),
             mode_changes: channel.mode_changes(),
             channel,
             mode: None,
@@ -232,7 +234,14 @@ impl<'a> Sampler<'a> {
         let stops = self.channel.stops();
         if stops != self.stops {
             self.stops = stops;
-            let is_held = self.begin_closing(Ended::Stopped, chip);
+            let new_stops = self.channel.new_stops();
+            let is_new = core::mem::replace(&mut self.new_stops, new_stops) != new_stops;
+            let is_held = match &mut self.brake {
+                BrakeMotion::Closing { is_stopped, .. } => {
+                    !core::mem::replace(is_stopped, true) || !is_new
+                }
+                _ => self.begin_closing(Ended::Stopped, chip),
+            };
             match &mut self.mode {
                 _ if is_held => {}
                 Some(Mode::Commissioning(commissioning)) => {
@@ -418,8 +427,11 @@ impl<'a> Sampler<'a> {
             (StopCategory::Controlled, Some(BrakeTimes { closes, .. })) => {
                 chip.set_brake(false);
                 mode.hold(ended);
-                let left = closes;
-                self.brake = BrakeMotion::Closing { left, ended };
+                self.brake = BrakeMotion::Closing {
+                    left: closes,
+                    ended,
+                    is_stopped: ended == Ended::Stopped,
+                };
                 self.look_again();
                 self.report_state();
                 true
@@ -445,7 +457,7 @@ impl<'a> Sampler<'a> {
                     }
                 }
             }
-            BrakeMotion::Closing { left, ended } => {
+            BrakeMotion::Closing { left, ended, .. } => {
                 *left = left.saturating_sub(1);
                 if *left == 0 {
                     let ended = *ended;

@@ -5,8 +5,8 @@ mod support;
 
 use commissioning::Phase;
 use drive_link::{
-    Command, Ended, Estimator, Fault, HoldingBrake, NotAllowed, Refusal, Settings, State,
-    TargetSource, Why,
+    Command, Ended, Estimator, Fault, HoldingBrake, NotAllowed, Refusal, Request, Settings, State,
+    TargetSource, Why, frame,
 };
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
@@ -256,6 +256,38 @@ fn a_second_stop_or_a_fault_while_the_brake_closes_disables_at_once() {
         assert_eq!(drive.supervisor.state(), state);
         assert_eq!(drive.status().ended, Some(Ended::Stopped), "the first end");
     }
+}
+
+#[test]
+fn a_stop_that_was_sent_again_is_no_second_stop_and_a_first_one_lets_go_of_no_held_axis() {
+    holding!(drive, bench);
+    let mut listener = drive.listener.take().expect("one line");
+    let mut stop = |id| {
+        let command = Command::Stop;
+        for byte in frame(&Request { id, command }).expect("it fits") {
+            listener.take(byte);
+        }
+    };
+    for _ in 0..3 {
+        stop(7);
+        drive.pass(20);
+        assert!(bench.held.get().is_some() && !bench.brake_power.get());
+    }
+    stop(8);
+    drive.pass(1);
+    assert_eq!(bench.held.get(), None);
+    // After a limit switch.
+    holding!(drive, bench);
+    drive.lines(|lines| lines.low_switch = false);
+    drive.pass(20);
+    drive.done(Command::Stop);
+    drive.pass(20);
+    assert!(bench.held.get().is_some() && !bench.brake_power.get());
+    drive.done(Command::Stop);
+    drive.pass(1);
+    assert_eq!(bench.held.get(), None);
+    drive.pass(3);
+    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LimitSwitch));
 }
 
 #[test]
