@@ -227,6 +227,8 @@ fn whole<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
 pub struct StopListener {
     bytes: [u8; STOP_BYTES],
     length: usize,
+    last: [u8; STOP_BYTES],
+    is_resent: bool,
 }
 
 /// Bytes of the frame of a stop, without the zero at its end: two of its own, the check, and one for COBS.
@@ -239,6 +241,8 @@ impl StopListener {
         Self {
             bytes: [0; STOP_BYTES],
             length: 0,
+            last: [0; STOP_BYTES],
+            is_resent: false,
         }
     }
 
@@ -252,7 +256,18 @@ impl StopListener {
             return false;
         }
         let is_as_long = core::mem::take(&mut self.length) == STOP_BYTES;
-        is_as_long && is_stop(&self.bytes)
+        let is_whole = is_as_long && is_stop(&self.bytes);
+        if is_whole {
+            self.is_resent = self.last == self.bytes;
+            self.last = self.bytes;
+        }
+        is_whole
+    }
+
+    /// True if the last stop has the number of the one before: it was sent again, and is no second one.
+    #[must_use]
+    pub const fn is_resent(&self) -> bool {
+        self.is_resent
     }
 }
 

@@ -34,6 +34,7 @@ pub use motion_record::MotionRecord;
 pub use no_gains::NoGains;
 pub use record::{Commissioned, Record};
 pub use settings::{
-    Dither, Estimator, LoopSettings, Name, NotAllowed, Protection, ServoChanges, Settings, Why,
+    Dither, Estimator, HoldingBrake, LoopSettings, Name, NotAllowed, Protection, ServoChanges,
+    Settings, Why,
 };
 pub use term_sizes::TermSizes;

@@ -4,7 +4,7 @@ use commissioning::CommissionSettings;
 use commissioning::servo_change::ServoChange;
 use heapless::String;
 use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::reason::Reason;
+use identifier_core::reason::{Reason, StopCategory};
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
@@ -383,6 +383,26 @@ pub enum Ended {
     Over,
     /// By a fault.
     Faulted(Fault),
+}
+
+impl Ended {
+    /// The fault, if it was one.
+    #[must_use]
+    pub const fn fault(self) -> Option<Fault> {
+        match self {
+            Self::Stopped | Self::Over => None,
+            Self::Faulted(fault) => Some(fault),
+        }
+    }
+
+    /// How an axis with a holding brake is stopped at such an end.
+    #[must_use]
+    pub const fn stop_category(self) -> StopCategory {
+        match self {
+            Self::Stopped | Self::Over => StopCategory::Controlled,
+            Self::Faulted(fault) => fault.stop_category(),
+        }
+    }
 }
 
 impl fmt::Display for Ended {

@@ -28,6 +28,32 @@ pub struct Settings {
     pub source: TargetSource,
     /// Whether changes of a commissioned servo are looked for in a run.
     pub servo_changes: ServoChanges,
+    /// The holding brake of the axis; none for an axis without one.
+    pub brake: Option<HoldingBrake>,
+}
+
+/// A holding brake at an output of its own, which needs power to open. The loop holds the axis while it opens or closes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HoldingBrake {
+    /// The longest that it takes to open, s, at most [`HoldingBrake::MAX_TIME`].
+    pub opens: f64,
+    /// The longest that it takes to close, s, at most [`HoldingBrake::MAX_TIME`].
+    pub closes: f64,
+}
+
+impl HoldingBrake {
+    /// The longest time in which a brake may open or close, s.
+    pub const MAX_TIME: f64 = 1.0;
+}
+
+impl fmt::Display for HoldingBrake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { opens, closes } = self;
+        write!(
+            f,
+            "a holding brake opens within {opens} s and closes within {closes} s"
+        )
+    }
 }
 
 /// Whether a run looks for changes of the servo for which a commissioning found the gains in force.
@@ -237,6 +263,7 @@ impl fmt::Display for Settings {
             homing,
             source,
             servo_changes,
+            brake,
         } = self;
         writeln!(f, "{closed_loop}")?;
         writeln!(
@@ -247,6 +274,9 @@ impl fmt::Display for Settings {
         writeln!(f, "{protection}")?;
         if let Some(homing) = homing {
             writeln!(f, "{homing}")?;
+        }
+        if let Some(brake) = brake {
+            writeln!(f, "{brake}")?;
         }
         match servo_changes {
             ServoChanges::Ignored => {}

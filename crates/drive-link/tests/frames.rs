@@ -2,10 +2,10 @@
 
 use commissioning::{CommissionSettings, Limits, Phase, TrialResult};
 use drive_link::{
-    Command, Commissioning, Dither, Estimates, Estimator, Fault, FrameError, Homing, LoopSettings,
-    MAX_FRAME_BYTES, MotionRecord, NoGains, Outcome, PROTOCOL, Protection, Receiver, Refusal,
-    Report, Request, ServoChanges, Settings, Snapshot, StopListener, TargetSource, TermSizes,
-    frame,
+    Command, Commissioning, Dither, Estimates, Estimator, Fault, FrameError, HoldingBrake, Homing,
+    LoopSettings, MAX_FRAME_BYTES, MotionRecord, NoGains, Outcome, PROTOCOL, Protection, Receiver,
+    Refusal, Report, Request, ServoChanges, Settings, Snapshot, StopListener, TargetSource,
+    TermSizes, frame,
 };
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::fit::Block;
@@ -123,6 +123,10 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         }),
         source: TargetSource::Steps { step: next() },
         servo_changes: ServoChanges::Reported,
+        brake: Some(HoldingBrake {
+            opens: next(),
+            closes: next(),
+        }),
     }
 }
 

@@ -67,6 +67,7 @@ struct Stamped {
 struct Signals {
     /// Stops in the bytes of the line, and disturbances of it. The line's interrupt raises them.
     stops_heard: AtomicU32,
+    stops_resent: AtomicU32,
     disturbances: AtomicU32,
     /// Raised with every order, stop of its own and change of mode. The background raises it and those below.
     requests: AtomicU32,
@@ -145,6 +146,7 @@ impl Channel {
             solutions: Queue::new(),
             signals: Signals {
                 stops_heard: AtomicU32::new(0),
+                stops_resent: AtomicU32::new(0),
                 disturbances: AtomicU32::new(0),
                 requests: AtomicU32::new(0),
                 own_stops: AtomicU32::new(0),
@@ -218,7 +220,10 @@ impl Signals {
 
 impl LineEnd<'_> {
     /// Stops every mode and makes void every order that was not done yet.
-    pub(crate) fn stop(&self) {
+    pub(crate) fn stop(&self, is_resent: bool) {
+        if is_resent {
+            raise(&self.signals.stops_resent);
+        }
         raise(&self.signals.stops_heard);
     }
 
@@ -456,6 +461,12 @@ impl InterruptEnd<'_> {
 
     pub(crate) fn stops(&self) -> u32 {
         self.signals.stops()
+    }
+
+    /// The same without those that were sent again.
+    pub(crate) fn new_stops(&self) -> u32 {
+        let resent = self.signals.stops_resent.load(Ordering::Acquire);
+        self.stops().wrapping_sub(resent)
     }
 
     pub(crate) fn mode_changes(&self) -> u32 {

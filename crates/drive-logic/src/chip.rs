@@ -27,6 +27,11 @@ pub trait Chip {
     /// that cannot be known.
     fn steps(&mut self) -> Option<i16>;
 
+    /// Opens or closes the holding brake, where there is one. It closes with a disabled output in any case.
+    fn set_brake(&mut self, open: bool) {
+        let _ = open;
+    }
+
     /// True if the time of the next sample has come.
     fn next_is_due(&self) -> bool;
 

@@ -159,6 +159,15 @@ pub(crate) struct Deadline {
 }
 
 impl Deadline {
+    /// None that a held axis lives to see.
+    pub(crate) const NEVER: Self = Self {
+        left: u32::MAX,
+        begun_with: u32::MAX,
+        run_left: None,
+        max_silence: None,
+        silence: 0,
+    };
+
     /// For a time and a silence of the host, s; 0 for unbounded.
     pub(crate) fn new(duration: f64, link_timeout: f64, units: &Units) -> Self {
         let bound = |time: f64| (time > 0.0).then(|| samples(time, units));
@@ -259,6 +268,11 @@ impl Ending {
         if self.resting.is_none() {
             self.deadline.link_alive();
         }
+    }
+
+    /// It has ended, and the axis is held until its brake has closed.
+    pub(crate) fn hold(&mut self) {
+        self.deadline = Deadline::NEVER;
     }
 
     /// Checks a sample that ended at a count.

@@ -210,6 +210,9 @@ impl Guide {
         if let Some(homing) = &mut self.homing
             && self.origin == Origin::Sought
         {
+            if reference.waits() {
+                return Ok(None);
+            }
             if core::mem::replace(&mut self.begins_homing, false) {
                 homing.begin(chip.home_switch_is_closed(), count, origin, reference);
                 return Ok(None);

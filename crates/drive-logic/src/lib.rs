@@ -20,6 +20,7 @@
 #![deny(missing_docs)]
 
 mod background_watch;
+mod brake;
 mod channel;
 mod chip;
 mod closed_loop;

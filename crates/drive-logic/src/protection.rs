@@ -1,7 +1,7 @@
 //! The supervision that disables a driven servo.
 
 use commissioning::watch::LateSamples;
-use drive_link::{Dither, Fault, NotAllowed, Settings, Why};
+use drive_link::{Dither, Ended, Fault, NotAllowed, Settings, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::number::Number;
 use identifier_core::settings::ControllerSettings;
@@ -216,22 +216,24 @@ impl Protection {
         })
     }
 
-    /// From the count of the servo at rest; the travel counts from an origin.
-    pub(crate) fn start(&mut self, count: i32, origin: i32) {
-        self.origin = origin;
-        self.speed.from = count;
-        self.stall.from = count;
-    }
-
-    /// From where another mode has held the servo.
-    pub(crate) fn take_over(&mut self, handover: &Handover) {
-        self.start(handover.count, handover.origin);
+    /// From where another mode, or the load's command, has held the servo; the travel counts from an origin.
+    pub(crate) fn start(&mut self, handover: &Handover) {
+        self.origin = handover.origin;
+        self.speed.from = handover.count;
+        self.stall.from = handover.count;
         self.stall.at_rest = handover.last.command;
     }
 
     /// The travel counts from another origin.
     pub(crate) fn set_origin(&mut self, origin: i32) {
         self.origin = origin;
+    }
+
+    /// It has ended, and the axis is held until its brake has closed: a limit switch that ended it stays open.
+    pub(crate) fn hold(&mut self, ended: Ended) {
+        if ended == Ended::Faulted(Fault::LimitSwitch) {
+            self.lines.ignore_switches();
+        }
     }
 
     /// Checks the lines, before the servo is moved.
@@ -277,6 +279,11 @@ impl LineWatch {
             open: 0,
             max_open: samples(DEBOUNCE, units),
         }
+    }
+
+    /// Has an open limit switch end nothing any longer.
+    pub(crate) fn ignore_switches(&mut self) {
+        self.max_open = u32::MAX;
     }
 
     /// Checks the lines of a sample.

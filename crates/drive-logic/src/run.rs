@@ -4,7 +4,9 @@ use commissioning::servo_change::ServoChangeState;
 use commissioning::watch::{
     KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
 };
-use drive_link::{Ended, Estimator, Fault, LoopSettings, NotAllowed, ServoChanges, Settings, Why};
+use drive_link::{
+    Ended, Estimates, Estimator, Fault, LoopSettings, NotAllowed, ServoChanges, Settings, Why,
+};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
@@ -14,8 +16,11 @@ use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
 
 use crate::background_watch::DRIVEN_PATIENCE;
+use crate::brake::BrakeTimes;
 use crate::chip::{Chip, Lines, OutputStage};
-use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, Settled, StepMonitor, StepResult};
+use crate::closed_loop::{
+    self, AT_REST, ClosedLoop, Fitted, Handover, Settled, StepMonitor, StepResult,
+};
 use crate::conversion;
 use crate::ending::{Course, Ending};
 use crate::guide::{Guide, Origin, Target};
@@ -49,6 +54,7 @@ pub(crate) struct Run {
     background_patience: u32,
     /// Samples from one examination of the estimates to the next; 0 for none.
     examination_interval: u16,
+    brake: Option<BrakeTimes>,
     sample: u32,
     guide: Guide,
     /// The last sample, its count, and that from which targets and travel count.
@@ -56,14 +62,6 @@ pub(crate) struct Run {
     count: i32,
     origin: i32,
 }
-
-/// Before the first sample.
-const AT_REST: ControlSample<f32> = ControlSample {
-    error: 0.0,
-    increment: 0.0,
-    velocity: 0.0,
-    command: 0.0,
-};
 
 impl Run {
     /// # Errors
@@ -93,6 +91,7 @@ impl Run {
             ending: Ending::new(&settings.protection, &units),
             background_patience: samples(DRIVEN_PATIENCE, &units),
             examination_interval: examination_interval(settings, &units)?,
+            brake: BrakeTimes::new(settings.brake.as_ref(), &units)?,
             closed_loop: ClosedLoop::new(&loop_settings(settings))?,
             sample: 0,
             last: AT_REST,
@@ -117,6 +116,7 @@ impl Run {
         let range = |error: OutOfRange| conversion::not_allowed(error.into());
         let units = core.units().map_err(range)?;
         examination_interval(settings, &units)?;
+        BrakeTimes::new(settings.brake.as_ref(), &units)?;
         Reference::new(settings, &units).map_err(range)?;
         let none = ControllerSettings::pid(0.0, 0.0, 0.0).limited(stage.full_scale);
         Protection::new(settings, &none, &units)?;
@@ -132,17 +132,36 @@ impl Run {
         }
     }
 
+    /// Starts under the command that balances the load of this servo. The integral gives it or, without one, an offset
+    /// of the reference.
+    pub(crate) fn balance(&mut self, known: &Estimates, settings: &Settings) {
+        let core = &settings.closed_loop.core;
+        let (Some(controller), Ok(units)) = (&core.controller, core.units()) else {
+            return;
+        };
+        let command = conversion::balance(known, controller.limit);
+        let offset = if controller.ki == 0.0 && controller.kp > 0.0 {
+            command / controller.kp * units.position()
+        } else {
+            0.0
+        };
+        self.last.command = command as f32;
+        self.last.error = offset as f32;
+    }
+
     /// From the count of the servo at rest. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32) {
-        self.closed_loop.start(count);
-        self.reference.start(count);
-        self.watched_from = count;
         self.origin = match self.guide.origin() {
             Origin::Found(origin) => origin,
             Origin::Start | Origin::Sought => count,
         };
-        self.protection.start(count, self.origin);
+        self.count = count;
+        let handover = self.handover();
+        self.closed_loop.start(&handover);
+        self.reference.start(count, self.last.error);
+        self.watched_from = count;
+        self.protection.start(&handover);
         self.guide.begin(count);
     }
 
@@ -156,7 +175,7 @@ impl Run {
         } = *handover;
         self.closed_loop.take_over(handover);
         self.reference.resume_to(rest_count, count, last.error);
-        self.protection.take_over(handover);
+        self.protection.start(handover);
         self.guide.begin(rest_count);
         self.origin = origin;
         (self.last, self.count, self.watched_from) = (last, count, count);
@@ -170,6 +189,28 @@ impl Run {
             origin: self.origin,
             rest_count: self.count,
         }
+    }
+
+    /// The times of the axis's brake, if it has one.
+    pub(crate) fn brake(&self) -> Option<BrakeTimes> {
+        self.brake
+    }
+
+    /// Holds the servo where it is until [`go`](Self::go).
+    pub(crate) fn wait(&mut self) {
+        self.reference.wait();
+    }
+
+    /// Follows its targets after it has waited.
+    pub(crate) fn go(&mut self) {
+        self.reference.go();
+    }
+
+    /// Has ended, and holds the servo where it is until its brake has closed.
+    pub(crate) fn hold(&mut self, ended: Ended) {
+        self.reference.stay();
+        self.ending.hold();
+        self.protection.hold(ended);
     }
 
     /// Samples for which the background may not run.

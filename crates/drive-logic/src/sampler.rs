@@ -4,9 +4,10 @@ use drive_link::{Ended, Fault};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::Update;
-use identifier_core::reason::Reason;
+use identifier_core::reason::{Reason, StopCategory};
 
 use crate::background_watch::BackgroundWatch;
+use crate::brake::{BrakeMotion, BrakeTimes};
 use crate::channel::{InterruptEnd, Recorded, Solution};
 use crate::chip::{Chip, Lines};
 use crate::commissioning::Course;
@@ -21,6 +22,7 @@ pub struct Sampler<'a> {
     channel: InterruptEnd<'a>,
     /// The mode that drives the servo; none while the servo is disabled.
     mode: Option<Mode>,
+    brake: BrakeMotion,
     fault: Option<Fault>,
     /// How the last run ended.
     ended: Option<Ended>,
@@ -31,6 +33,7 @@ pub struct Sampler<'a> {
     /// Frames of the host, stops and changes of mode that were taken in.
     host_frames: u32,
     stops: u32,
+    new_stops: u32,
     mode_changes: u32,
     /// The state has changed and its report has found no room yet.
     report_pending: bool,
@@ -51,9 +54,11 @@ impl<'a> Sampler<'a> {
             requests: channel.requests().wrapping_sub(1),
             host_frames: channel.host_frames(),
             stops: channel.stops(),
+            new_stops: channel.new_stops(),
             mode_changes: channel.mode_changes(),
             channel,
             mode: None,
+            brake: BrakeMotion::Settled,
             fault: found_at_boot.err(),
             ended: None,
             returned: None,
@@ -80,8 +85,7 @@ impl<'a> Sampler<'a> {
     fn sample<C: Chip>(&mut self, chip: &mut C) {
         let lines = chip.lines();
         if self.channel.requests() != self.requests {
-            let (sensor, output) = chip.servo();
-            self.obey(lines, sensor, output);
+            self.obey(lines, chip);
         }
         let Some(Mode::Run(run)) = &mut self.mode else {
             return self.without_a_run(lines, chip);
@@ -115,17 +119,14 @@ impl<'a> Sampler<'a> {
                     let _ = channel.report(examined);
                 }
             }
-            Err(ended) => return self.end_run(ended, output),
+            Err(ended) => return self.end_run(ended, chip),
         }
         let guided = run.guide(chip);
         let late = self.channel.end_sample(chip.next_is_due(), run.count());
         match guided.and_then(|is_home| run.end_sample(late).map(|()| is_home)) {
             Ok(false) => {}
             Ok(true) => self.report_state(),
-            Err(ended) => {
-                let (_, output) = chip.servo();
-                return self.end_run(ended, output);
-            }
+            Err(ended) => return self.end_run(ended, chip),
         }
         self.hear();
         self.feed_watchdog(chip);
@@ -149,10 +150,17 @@ impl<'a> Sampler<'a> {
             (has_room, decision)
         });
         self.channel.drop_solution();
+        let holds = commissioning.holds();
         match course {
             Course::Continues => {}
             Course::NextPhase | Course::AwaitsResume => self.report_state(),
-            Course::Over => return self.end_mode(output),
+            // It holds the servo until its brake has closed.
+            Course::Over if holds && self.closes_brake() => {}
+            Course::Over => {
+                if !self.begin_closing(Ended::Over, chip) {
+                    return self.end_mode(chip);
+                }
+            }
         }
         let Some(Mode::Commissioning(commissioning)) = &mut self.mode else {
             return;
@@ -217,16 +225,12 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Obeys a stop, reports a pending state, and does the next order, one per sample, until nothing is left.
+    /// Goes on with the brake, obeys a stop, reports a pending state, and does the next order, one per sample, until nothing is left.
     #[cold]
     #[inline(never)]
-    fn obey<S: PositionSensor, A: Actuator<f32>>(
-        &mut self,
-        lines: Lines,
-        sensor: &mut S,
-        actuator: &mut A,
-    ) {
+    fn obey<C: Chip>(&mut self, lines: Lines, chip: &mut C) {
         let requests = self.channel.requests();
+        self.advance_brake(chip);
         let mode_changes = self.channel.mode_changes();
         if mode_changes != self.mode_changes {
             self.mode_changes = mode_changes;
@@ -237,12 +241,23 @@ impl<'a> Sampler<'a> {
         let stops = self.channel.stops();
         if stops != self.stops {
             self.stops = stops;
-            if let Some(Mode::Commissioning(commissioning)) = &mut self.mode {
-                // It ends with this sample, which disables the output again and notices if that fails.
-                commissioning.abort(Reason::Stopped);
-                let _ = actuator.release();
-            } else {
-                self.end_run(Ended::Stopped, actuator);
+            let new_stops = self.channel.new_stops();
+            let is_new = core::mem::replace(&mut self.new_stops, new_stops) != new_stops;
+            let is_held = match &mut self.brake {
+                BrakeMotion::Closing { is_stopped, .. } => {
+                    !core::mem::replace(is_stopped, true) || !is_new
+                }
+                _ => self.begin_closing(Ended::Stopped, chip),
+            };
+            match &mut self.mode {
+                _ if is_held => {}
+                Some(Mode::Commissioning(commissioning)) => {
+                    // It ends with this sample, which disables the output again and notices if that fails.
+                    commissioning.abort(Reason::Stopped);
+                    let (_, output) = chip.servo();
+                    let _ = output.release();
+                }
+                _ => self.end_run(Ended::Stopped, chip),
             }
         }
         if self.report_pending {
@@ -252,9 +267,10 @@ impl<'a> Sampler<'a> {
             return;
         }
         match self.channel.order() {
-            Some(Ok(order)) => self.carry_out(order, lines, sensor, actuator),
+            Some(Ok(order)) => self.carry_out(order, lines, chip),
             Some(Err(overtaken)) => self.refuse_overtaken(overtaken),
-            None => self.requests = requests,
+            None if self.brake == BrakeMotion::Settled => self.requests = requests,
+            None => {}
         }
     }
 
@@ -267,15 +283,9 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    fn carry_out<S: PositionSensor, A: Actuator<f32>>(
-        &mut self,
-        order: Order,
-        lines: Lines,
-        sensor: &mut S,
-        actuator: &mut A,
-    ) {
+    fn carry_out<C: Chip>(&mut self, order: Order, lines: Lines, chip: &mut C) {
         match order {
-            Order::Begin(mode) => self.begin(mode, lines, sensor, actuator),
+            Order::Begin(mode) => self.begin(mode, lines, chip),
             Order::Replace(mode) => self.replace(mode),
             Order::Target(target) => {
                 if let Some(Mode::Run(run)) = &mut self.mode {
@@ -293,13 +303,8 @@ impl<'a> Sampler<'a> {
     }
 
     /// Begins a mode from the servo's rest position, unless a fault holds, old or new.
-    fn begin<S: PositionSensor, A: Actuator<f32>>(
-        &mut self,
-        mut mode: Mode,
-        lines: Lines,
-        sensor: &mut S,
-        actuator: &mut A,
-    ) {
+    fn begin<C: Chip>(&mut self, mut mode: Mode, lines: Lines, chip: &mut C) {
+        let (sensor, _) = chip.servo();
         let found = self.fault.map_or_else(|| rest_count(lines, sensor), Err);
         match (&mut mode, found) {
             (Mode::Run(run), Ok(count)) => {
@@ -314,13 +319,17 @@ impl<'a> Sampler<'a> {
             (Mode::Run(_), Err(_)) if self.fault.is_some() => return self.give_back(mode),
             (Mode::Run(_), Err(fault)) => {
                 (self.fault, self.mode) = (Some(fault), Some(mode));
-                return self.end_mode(actuator);
+                return self.end_mode(chip);
             }
             (Mode::Commissioning(commissioning), Err(fault)) => {
                 commissioning.abort_with_fault(fault);
                 self.mode = Some(mode);
-                return self.end_mode(actuator);
+                return self.end_mode(chip);
             }
+        }
+        if let Some(BrakeTimes { opens, .. }) = mode.brake() {
+            mode.wait(opens);
+            self.brake = BrakeMotion::Opening { left: opens };
         }
         self.counts.start();
         self.channel.start_overruns();
@@ -334,6 +343,7 @@ impl<'a> Sampler<'a> {
     /// Puts a mode in the place of the one that drives the servo, from this sample on.
     fn replace(&mut self, mut mode: Mode) {
         let handover = match (&self.mode, &mode) {
+            _ if self.closes_brake() => None,
             (Some(Mode::Run(run)), Mode::Commissioning(_)) => Some(run.handover()),
             (Some(Mode::Commissioning(over)), Mode::Run(_)) if self.fault.is_none() => {
                 over.handover()
@@ -347,6 +357,9 @@ impl<'a> Sampler<'a> {
         match &mut mode {
             Mode::Run(run) => run.take_over(&handover),
             Mode::Commissioning(commissioning) => commissioning.take_over(&handover),
+        }
+        if let BrakeMotion::Opening { left } = self.brake {
+            mode.wait(left);
         }
         let replaced = self.mode.take();
         self.drive_by(mode);
@@ -398,22 +411,93 @@ impl<'a> Sampler<'a> {
         self.report_state();
     }
 
-    /// Ends a run, and disables the servo whether there is one or not. Not inlined, to be seen in the machine code.
+    /// Ends a run, and disables the servo whether there is one or not, or holds it until its brake has closed. Not inlined,
+    /// to be seen in the machine code.
     #[cold]
     #[inline(never)]
-    fn end_run<A: Actuator<f32>>(&mut self, ended: Ended, actuator: &mut A) {
-        if let Ended::Faulted(fault) = ended {
-            self.fault = Some(fault);
+    fn end_run<C: Chip>(&mut self, ended: Ended, chip: &mut C) {
+        if self.begin_closing(ended, chip) {
+            return;
         }
-        if self.mode.is_some() {
-            self.ended = Some(ended);
+        let first = match self.brake {
+            BrakeMotion::Closing { ended, .. } => ended,
+            BrakeMotion::Settled | BrakeMotion::Opening { .. } => ended,
+        };
+        self.fault = first.fault().or(ended.fault()).or(self.fault);
+        if let Some(Mode::Run(_)) = self.mode {
+            self.ended = Some(first);
         }
-        self.end_mode(actuator);
+        self.end_mode(chip);
+    }
+
+    /// Has the brake close while the servo is held. False if it is to be disabled at once: at an end of stop category 0,
+    /// without a brake, if nothing holds it, or at a second end.
+    fn begin_closing<C: Chip>(&mut self, ended: Ended, chip: &mut C) -> bool {
+        let closing = self.closes_brake();
+        let Some(mode) = self.mode.as_mut().filter(|mode| mode.holds() && !closing) else {
+            return false;
+        };
+        match (ended.stop_category(), mode.brake()) {
+            (StopCategory::Immediate, _) | (_, None) => false,
+            (StopCategory::Controlled, Some(BrakeTimes { closes, .. })) => {
+                chip.set_brake(false);
+                mode.hold(ended);
+                self.brake = BrakeMotion::Closing {
+                    left: closes,
+                    ended,
+                    is_stopped: ended == Ended::Stopped,
+                };
+                self.look_again();
+                self.report_state();
+                true
+            }
+        }
+    }
+
+    /// A sample of a brake that opens or closes.
+    fn advance_brake<C: Chip>(&mut self, chip: &mut C) {
+        match &mut self.brake {
+            BrakeMotion::Settled => {}
+            BrakeMotion::Opening { left } => {
+                // Only a servo that is held is let go by its brake.
+                if self.mode.as_ref().is_none_or(|mode| !mode.holds()) {
+                    return;
+                }
+                chip.set_brake(true);
+                *left = left.saturating_sub(1);
+                if *left == 0 {
+                    self.brake = BrakeMotion::Settled;
+                    if let Some(Mode::Run(run)) = &mut self.mode {
+                        run.go();
+                    }
+                }
+            }
+            BrakeMotion::Closing { left, ended, .. } => {
+                *left = left.saturating_sub(1);
+                if *left == 0 {
+                    let ended = *ended;
+                    self.end_run(ended, chip);
+                }
+            }
+        }
+    }
+
+    /// True while the servo is held until its brake has closed.
+    fn closes_brake(&self) -> bool {
+        matches!(self.brake, BrakeMotion::Closing { .. })
+    }
+
+    /// Has the next sample obey and report, whether there are requests or not.
+    fn look_again(&mut self) {
+        self.requests = self.channel.requests().wrapping_sub(1);
     }
 
     /// Disables the servo and returns the mode that has driven it.
-    fn end_mode<A: Actuator<f32>>(&mut self, actuator: &mut A) {
-        if actuator.release().is_err() {
+    fn end_mode<C: Chip>(&mut self, chip: &mut C) {
+        chip.set_brake(false);
+        self.brake = BrakeMotion::Settled;
+        let (_, output) = chip.servo();
+        if output.release().is_err() {
             self.fault = self.fault.or(Some(Fault::ActuatorFailed));
         }
         if let Some(mode) = self.mode.take() {
@@ -453,6 +537,7 @@ impl<'a> Sampler<'a> {
             phase: commissioning.map(|under_way| under_way.report().phase),
             origin: run.map(|run| run.origin()),
             index_from_edge: run.and_then(|run| run.index_from_edge()),
+            closes_brake: self.closes_brake(),
             awaits_resume: commissioning.is_some_and(|over| over.handover().is_some()),
             stops: self.stops,
             counts: self.counts,
@@ -462,7 +547,7 @@ impl<'a> Sampler<'a> {
             Err(Event::State(state)) => {
                 self.returned = state.returned;
                 // The next sample tries again.
-                self.requests = self.channel.requests().wrapping_sub(1);
+                self.look_again();
             }
             Err(Event::Run(_) | Event::Commissioning(_) | Event::Examined(_)) => {}
         }

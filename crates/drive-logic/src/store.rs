@@ -307,8 +307,8 @@ fn check(before: &[u8; 12], contents: &[u8]) -> u32 {
 mod tests {
     use commissioning::TrialResult;
     use drive_link::{
-        Commissioned, Dither, Estimates, Estimator, Homing, LoopSettings, Protection, Record,
-        ServoChanges, Settings, TargetSource, TermSizes,
+        Commissioned, Dither, Estimates, Estimator, HoldingBrake, Homing, LoopSettings, Protection,
+        Record, ServoChanges, Settings, TargetSource, TermSizes,
     };
     use identifier_core::control::FeedForwardSettings;
     use identifier_core::parameters::PerParameter;
@@ -390,6 +390,10 @@ mod tests {
             }),
             source: TargetSource::Steps { step: ANY },
             servo_changes: ServoChanges::Reported,
+            brake: Some(HoldingBrake {
+                opens: ANY,
+                closes: ANY,
+            }),
         }
     }
 

@@ -86,6 +86,11 @@ impl Chip for Wiring {
         self.steps.steps()
     }
 
+    fn set_brake(&mut self, open: bool) {
+        // A pin of the chip has no way to fail.
+        let _ = self.output.set_brake(open);
+    }
+
     #[inline]
     fn next_is_due(&self) -> bool {
         sample_timer::is_due(BUS)

@@ -62,6 +62,7 @@ pub(super) fn settings(rate: u32) -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
+        brake: None,
     }
 }
 

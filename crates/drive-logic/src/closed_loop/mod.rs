@@ -50,6 +50,14 @@ pub(crate) struct Handover {
     pub(crate) rest_count: i32,
 }
 
+/// At rest, before the first sample.
+pub(crate) const AT_REST: ControlSample<f32> = ControlSample {
+    error: 0.0,
+    increment: 0.0,
+    velocity: 0.0,
+    command: 0.0,
+};
+
 /// Checks settings without building their loop.
 ///
 /// # Errors

@@ -178,11 +178,11 @@ impl ClosedLoop {
         }
     }
 
-    /// Puts a loop that has done no sample yet at another count.
-    pub(crate) fn start(&mut self, count: i32) {
+    /// Puts a loop that has done no sample yet at another count, holding a load from rest.
+    pub(crate) fn start(&mut self, Handover { last, count, .. }: &Handover) {
         for_each_estimator!(&mut self.0, own => {
-            own.state.begin_at(count);
-            own.place(count);
+            own.servo_loop.hold_from(&mut own.state, *count, last);
+            own.place(*count);
         });
     }
 

@@ -4,8 +4,8 @@
 
 use commissioning::{CommissionSettings, HoldingGains, Limits, Phase};
 use drive_link::{
-    Commissioned, Commissioning as LastCommissioning, Estimator, Gains, Kept, NotAllowed, Origin,
-    Outcome, Protection, Record, Refusal, Settings, State,
+    Commissioned, Commissioning as LastCommissioning, Estimates, Estimator, Gains, Kept,
+    NotAllowed, Origin, Outcome, Protection, Record, Refusal, Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::reason::Reason;
@@ -14,6 +14,7 @@ use identifier_core::settings::{ControllerSettings, IdentifierSettings};
 use super::Supervisor;
 use super::memory::Slot;
 use super::solver::Solver;
+use crate::brake::BrakeTimes;
 use crate::chip::OutputStage;
 use crate::commissioning::Commissioning;
 use crate::conversion;
@@ -69,7 +70,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let position = self.position();
         let slot = self.commissioning_slot.as_mut().ok_or(Refusal::Busy)?;
         let (settings, stage) = (&self.settings, &self.stage);
-        let begun = prepare(slot, &mut self.solver, given, settings, position, stage);
+        let known = self.estimates.as_ref();
+        let begun = prepare(slot, &mut self.solver, given, settings, position, known, stage);
         begun.map_err(Refusal::Setting)?;
         self.channel.discard_record();
         Ok(())
@@ -283,6 +285,7 @@ fn prepare(
     given: &CommissionSettings,
     beside: &Settings,
     position: f64,
+    known: Option<&Estimates>,
     stage: &OutputStage,
 ) -> Result<(), NotAllowed> {
     let core = &beside.closed_loop.core;
@@ -312,21 +315,23 @@ fn prepare(
         controller,
         cutoff: core.cutoff,
     });
-    let slices = fill(slot, &settings, before.as_ref(), &beside.protection)?;
+    let brake = BrakeTimes::new(beside.brake.as_ref(), &units)?;
+    let commissioning = fill(slot, &settings, before.as_ref(), &beside.protection)?;
+    let balance = known.map_or(0.0, |known| conversion::balance(known, limits.command));
+    commissioning.prepare_hold(balance as f32, brake);
+    let slices = commissioning.slices();
     solver.begin_commissioning(&settings, slices)
 }
 
-/// Fills a slot with a commissioning, and returns the slices of work that go with its samples. Not inlined, for its stack
-/// to be free again.
+/// Fills a slot with a commissioning. Not inlined, for its stack to be free again.
 #[inline(never)]
-fn fill(
-    slot: &mut Slot<Commissioning>,
+fn fill<'a>(
+    slot: &'a mut Slot<Commissioning>,
     settings: &CommissionSettings,
     before: Option<&HoldingGains>,
     protection: &Protection,
-) -> Result<u32, NotAllowed> {
-    let commissioning = Commissioning::new(settings, before, protection)?;
-    Ok(slot.fill(commissioning).slices())
+) -> Result<&'a mut Commissioning, NotAllowed> {
+    Ok(slot.fill(Commissioning::new(settings, before, protection)?))
 }
 
 /// Settings with the gains of a commissioning, within the limits of the command that were given, or else these. An

@@ -78,8 +78,9 @@ pub struct Supervisor<'a, F> {
     commissioned: Option<Commissioned>,
     fault: Option<Fault>,
     ended: Option<Ended>,
-    /// The stops that the interrupt has obeyed.
+    /// The stops that the interrupt has obeyed, and whether it holds the servo until its brake has closed.
     stops: u32,
+    closes_brake: bool,
     counts: Counts,
     /// Samples of the interrupt that were not reported for want of room on the line.
     reports_dropped: u32,
@@ -168,6 +169,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             commissioned: record.and_then(|record| record.commissioned),
             fault: found_at_boot.err(),
             ended: None,
+            closes_brake: false,
             counts: Counts::default(),
             reports_dropped: 0,
             garbled: 0,
@@ -230,9 +232,9 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.commissioning_slot.is_none()
     }
 
-    /// True until the interrupt has reported that it has obeyed a stop.
+    /// True until the interrupt has reported that it has obeyed a stop, and until the brake has closed at an end.
     fn is_stopping(&self) -> bool {
-        self.stops != self.channel.stops()
+        self.closes_brake || self.stops != self.channel.stops()
     }
 
     /// Estimates of the last run, or of the one that was saved.

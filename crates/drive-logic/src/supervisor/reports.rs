@@ -55,6 +55,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.fault = state.fault;
         self.ended = state.ended;
         self.stops = state.stops;
+        self.closes_brake = state.closes_brake;
         self.phase = state.phase.unwrap_or(self.phase);
         self.awaits_resume = state.awaits_resume;
         self.origin = state.origin.unwrap_or(self.origin);

@@ -110,13 +110,17 @@ fn prepare(
         let mut settings = *settings;
         conversion::set_initial(estimates, &mut settings.closed_loop.core.identifier);
         if let Ok(run) = fill(slot, &settings, stage) {
+            run.balance(estimates, &settings);
             if let Some(found) = &known.identified {
                 run.know(&found.servo(), &found.motion());
             }
             return Ok(settings.closed_loop);
         }
     }
-    fill(slot, settings, stage)?;
+    let run = fill(slot, settings, stage)?;
+    if let Some(estimates) = &known.estimates {
+        run.balance(estimates, settings);
+    }
     Ok(settings.closed_loop)
 }
 

@@ -245,5 +245,6 @@ fn example(core: identifier_core::Settings) -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
+        brake: None,
     }
 }

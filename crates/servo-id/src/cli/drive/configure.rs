@@ -57,6 +57,9 @@ pub(super) struct Arguments {
     /// The origin of targets and travel, rad from the home position.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     home_offset: Option<f64>,
+    /// The axis has no holding brake any more; a brake is stated by amplifier.brake in the scenario.
+    #[arg(long)]
+    no_brake: bool,
     /// Source of targets: line, or steps:RAD (each step moves the target by RAD).
     #[arg(long, value_name = "SOURCE", value_parser = source)]
     source: Option<TargetSource>,
@@ -85,6 +88,7 @@ impl Arguments {
     fn settings(&self, now: Settings) -> Result<Settings, Fault> {
         let scenario = Scenario::load(&self.scenario, Purpose::Run)?;
         let mut settings = with_scenario(&self.scenario, &scenario, now)?;
+        settings.brake = settings.brake.filter(|_| !self.no_brake);
         let protection = &mut settings.protection;
         for (place, given) in [
             (&mut protection.following_error, self.following_error),
@@ -203,6 +207,8 @@ fn place_of(setting: &str) -> Option<String> {
         "feed_forward_coulomb_speed" => "controller.feed_forward.coulomb_speed",
         "cutoff" => "controller.velocity_filter.cutoff",
         "resolution" => "encoder.counts_per_rev",
+        "brake.opens" => "amplifier.brake.opens",
+        "brake.closes" => "amplifier.brake.closes",
         _ => return None,
     };
     Some(format!("{key} in the scenario"))
@@ -241,7 +247,11 @@ pub(super) fn with_scenario(
     now: Settings,
 ) -> Result<Settings, Fault> {
     let closed_loop = loop_settings(scenario).map_err(|error| Fault::of_file(file, error))?;
-    let mut settings = Settings { closed_loop, ..now };
+    let mut settings = Settings {
+        closed_loop,
+        brake: scenario.brake.or(now.brake),
+        ..now
+    };
     let (excitation, dither) = (&scenario.excitation, &mut settings.dither);
     match excitation.kind {
         ExcitationKind::Prbs => {

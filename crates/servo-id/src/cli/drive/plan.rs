@@ -63,8 +63,10 @@ impl Plan {
         status: &Status,
     ) -> Result<DrivePlan, Fault> {
         let order = self.order;
-        let configure =
-            (!status.configured).then(|| unconfigured(settings, &order, self.gains.as_ref()));
+        let configure = (!status.configured).then(|| Settings {
+            brake: self.scenario.brake.or(settings.brake),
+            ..unconfigured(settings, &order, self.gains.as_ref())
+        });
         let settings = configure.as_ref().unwrap_or(settings);
         let core = &settings.closed_loop.core;
         for (key, own, wanted) in [
@@ -145,6 +147,7 @@ fn unconfigured(
             ..example.protection
         },
         servo_changes: ServoChanges::Ignored,
+        brake: example.brake,
         homing: example.homing,
         source: example.source,
     }

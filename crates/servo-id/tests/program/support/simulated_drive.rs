@@ -55,6 +55,7 @@ pub(crate) fn built_in(law: Estimator) -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
+        brake: None,
     }
 }
 
