@@ -39,6 +39,8 @@ pub(crate) struct Commissioning {
     run_origin: Option<i32>,
     /// It holds the servo for a run to resume.
     awaits_resume: bool,
+    /// Steps came, which nothing follows.
+    missed_steps: bool,
     /// Position of a count, rad.
     resolution: f64,
 }
@@ -85,6 +87,7 @@ impl Commissioning {
             started_at: 0,
             run_origin: None,
             awaits_resume: false,
+            missed_steps: false,
             resolution: settings.resolution,
         })
     }
@@ -123,6 +126,7 @@ impl Commissioning {
             count: self.started_at.wrapping_add(self.sample.count),
             origin,
             rest_count: self.started_at,
+            missed_steps: self.missed_steps,
         })
     }
 
@@ -186,6 +190,12 @@ impl Commissioning {
             noise: state.noise() * self.resolution,
             kept: false,
         }
+    }
+
+    /// Takes in the steps of a sample, none if they are unclear.
+    #[inline]
+    pub(crate) fn miss_steps(&mut self, steps: Option<i16>) {
+        self.missed_steps |= steps != Some(0);
     }
 
     /// Takes in whether a sample ended too late.

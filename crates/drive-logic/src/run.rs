@@ -15,7 +15,9 @@ use identifier_core::units::Units;
 
 use crate::background_watch::DRIVEN_PATIENCE;
 use crate::chip::{Chip, Lines, OutputStage};
-use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, Settled, StepMonitor, StepResult};
+use crate::closed_loop::{
+    self, ClosedLoop, FirstMotion, Fitted, Handover, Settled, StepMonitor, StepResult,
+};
 use crate::conversion;
 use crate::ending::{Course, Ending};
 use crate::guide::{Guide, Origin};
@@ -37,6 +39,7 @@ const MAX_SAMPLE_TIME: f64 = 1e-3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Run {
     closed_loop: ClosedLoop,
+    first_motion: FirstMotion,
     reference: Reference,
     protection: Protection,
     watch: ServoWatch<f32>,
@@ -94,6 +97,11 @@ impl Run {
             background_patience: samples(DRIVEN_PATIENCE, &units),
             examination_interval: examination_interval(settings, &units)?,
             closed_loop: ClosedLoop::new(&loop_settings(settings))?,
+            first_motion: FirstMotion::new(
+                axis.command,
+                settings.protection.breakaway,
+                core.sample_time,
+            ),
             sample: 0,
             last: AT_REST,
             count: 0,
@@ -129,6 +137,7 @@ impl Run {
         self.closed_loop.know(servo, motion);
         if let Some(known) = KnownServo::from_identified(&self.axis, servo) {
             self.watch.know(&mut self.watched, &known);
+            self.first_motion.know();
         }
     }
 
@@ -153,11 +162,13 @@ impl Run {
             count,
             origin,
             rest_count,
+            missed_steps,
         } = *handover;
         self.closed_loop.take_over(handover);
+        self.first_motion.take_over(last.command);
         self.reference.resume_to(rest_count, count, last.error);
         self.protection.take_over(handover);
-        self.guide.begin(rest_count);
+        self.guide.resume(rest_count, missed_steps);
         self.origin = origin;
         (self.last, self.count, self.watched_from) = (last, count, count);
     }
@@ -169,6 +180,7 @@ impl Run {
             count: self.count,
             origin: self.origin,
             rest_count: self.count,
+            missed_steps: false,
         }
     }
 
@@ -291,6 +303,7 @@ impl Run {
     ) -> Result<(ControlSample<f32>, Update<f32>), Ended> {
         let Self {
             closed_loop,
+            first_motion,
             reference,
             protection,
             watch,
@@ -314,7 +327,8 @@ impl Run {
             last,
             last_count,
         };
-        let done = closed_loop.sample(setpoint, sensor, actuator, monitor)?;
+        let done = closed_loop.sample(setpoint, sensor, actuator, first_motion, monitor)?;
+        first_motion.check().map_err(Ended::Faulted)?;
         *sample = sample.wrapping_add(1);
         Ok(done)
     }
