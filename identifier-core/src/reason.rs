@@ -130,6 +130,9 @@ catalogue! {
     TargetOutside = 52, "target-outside", Uncertain, Controlled:
         "the step input asks for a target beyond the travel",
         "keep the target within the travel, or allow more travel";
+    StepsMissed = 53, "steps-missed", Uncertain, Controlled:
+        "step pulses came during a commissioning, which follows none",
+        "keep the step input at rest during a commissioning; then set the source of the steps to where the axis is";
     DoesNotMove = 101, "does-not-move", Uncertain, Immediate:
         "the servo did not move under a command that should move it, or moved in one direction only",
         "free the axis, check encoder and amplifier, or allow a larger command";

@@ -46,6 +46,8 @@ pub(crate) struct Commissioning {
     brake: Option<BrakeTimes>,
     /// Its last command holds the servo.
     holds: bool,
+    /// Steps came, which nothing follows.
+    missed_steps: bool,
     /// Position of a count, rad.
     resolution: f64,
 }
@@ -95,6 +97,7 @@ impl Commissioning {
             balance: 0.0,
             brake: None,
             holds: false,
+            missed_steps: false,
             resolution: settings.resolution,
         })
     }
@@ -178,6 +181,7 @@ impl Commissioning {
             count: self.count(),
             origin,
             rest_count: self.started_at,
+            missed_steps: self.missed_steps,
         })
     }
 
@@ -248,6 +252,12 @@ impl Commissioning {
             noise: state.noise() * self.resolution,
             kept: false,
         }
+    }
+
+    /// Takes in the steps of a sample, none if they are unclear.
+    #[inline]
+    pub(crate) fn miss_steps(&mut self, steps: Option<i16>) {
+        self.missed_steps |= steps != Some(0);
     }
 
     /// Takes in whether a sample ended too late.

@@ -169,6 +169,13 @@ impl Guide {
         }
     }
 
+    /// Continues a run at a count; `missed` steps came meanwhile.
+    pub(crate) fn resume(&mut self, count: i32, missed: bool) {
+        if let Some(outside) = &mut self.outside {
+            outside.resume(count, missed);
+        }
+    }
+
     /// True if the host may send targets.
     pub(crate) fn takes_targets(&self) -> bool {
         self.outside.is_none() && self.origin != Origin::Sought

@@ -34,6 +34,8 @@ pub(crate) struct Outside {
     reach: [i32; 2],
     /// Nothing was read from the input yet.
     is_fresh: bool,
+    /// Steps came while nothing followed them.
+    missed: bool,
 }
 
 impl Outside {
@@ -62,12 +64,19 @@ impl Outside {
             max_lag: (lag as u32).min(i32::MAX.unsigned_abs()),
             reach: reach.counts(units),
             is_fresh: true,
+            missed: false,
         }))
     }
 
     /// Counts from a count on; what the input has seen before does not count.
     pub(crate) fn begin(&mut self, count: i32) {
         (self.is_fresh, self.gone, self.base) = (true, 0, count);
+    }
+
+    /// Counts from a count on again, after a time in which steps may have come that nothing followed.
+    pub(crate) fn resume(&mut self, count: i32, missed: bool) {
+        self.begin(count);
+        (self.is_fresh, self.missed) = (false, missed);
     }
 
     /// Sends the reference on.
@@ -80,6 +89,9 @@ impl Outside {
         origin: i32,
         reference: &mut Reference,
     ) -> Result<(), Fault> {
+        if self.missed {
+            return Err(Fault::StepsMissed);
+        }
         let steps = chip.steps();
         if core::mem::replace(&mut self.is_fresh, false) {
             return Ok(());

@@ -19,7 +19,7 @@ use crate::background_watch::DRIVEN_PATIENCE;
 use crate::brake::BrakeTimes;
 use crate::chip::{Chip, Lines, OutputStage};
 use crate::closed_loop::{
-    self, AT_REST, ClosedLoop, Fitted, Handover, Settled, StepMonitor, StepResult,
+    self, AT_REST, ClosedLoop, FirstMotion, Fitted, Handover, Settled, StepMonitor, StepResult,
 };
 use crate::conversion;
 use crate::ending::{Course, Ending};
@@ -42,6 +42,7 @@ const MAX_SAMPLE_TIME: f64 = 1e-3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Run {
     closed_loop: ClosedLoop,
+    first_motion: FirstMotion,
     reference: Reference,
     protection: Protection,
     watch: ServoWatch<f32>,
@@ -93,6 +94,11 @@ impl Run {
             examination_interval: examination_interval(settings, &units)?,
             brake: BrakeTimes::new(settings.brake.as_ref(), &units)?,
             closed_loop: ClosedLoop::new(&loop_settings(settings))?,
+            first_motion: FirstMotion::new(
+                axis.command,
+                settings.protection.breakaway,
+                core.sample_time,
+            ),
             sample: 0,
             last: AT_REST,
             count: 0,
@@ -129,6 +135,7 @@ impl Run {
         self.closed_loop.know(servo, motion);
         if let Some(known) = KnownServo::from_identified(&self.axis, servo) {
             self.watch.know(&mut self.watched, &known);
+            self.first_motion.know();
         }
     }
 
@@ -159,6 +166,7 @@ impl Run {
         self.count = count;
         let handover = self.handover();
         self.closed_loop.start(&handover);
+        self.first_motion.take_over(handover.last.command);
         self.reference.start(count, self.last.error);
         self.watched_from = count;
         self.protection.start(&handover);
@@ -172,11 +180,13 @@ impl Run {
             count,
             origin,
             rest_count,
+            missed_steps,
         } = *handover;
         self.closed_loop.take_over(handover);
+        self.first_motion.take_over(last.command);
         self.reference.resume_to(rest_count, count, last.error);
         self.protection.start(handover);
-        self.guide.begin(rest_count);
+        self.guide.resume(rest_count, missed_steps);
         self.origin = origin;
         (self.last, self.count, self.watched_from) = (last, count, count);
     }
@@ -188,6 +198,7 @@ impl Run {
             count: self.count,
             origin: self.origin,
             rest_count: self.count,
+            missed_steps: false,
         }
     }
 
@@ -344,6 +355,7 @@ impl Run {
     ) -> Result<(ControlSample<f32>, Update<f32>), Ended> {
         let Self {
             closed_loop,
+            first_motion,
             reference,
             protection,
             watch,
@@ -367,7 +379,8 @@ impl Run {
             last,
             last_count,
         };
-        let done = closed_loop.sample(setpoint, sensor, actuator, monitor)?;
+        let done = closed_loop.sample(setpoint, sensor, actuator, first_motion, monitor)?;
+        first_motion.check().map_err(Ended::Faulted)?;
         *sample = sample.wrapping_add(1);
         Ok(done)
     }

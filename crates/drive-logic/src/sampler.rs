@@ -139,6 +139,7 @@ impl<'a> Sampler<'a> {
         let Some(Mode::Commissioning(commissioning)) = &mut self.mode else {
             return self.rest(chip);
         };
+        commissioning.miss_steps(chip.steps());
         let (sensor, output) = chip.servo();
         let channel = &mut self.channel;
         let course = commissioning.step(lines, sensor, output, |event| {
