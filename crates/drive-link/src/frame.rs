@@ -8,8 +8,8 @@ use serde::de::DeserializeOwned;
 use crate::message::{Command, PROTOCOL, Refusal, Report, Request, STOP};
 
 /// Bytes of the longest message before framing, its check included: settings with nothing left out
-/// take some 700.
-pub const MAX_MESSAGE_BYTES: usize = 744;
+/// take some 750.
+pub const MAX_MESSAGE_BYTES: usize = 768;
 
 /// Bytes of the longest frame: one more in 254 for COBS, and the zero at the end.
 pub const MAX_FRAME_BYTES: usize = MAX_MESSAGE_BYTES + MAX_MESSAGE_BYTES / 254 + 2;

@@ -511,7 +511,7 @@ fn a_refusal_for_another_version_has_the_same_bytes_in_every_version() {
     const SEED_OF_REPORTS: u32 = 0x7472_7072_u32.reverse_bits();
     let framed = frame(&report).expect("it fits");
     assert_eq!(framed, framed_from(SEED_OF_REPORTS, &message)[..]);
-    // A drive of a version up to 21 sends it with the check of a request: this and nothing else is understood.
+    // A drive of a version up to 21 sends it with the check of a request: this, and that a stop was done, is understood.
     let heard = |bytes: &[u8]| {
         let mut receiver = Receiver::new();
         bytes.iter().find_map(|&byte| receiver.take::<Report>(byte))
@@ -519,6 +519,10 @@ fn a_refusal_for_another_version_has_the_same_bytes_in_every_version() {
     assert_eq!(heard(&framed_bytes(&message)), Some(Ok(report)));
     assert_eq!(
         heard(&framed_bytes(&[0, 7])),
+        Some(Ok(Report::Done { id: 7 }))
+    );
+    assert_eq!(
+        heard(&framed_bytes(&[1, 7, 1])),
         Some(Err(FrameError::Damaged))
     );
 }
