@@ -36,7 +36,6 @@ pub mod compare;
 pub mod drift;
 pub mod experiment;
 mod found_servo;
-pub mod gone;
 mod identify;
 pub mod log;
 pub mod loops;

@@ -1,11 +1,10 @@
 //! The origin of a result.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::fingerprint;
+use crate::log::Table;
 use crate::scenario::{Purpose, Scenario, ScenarioError, fetch};
 
 /// The origin of a result: all that it takes to reproduce it.
@@ -22,6 +21,17 @@ pub struct Origin {
     pub scenario: ScenarioText,
     /// The seed of the random effects in servo and sensor.
     pub seed: u32,
+}
+
+/// Why the scenario of a result is not known.
+#[derive(Debug, thiserror::Error)]
+pub enum OriginError {
+    /// It has no origin.
+    #[error("the file has no provenance: only results of run, identify and commission have")]
+    Missing,
+    /// Its scenario is no longer one.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
 }
 
 /// The experiment.
@@ -86,21 +96,24 @@ impl Origin {
         }
     }
 
-    /// The origin from a result's JSON, with its scenario. None without an origin, or if its scenario is no longer one.
-    #[must_use]
-    pub fn of_result(json: &str) -> Option<(Self, Scenario)> {
+    /// The origin from a result's JSON, with its scenario.
+    ///
+    /// # Errors
+    /// A result without an origin, or whose scenario is no longer one.
+    pub fn of_result(json: &str) -> Result<(Self, Scenario), OriginError> {
         #[derive(Deserialize)]
         struct Stated {
             origin: Origin,
         }
-        let Stated { origin } = serde_json::from_str(json).ok()?;
+        let stated = serde_json::from_str(json).map_err(|_| OriginError::Missing);
+        let Stated { origin } = stated?;
         let purpose = match origin.task {
             Task::Run => Purpose::Run,
             Task::Replay { .. } => Purpose::Replay,
             Task::Commission => Purpose::Commission,
         };
-        let scenario = origin.scenario.scenario(purpose).ok()?;
-        Some((origin, scenario))
+        let scenario = origin.scenario.scenario(purpose)?;
+        Ok((origin, scenario))
     }
 }
 
@@ -141,14 +154,15 @@ impl ScenarioText {
 }
 
 impl LogFile {
-    /// Reads the present state of a log.
-    ///
-    /// # Errors
-    /// If it cannot be read.
-    pub fn read(file: &Path) -> io::Result<Self> {
-        Ok(Self {
-            sha256: fingerprint::of_file(file)?,
-            file: file.to_owned(),
-        })
+    /// Those of tables that were read, but for columns in memory.
+    #[must_use]
+    pub fn of_tables(tables: &[Table]) -> Vec<Self> {
+        let read = tables.iter().filter_map(|table| {
+            Some(Self {
+                file: table.path.clone(),
+                sha256: table.sha256.clone()?,
+            })
+        });
+        read.collect()
     }
 }
