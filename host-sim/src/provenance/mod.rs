@@ -4,4 +4,4 @@
 
 mod origin;
 
-pub use origin::{LogFile, Origin, OriginError, ScenarioText, Task, WithOrigin};
+pub use origin::{LogFile, Origin, ScenarioText, Task, WithOrigin};

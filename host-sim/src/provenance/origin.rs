@@ -23,17 +23,6 @@ pub struct Origin {
     pub seed: u32,
 }
 
-/// Why the scenario of a result is not known.
-#[derive(Debug, thiserror::Error)]
-pub enum OriginError {
-    /// It has no origin.
-    #[error("the file has no provenance: only results of run, identify and commission have")]
-    Missing,
-    /// Its scenario is no longer one.
-    #[error(transparent)]
-    Scenario(#[from] ScenarioError),
-}
-
 /// The experiment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "verb", rename_all = "kebab-case")]
@@ -96,24 +85,16 @@ impl Origin {
         }
     }
 
-    /// The origin from a result's JSON, with its scenario.
+    /// The scenario.
     ///
     /// # Errors
-    /// A result without an origin, or whose scenario is no longer one.
-    pub fn of_result(json: &str) -> Result<(Self, Scenario), OriginError> {
-        #[derive(Deserialize)]
-        struct Stated {
-            origin: Origin,
-        }
-        let stated = serde_json::from_str(json).map_err(|_| OriginError::Missing);
-        let Stated { origin } = stated?;
-        let purpose = match origin.task {
+    /// One that this version does not take any more.
+    pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
+        self.scenario.scenario(match self.task {
             Task::Run => Purpose::Run,
             Task::Replay { .. } => Purpose::Replay,
             Task::Commission => Purpose::Commission,
-        };
-        let scenario = origin.scenario.scenario(purpose)?;
-        Ok((origin, scenario))
+        })
     }
 }
 

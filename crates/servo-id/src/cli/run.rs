@@ -1,15 +1,14 @@
 use std::path::PathBuf;
 
+use host_sim::identify_simulated;
 use host_sim::provenance::{Origin, ScenarioText, Task};
-use host_sim::result::ReplayNotes;
 use host_sim::scenario::Purpose;
-use host_sim::simulate;
 
 use super::call;
 use super::fault::Fault;
 use super::formats;
 use super::output::Outputs;
-use super::recording::Recording;
+use super::recording::{Recording, with_fit};
 use super::required::Required;
 use crate::VERSION;
 
@@ -37,9 +36,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let origin = Origin::new(VERSION, Task::Run, &text, &scenario);
     let mut results = arguments.outputs.begin(&[file], origin)?;
 
-    let mut recording = Recording::new(title, &scenario, scenario.duration, 1, &mut results);
-    let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
-        .map_err(|fault| Fault::of_file(file, fault))?;
-    let status = recording.conclude(results, outcome, ReplayNotes::default())?;
+    let mut recording = Recording::new(title, &scenario, scenario.samples(), 1, &mut results);
+    let found = with_fit(|goes_on| {
+        identify_simulated(scenario, goes_on, &mut |sample| recording.add(0, sample))
+    });
+    let found = found.map_err(|fault| Fault::of_file(file, fault))?;
+    let status = recording.conclude(results, found)?;
     arguments.required.check(status)
 }

@@ -51,8 +51,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let results = (arguments.documents).begin(&inputs, &arguments.drawing, None)?;
 
     let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(&arguments.result, fault);
-    let text = kept_result::text(&arguments.result)?;
-    let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
+    let kept = kept_result::read(&arguments.result)?;
+    let result = IdentifiedResult::of_kept(&kept).map_err(|error| of_result(&error))?;
     let warning = result.reservation.as_ref();
     if let Some(reservation) = warning.filter(|_| !arguments.accept_unconverged) {
         return Err(of_result(&format!(
@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     check(&conditions)?;
     let known = match &loaded {
         Some(scenario) => KnownConditions::of_scenario(scenario, result.has_delay),
-        None => KnownConditions::of_result(&text, result.has_delay),
+        None => KnownConditions::of_result(&kept, result.has_delay),
     };
     let settings = conditions
         .settings(arguments.goal(), &result, &known)

@@ -11,6 +11,7 @@ mod export;
 mod export_firmware;
 mod faults;
 #[cfg(target_os = "linux")]
+mod figures;
 mod fit;
 mod guides;
 mod identify;

@@ -293,7 +293,7 @@ impl<'a> Reader<'a> {
             let fault = format!("the log has {width} columns: at most {MAX_COLUMNS} are allowed");
             return Err(self.fault(line, fault));
         }
-        let text = |cell: &[u8]| String::from_utf8_lossy(cell.trim_ascii()).into_owned();
+        let text = |cell: &[u8]| decoded(cell.trim_ascii());
         let table = &mut self.table;
         table.columns = vec![TableColumn::default(); width];
         table.has_heading = names.is_some();
@@ -349,7 +349,7 @@ impl<'a> Reader<'a> {
                     Err(fault) => stamp::seconds(cell).map_or_else(
                         || {
                             if column.others.len() < MAX_OTHERS {
-                                let cell = shortened(&String::from_utf8_lossy(cell));
+                                let cell = shortened(&decoded(cell));
                                 column
                                     .others
                                     .push((place, format!("\"{cell}\" is not allowed: {fault}")));
@@ -386,6 +386,14 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// A cell as text. One that is not UTF-8 is Latin-1, in which a byte is its character.
+fn decoded(cell: &[u8]) -> String {
+    match str::from_utf8(cell) {
+        Ok(text) => text.to_owned(),
+        Err(_) => cell.iter().copied().map(char::from).collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::Table;
@@ -401,6 +409,13 @@ mod tests {
             .iter()
             .map(|column| column.values.clone())
             .collect()
+    }
+
+    #[test]
+    fn a_heading_in_latin_1_keeps_its_letters() {
+        let bytes = b"t;q;u\n[s];[\xb0];[V]\n0;1;2\n1;2;3\n";
+        let found = Table::of_text("log.csv".as_ref(), &bytes[..]).expect("a table");
+        assert_eq!(found.columns[1].unit, "[°]");
     }
 
     #[test]

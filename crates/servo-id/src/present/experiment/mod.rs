@@ -265,8 +265,8 @@ fn fit_notes(fit: &FitNotes) -> Vec<Block> {
 fn left_by_fit(seen: &Seen) -> String {
     let counts = |error: f64| rough(error / seen.count);
     format!(
-        "The innovation is {} counts rms, with an autocorrelation of {}. In open-loop simulation over {} s the error \
-         is {} counts rms.",
+        "Model beside the log: {} counts rms off from one sample to the next, autocorrelation {}; {} s ahead, by the \
+         command alone, {} counts rms.",
         counts(seen.innovation),
         fixed(seen.correlation, 2),
         rough(seen.window),
