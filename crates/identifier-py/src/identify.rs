@@ -63,9 +63,14 @@ pub(crate) fn identify_log<'py>(
         let read = Read::new(file, text, Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
         let mut samples = Vec::new();
-        let found = host_sim::identify(read.scenario.clone(), &[log], &Options::default(), &mut |_, sample| {
-            samples.extend(trace.then_some(*sample));
-        });
+        let found = host_sim::identify(
+            read.scenario.clone(),
+            &[log],
+            &Options::default(),
+            &mut |_, sample| {
+                samples.extend(trace.then_some(*sample));
+            },
+        );
         let host_sim::Identified {
             scenario,
             summary,
@@ -101,7 +106,12 @@ pub(crate) fn page(
         let name = table.path.display().to_string();
         let read = Read::new(&name, &recognised.scenario(&name), Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
-        let found = host_sim::identify(read.scenario.clone(), &[log], &Options::default(), &mut |_, _| {});
+        let found = host_sim::identify(
+            read.scenario.clone(),
+            &[log],
+            &Options::default(),
+            &mut |_, _| {},
+        );
         let found = found.map_err(|fault| read.fault(fault))?;
         let page = present::experiment(&Experiment {
             title: &name,

@@ -27,7 +27,12 @@ pub(crate) fn simulate<'py>(
         let keep = &mut |sample: &_| samples.extend(trace.then_some(*sample));
         let found = host_sim::identify_simulated(read.scenario.clone(), &|| true, keep);
         let found = found.map_err(|fault| read.fault(fault))?;
-        let picture = picture(&found.scenario, &found.summary, found.seen.as_ref(), &mut samples);
+        let picture = picture(
+            &found.scenario,
+            &found.summary,
+            found.seen.as_ref(),
+            &mut samples,
+        );
         PyResult::Ok((read.json(Task::Run, &found.summary)?, samples, picture))
     })?;
     Ok((json, columns::of_samples(py, &samples)?, picture))

@@ -1,8 +1,10 @@
-//! The fingerprint of a log: the SHA-256 of its content, taken as it is read.
+//! The fingerprint of a log: the SHA-256 of its content, taken as it is read where this program reads it.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
+use std::fs::File;
 use std::io::{self, Read};
+use std::path::Path;
 use std::rc::Rc;
 
 use sha2::{Digest, Sha256};
@@ -31,6 +33,14 @@ impl Fingerprint {
             digits
         })
     }
+}
+
+/// That of a file; none if it cannot be read.
+pub(crate) fn of_file(path: &Path) -> Option<String> {
+    let sum = Fingerprint::default();
+    let mut bytes = sum.taken_of(File::open(path).ok()?);
+    io::copy(&mut bytes, &mut io::sink()).ok()?;
+    Some(sum.digits())
 }
 
 struct Taken<F>(F);

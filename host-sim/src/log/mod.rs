@@ -11,7 +11,7 @@ mod error;
 mod even;
 mod file;
 #[cfg(feature = "experiments")]
-mod fingerprint;
+pub(crate) mod fingerprint;
 mod inner;
 mod other;
 mod row;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::log::Table;
+use crate::log::{Table, fingerprint};
 use crate::scenario::{Purpose, Scenario, ScenarioError, fetch};
 
 /// The origin of a result: all that it takes to reproduce it.
@@ -135,13 +135,13 @@ impl ScenarioText {
 }
 
 impl LogFile {
-    /// Those of tables that were read, but for columns in memory.
+    /// Those of tables, but for columns that come from no file.
     #[must_use]
     pub fn of_tables(tables: &[Table]) -> Vec<Self> {
         let read = tables.iter().filter_map(|table| {
             Some(Self {
                 file: table.path.clone(),
-                sha256: table.sha256.clone()?,
+                sha256: (table.sha256.clone()).or_else(|| fingerprint::of_file(&table.path))?,
             })
         });
         read.collect()

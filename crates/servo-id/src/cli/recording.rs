@@ -152,10 +152,10 @@ impl Recording {
 
 /// Calls an experiment with what tells its fit whether it goes on: Ctrl-C ends it. Its progress is shown.
 pub(super) fn with_fit<T>(experiment: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> T) -> T {
-    let stop = interruption::end_requested();
     let progress = Progress::of_a_search();
     experiment(&|| {
         progress.advance();
-        !stop.load(Ordering::Relaxed)
+        // Before a fit begins, nothing is worth keeping.
+        !interruption::end_requested().load(Ordering::Relaxed)
     })
 }
