@@ -1,5 +1,6 @@
 //! Experiments on the simulated servo.
 
+use host_sim::experiment::Sample;
 use host_sim::provenance::Task;
 use host_sim::scenario::Purpose;
 use pyo3::prelude::*;
@@ -24,7 +25,7 @@ pub(crate) fn simulate<'py>(
     let (json, samples, picture) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Run)?;
         let mut samples = Vec::new();
-        let keep = &mut |sample: &_| samples.extend(trace.then_some(*sample));
+        let keep = &mut |sample: &Sample| samples.extend(trace.then_some(*sample));
         let found = host_sim::identify_simulated(read.scenario.clone(), &|| true, keep);
         let found = found.map_err(|fault| read.fault(fault))?;
         let picture = picture(
