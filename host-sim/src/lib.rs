@@ -1,20 +1,16 @@
 //! Simulation, replay and comparison of the identification of servos.
 //!
-//! A [`scenario`] describes a servo, its loop and an identifier. [`simulate`] runs it on an exact simulated servo,
-//! [`replay`] on recorded logs. Both give every [`experiment::Sample`] to an observer. [`analysis`] makes estimates
-//! with standard errors and a verdict of them. [`recognise`] finds the columns of a log.
+//! A [`scenario`] describes a servo, its loop and an identifier. [`identify_simulated`] runs it on an exact simulated
+//! servo, [`identify`] on recorded logs. Both give every [`experiment::Sample`] to an observer. [`analysis`] makes
+//! estimates with standard errors and a verdict of them. [`recognise`] finds the columns of a log.
 //!
 //! ```
-//! use host_sim::analysis::Summariser;
+//! use host_sim::identify_simulated;
 //! use host_sim::scenario::{Purpose, Scenario};
-//! use host_sim::simulate;
 //!
 //! let text = "[plant]\na = 0.5\nb = 180.0\nload = 12.0\n[run]\nduration = 10.0\n";
 //! let scenario = Scenario::parse("axis.toml", text, Purpose::Run)?;
-//! let mut summariser = Summariser::new(&scenario);
-//! let outcome = simulate::run(&scenario, &mut |sample| summariser.add(sample))
-//!     .map_err(|fault| fault.to_string())?;
-//! let summary = summariser.finish(&scenario, outcome);
+//! let summary = identify_simulated(scenario, &|| true, &mut |_| ())?.summary;
 //! println!("{}: b = {}", summary.reason, summary.estimates.b.value);
 //! # assert!((summary.estimates.b.value / 180.0 - 1.0).abs() < 0.02);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -36,7 +32,6 @@ pub mod compare;
 pub mod drift;
 pub mod experiment;
 mod found_servo;
-pub mod gone;
 mod identify;
 pub mod log;
 pub mod loops;
@@ -58,4 +53,4 @@ pub mod tune;
 pub mod verdict;
 
 pub use found_servo::FoundServo;
-pub use identify::{Identified, identify};
+pub use identify::{Identified, Options, identify, identify_simulated};

@@ -96,8 +96,7 @@ impl Axis {
             self.seed
         );
         let summary = run(&self.scenario(&controller, &excitation, 20.0));
-        let text = serde_json::to_string(&summary).expect("a document");
-        IdentifiedResult::read(&text).expect("a result")
+        IdentifiedResult::new(&summary).expect("a result")
     }
 
     /// Gains for the identified servo; a fifth below its limit where the demand exceeds it.

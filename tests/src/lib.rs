@@ -4,10 +4,9 @@ pub mod logs;
 
 use std::io::Write;
 
-use host_sim::analysis::Summariser;
+use host_sim::identify_simulated;
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
-use host_sim::simulate;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
 use virtual_servo::excitation::NormalSource;
@@ -90,10 +89,8 @@ pub fn parse(text: &str) -> Scenario {
 /// Runs a scenario to its summary.
 #[must_use]
 pub fn run(scenario: &Scenario) -> Summary {
-    let mut summariser = Summariser::new(scenario);
-    let outcome =
-        simulate::run(scenario, &mut |sample| summariser.add(sample)).expect("a valid scenario");
-    summariser.finish(scenario, outcome)
+    let found = identify_simulated(scenario.clone(), &|| true, &mut |_| ());
+    found.expect("a valid scenario").summary
 }
 
 /// Does independent work on all cores, the results in order.

@@ -1,6 +1,7 @@
 //! Robot models from results.
 
 use host_sim::physical::Scale;
+use host_sim::result::KeptResult;
 use pyo3::prelude::*;
 use servo_id::export::{Format, Identified};
 
@@ -36,7 +37,8 @@ pub(crate) fn export(
         }
     };
     let joints = joints.iter().map(|(name, result, constant, inertia, links, limit)| {
-        let identified = Identified::read(result, *limit).map_err(value_error)?;
+        let kept = KeptResult::read(result).map_err(value_error)?;
+        let identified = Identified::new(&kept, *limit).map_err(value_error)?;
         if let Some(reservation) = identified.reservation().filter(|_| !accept_unconverged) {
             return Err(value_error(format!(
                 "{name}: {reservation}: its model would be a guess; correct that first, or pass accept_unconverged=True"

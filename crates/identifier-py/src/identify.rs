@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use host_sim::Options;
 use host_sim::log::{Log, Table};
 use host_sim::provenance::{LogFile, Task};
 use host_sim::recognise::{LogOptions, Recognised, Unrecognised, recognise};
@@ -61,12 +62,15 @@ pub(crate) fn identify_log<'py>(
     let (json, samples, picture, servo) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
-        let is_file = table.path.is_file();
-        let files = is_file.then(|| LogFile::read(&table.path).map_err(value_error));
         let mut samples = Vec::new();
-        let found = host_sim::identify(read.scenario.clone(), &[log], &mut |sample| {
-            samples.extend(trace.then_some(*sample));
-        });
+        let found = host_sim::identify(
+            read.scenario.clone(),
+            &[log],
+            &Options::default(),
+            &mut |_, sample| {
+                samples.extend(trace.then_some(*sample));
+            },
+        );
         let host_sim::Identified {
             scenario,
             summary,
@@ -76,7 +80,7 @@ pub(crate) fn identify_log<'py>(
         let picture = picture(&scenario, &summary, seen.as_ref(), &mut samples);
         let task = Task::Replay {
             passes: 1,
-            logs: files.transpose()?.into_iter().collect(),
+            logs: LogFile::of_tables(std::slice::from_ref(&table)),
             predict: Vec::new(),
         };
         PyResult::Ok((read.json(task, &summary)?, samples, picture, found))
@@ -102,7 +106,12 @@ pub(crate) fn page(
         let name = table.path.display().to_string();
         let read = Read::new(&name, &recognised.scenario(&name), Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
-        let found = host_sim::identify(read.scenario.clone(), &[log], &mut |_| {});
+        let found = host_sim::identify(
+            read.scenario.clone(),
+            &[log],
+            &Options::default(),
+            &mut |_, _| {},
+        );
         let found = found.map_err(|fault| read.fault(fault))?;
         let page = present::experiment(&Experiment {
             title: &name,
@@ -167,13 +176,8 @@ fn recognised(table: &Table, options: &BTreeMap<String, String>) -> PyResult<Rec
     recognise(table, &stated).map_err(|error| match error {
         Unrecognised::Log(error) => value_error(error),
         Unrecognised::Unknown(questions) => {
-            let missing = |flag: &str, text: &str| {
-                format!("{}: --{flag} is missing: {text}", table.path.display())
-            };
-            let all: Vec<_> = (questions.iter())
-                .map(|question| missing(question.flag, &question.text))
-                .collect();
-            value_error(all.join("\n"))
+            let refusals = questions.iter().map(|open| open.refusal(&stated, table));
+            value_error(refusals.collect::<Vec<_>>().join("\n"))
         }
     })
 }

@@ -1,6 +1,6 @@
 //! Experiments on the simulated servo.
 
-use host_sim::analysis::Summariser;
+use host_sim::experiment::Sample;
 use host_sim::provenance::Task;
 use host_sim::scenario::Purpose;
 use pyo3::prelude::*;
@@ -25,16 +25,16 @@ pub(crate) fn simulate<'py>(
     let (json, samples, picture) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Run)?;
         let mut samples = Vec::new();
-        let mut summariser = Summariser::new(&read.scenario);
-        let outcome = host_sim::simulate::run(&read.scenario, &mut |sample| {
-            summariser.add(sample);
-            samples.extend(trace.then_some(*sample));
-        })
-        .map_err(|fault| read.fault(fault))?;
-        let seen = summariser.seen(&read.scenario);
-        let summary = summariser.finish(&read.scenario, outcome);
-        let picture = picture(&read.scenario, &summary, seen.as_ref(), &mut samples);
-        PyResult::Ok((read.json(Task::Run, &summary)?, samples, picture))
+        let keep = &mut |sample: &Sample| samples.extend(trace.then_some(*sample));
+        let found = host_sim::identify_simulated(read.scenario.clone(), &|| true, keep);
+        let found = found.map_err(|fault| read.fault(fault))?;
+        let picture = picture(
+            &found.scenario,
+            &found.summary,
+            found.seen.as_ref(),
+            &mut samples,
+        );
+        PyResult::Ok((read.json(Task::Run, &found.summary)?, samples, picture))
     })?;
     Ok((json, columns::of_samples(py, &samples)?, picture))
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use host_sim::result::KeptResult;
 use host_sim::tune::{Conditions, Form, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use identifier_core::tuning::Goal;
 use pyo3::prelude::*;
@@ -23,7 +24,8 @@ pub(crate) fn tune(
     accept_unconverged: bool,
 ) -> PyResult<(String, Vec<String>)> {
     py.detach(|| {
-        let identified = IdentifiedResult::read(result).map_err(value_error)?;
+        let kept = KeptResult::read(result).map_err(value_error)?;
+        let identified = IdentifiedResult::of_kept(&kept).map_err(value_error)?;
         if let Some(reservation) = identified.reservation.as_ref().filter(|_| !accept_unconverged) {
             return Err(value_error(format!(
                 "{reservation}: its gains would be a guess; correct that first, or pass accept_unconverged=True"
@@ -32,7 +34,7 @@ pub(crate) fn tune(
         let (goal, mut conditions) = stated(&conditions)?;
         let form = form.map(str::parse::<Form>).transpose();
         conditions.form = form.map_err(|names| value_error(format!("form must be {names}")))?;
-        let known = KnownConditions::of_result(result, identified.has_delay);
+        let known = KnownConditions::of_result(&kept, identified.has_delay);
         let settings = conditions.settings(goal, &identified, &known);
         let settings = settings.map_err(value_error)?;
         let tuned = Tuned::of_conditions(&identified, &known, &conditions, &settings);

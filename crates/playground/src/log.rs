@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use host_sim::Options;
 use host_sim::log::{Log, Table};
 use host_sim::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use host_sim::result::Summary;
@@ -94,7 +95,8 @@ pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, Refus
     };
     let (recognised, log, found) = read(&table, stated).map_err(refused)?;
     let mut rows = Vec::new();
-    let found = host_sim::identify(found, std::slice::from_ref(&log), &mut |sample| {
+    let logs = std::slice::from_ref(&log);
+    let found = host_sim::identify(found, logs, &Options::default(), &mut |_, sample| {
         rows.push([sample.time, sample.position, f64::NAN]);
     });
     let host_sim::Identified {

@@ -4,8 +4,6 @@ mod assessment;
 mod closed_loop;
 mod estimate;
 mod evidence;
-mod information;
-mod reachable;
 mod scales;
 mod seen;
 mod sensor_noise;

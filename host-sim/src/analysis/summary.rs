@@ -9,7 +9,6 @@ use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
 use super::assessment::{Assessment, Effort, VerifiedEstimate};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::evidence::{self, Known};
-use super::reachable::Reachable;
 use super::seen::Seen;
 use super::sensor_noise::NoiseMeter;
 use super::statistics::Statistics;
@@ -55,8 +54,6 @@ pub struct Summariser {
     prediction: Option<f64>,
     /// The record of an estimator that fits the whole record, after its fit. None in it: nothing explains the record.
     whole: Option<Option<WholeRecord>>,
-    /// The reachable accuracy of a simulated servo, for a page of the program.
-    reachable: Option<Box<Reachable>>,
 }
 
 impl Summariser {
@@ -103,15 +100,7 @@ impl Summariser {
             end: 0.0,
             prediction: None,
             whole: None,
-            reachable: None,
         }
-    }
-
-    /// The same, which looks at the accuracy that the motion of a simulated servo allows, too.
-    #[must_use]
-    pub fn with_reachable(mut self, scenario: &Scenario) -> Self {
-        self.reachable = Reachable::new(scenario).map(Box::new);
-        self
     }
 
     /// Takes in a sample. It is inlined so that a sample is never assembled in memory. The processor would wait for
@@ -129,9 +118,6 @@ impl Summariser {
         }
         self.has_standard_errors = sample.standard_errors.is_some();
         self.tail_buffer.add(sample);
-        if let Some(reachable) = &mut self.reachable {
-            reachable.add(sample);
-        }
         if let Some(last) = self.last_position.filter(|_| !sample.begins) {
             self.travelled += (sample.position - last).abs();
         }
@@ -370,8 +356,6 @@ impl Summariser {
             outcome,
             fit: whole.map(|whole| whole.notes),
             replay: ReplayNotes::default(),
-            reachable: (self.reachable.as_ref())
-                .map_or_else(Vec::new, |reachable| reachable.standard_errors()),
         }
     }
 }

@@ -1,11 +1,10 @@
 //! The origin of a result.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::fingerprint;
+use crate::log::{Table, fingerprint};
 use crate::scenario::{Purpose, Scenario, ScenarioError, fetch};
 
 /// The origin of a result: all that it takes to reproduce it.
@@ -86,21 +85,16 @@ impl Origin {
         }
     }
 
-    /// The origin from a result's JSON, with its scenario. None without an origin, or if its scenario is no longer one.
-    #[must_use]
-    pub fn of_result(json: &str) -> Option<(Self, Scenario)> {
-        #[derive(Deserialize)]
-        struct Stated {
-            origin: Origin,
-        }
-        let Stated { origin } = serde_json::from_str(json).ok()?;
-        let purpose = match origin.task {
+    /// The scenario.
+    ///
+    /// # Errors
+    /// One that this version does not take any more.
+    pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
+        self.scenario.scenario(match self.task {
             Task::Run => Purpose::Run,
             Task::Replay { .. } => Purpose::Replay,
             Task::Commission => Purpose::Commission,
-        };
-        let scenario = origin.scenario.scenario(purpose).ok()?;
-        Some((origin, scenario))
+        })
     }
 }
 
@@ -141,14 +135,15 @@ impl ScenarioText {
 }
 
 impl LogFile {
-    /// Reads the present state of a log.
-    ///
-    /// # Errors
-    /// If it cannot be read.
-    pub fn read(file: &Path) -> io::Result<Self> {
-        Ok(Self {
-            sha256: fingerprint::of_file(file)?,
-            file: file.to_owned(),
-        })
+    /// Those of tables, but for columns that come from no file.
+    #[must_use]
+    pub fn of_tables(tables: &[Table]) -> Vec<Self> {
+        let read = tables.iter().filter_map(|table| {
+            Some(Self {
+                file: table.path.clone(),
+                sha256: (table.sha256.clone()).or_else(|| fingerprint::of_file(&table.path))?,
+            })
+        });
+        read.collect()
     }
 }

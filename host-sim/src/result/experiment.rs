@@ -68,9 +68,6 @@ pub struct Summary {
     /// Logs and predictions of a replay.
     #[serde(flatten)]
     pub replay: ReplayNotes,
-    /// The least standard errors that the motion allows, SI, of a simulated servo.
-    #[serde(skip)]
-    pub reachable: Vec<(Unknown, f64)>,
 }
 
 /// The estimates of a, b, c and d, constant if the estimator does not estimate them, and of optional terms.

@@ -10,6 +10,8 @@ mod drive_status;
 mod experiment;
 mod fit;
 mod form;
+#[cfg(feature = "experiments")]
+mod kept;
 mod log;
 mod reason;
 mod residual;
@@ -28,6 +30,8 @@ pub use experiment::{
 };
 pub use fit::{BrakingForce, EnteredEffect, FitNotes};
 pub use form::{FormMargins, FormParameter, FormResult, FormStep};
+#[cfg(feature = "experiments")]
+pub use kept::{KeptEstimate, KeptLog, KeptNoise, KeptResidual, KeptResult, NoResult};
 pub use log::{LogReading, OpenLoopError, Prediction};
 pub use residual::{Finding, Residual};
 pub use sensor_noise::SensorNoise;

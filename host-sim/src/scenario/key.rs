@@ -19,7 +19,7 @@ impl Key {
     }
 
     /// True for a table of further keys.
-    pub(super) fn is_table(&self) -> bool {
+    pub(crate) fn is_table(&self) -> bool {
         matches!(self.kind, Kind::Table(_))
     }
 

@@ -632,22 +632,6 @@ fn set_frequencies(s: &mut Scenario, frequencies: Vec<f64>) -> Result<(), String
     Ok(())
 }
 
-/// All keys as a text for the help.
-#[must_use]
-pub fn listing() -> String {
-    let leaves = KEYS.iter().filter(|key| !key.is_table());
-    leaves
-        .map(|key| {
-            let (about, allowed) = (key.description(), key.allowed());
-            format!(
-                "  {}\n      {about}\n      {allowed}; default {}\n",
-                key.path,
-                key.default()
-            )
-        })
-        .collect()
-}
-
 impl Key {
     /// The line of a path.
     #[must_use]

@@ -12,7 +12,6 @@ use toml::de::{DeArray, DeValue};
 use super::error::{Fault, shown};
 use super::range::Range;
 use super::{Column, Scenario};
-use crate::gone::{self, Place};
 
 pub(super) type Value<'a> = Spanned<DeValue<'a>>;
 
@@ -321,9 +320,6 @@ fn unknown<'n>(
     name: &str,
     known: impl Iterator<Item = &'n str>,
 ) -> Fault {
-    if let Some(instead) = gone::replacement(Place::Value, &format!("{} = {name}", key.path)) {
-        return refused(key, value, format!("\"{name}\" is gone: {instead}"));
-    }
     let near = nearest(name, known);
     refused(key, value, format!("there is no {what}\"{}\"", shown(name)))
         .advising(near.map_or(String::new(), |near| format!("did you mean \"{near}\"?")))

@@ -12,7 +12,6 @@ use super::kind::{Default, Key, nearest};
 use super::range::Range;
 use super::source::Source;
 use super::{Purpose, Scenario};
-use crate::gone::{self, Place};
 
 /// The scenario that a file states; keys that it does not state have their defaults.
 pub(super) fn scenario(source: &Source<'_>, purpose: Purpose) -> Result<Scenario, Fault> {
@@ -205,10 +204,11 @@ fn refuse_unknown(table: &DeTable<'_>, path: &str) -> Result<(), Fault> {
             }
             (Some(_), _) => {}
             (None, _) => {
-                let fault = gone::replacement(Place::Key, &full).unwrap_or("there is no such key");
-                return Err(Fault::new(inside(&shown(name.get_ref())), fault)
-                    .at(name.span().start)
-                    .advising(advice(path, name.get_ref())));
+                return Err(
+                    Fault::new(inside(&shown(name.get_ref())), "there is no such key")
+                        .at(name.span().start)
+                        .advising(advice(path, name.get_ref())),
+                );
             }
         }
     }

@@ -1,13 +1,13 @@
 use std::f64::consts::TAU;
 
 use identifier_core::tuning::{Goal, TuningSettings};
-#[cfg(feature = "experiments")]
-use serde::Deserialize;
 
 use super::known_forces::Angle;
 use super::{Form, IdentifiedResult};
 #[cfg(feature = "experiments")]
-use crate::provenance::{Origin, Task};
+use crate::provenance::Task;
+#[cfg(feature = "experiments")]
+use crate::result::KeptResult;
 use crate::result::Summary;
 use crate::scenario::{CommandUnit, Scenario};
 
@@ -201,36 +201,22 @@ impl KnownConditions {
         known
     }
 
-    /// The conditions from the JSON of a result with its origin. They are its scenario's, and those of the replayed log
-    /// if encoder or controller are unknown. Without an origin nothing is known.
+    /// The conditions of a result with its origin. They are its scenario's, and those of the replayed log if encoder or
+    /// controller are unknown. Without an origin nothing is known.
     #[cfg(feature = "experiments")]
     #[must_use]
-    pub fn of_result(json: &str, has_delay: bool) -> Self {
-        #[derive(Deserialize)]
-        struct Stated {
-            #[serde(default)]
-            logs: Vec<Reading>,
+    pub fn of_result(result: &KeptResult, has_delay: bool) -> Self {
+        let origin = result.origin.as_ref();
+        let known = origin.and_then(|origin| Some((&origin.task, origin.scenario().ok()?)));
+        match known {
+            Some((Task::Run, scenario)) => Self::of_scenario(&scenario, has_delay),
+            Some((Task::Replay { .. }, scenario)) => {
+                let logs = result.logs.iter();
+                let logs = logs.map(|log| (log.resolution, log.largest_command));
+                Self::of_logs(&scenario, has_delay, logs)
+            }
+            Some((Task::Commission, _)) | None => Self::default(),
         }
-        #[derive(Deserialize)]
-        struct Reading {
-            resolution: f64,
-            largest_command: Option<f64>,
-        }
-        let stated = serde_json::from_str(json).ok();
-        let (Some(Stated { logs }), Some((origin, scenario))) = (stated, Origin::of_result(json))
-        else {
-            return Self::default();
-        };
-        let is_replay = match origin.task {
-            Task::Run => false,
-            Task::Replay { .. } => true,
-            Task::Commission => return Self::default(),
-        };
-        if !is_replay {
-            return Self::of_scenario(&scenario, has_delay);
-        }
-        let logs = logs.iter().map(|log| (log.resolution, log.largest_command));
-        Self::of_logs(&scenario, has_delay, logs)
     }
 }
 

@@ -1,10 +1,11 @@
 use std::fmt;
 
 use identifier_core::parameters::{IdentifiedServo, Parameter, ServoParameters};
-use serde_json::Value;
 
 use super::effects::{Effects, Estimated};
 use crate::result::Summary;
+#[cfg(feature = "experiments")]
+use crate::result::{KeptEstimate, KeptResult};
 
 /// The servo in the result of a run or a replay, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +29,7 @@ pub struct IdentifiedResult {
 /// A fault of a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ResultError {
-    /// Where; empty for all of it.
+    /// Where.
     key: String,
     fault: String,
 }
@@ -38,44 +39,41 @@ type Stated = Result<Option<[f64; 2]>, ResultError>;
 
 impl fmt::Display for ResultError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if !self.key.is_empty() {
-            write!(f, "{}: ", self.key)?;
-        }
-        f.write_str(&self.fault)
+        write!(f, "{}: {}", self.key, self.fault)
     }
 }
 
 impl std::error::Error for ResultError {}
 
 impl IdentifiedResult {
-    /// Reads a result.
+    /// From a result that was read back.
     ///
     /// # Errors
     /// The key that is missing or holds what is not allowed.
-    pub fn read(text: &str) -> Result<Self, ResultError> {
-        let result: Value = serde_json::from_str(text).map_err(|error| ResultError {
-            key: String::new(),
-            fault: format!(
-                "this is not JSON (line {}): give a file that `run` or `identify` wrote with --json",
-                error.line()
-            ),
-        })?;
-        let text = |key: &str| result.get(key).and_then(Value::as_str);
-        let noise = result.pointer("/noise/moving").and_then(Value::as_f64);
+    #[cfg(feature = "experiments")]
+    pub fn of_kept(result: &KeptResult) -> Result<Self, ResultError> {
         let servo = Self::checked(
-            text("status").ok_or_else(|| missing("status"))?,
-            text("reason").unwrap_or(""),
-            number(&result, "sample_time")?,
-            result.pointer("/residual/rms").and_then(Value::as_f64),
-            &|name| estimate(&result, name),
+            &result.status,
+            &result.reason,
+            result.sample_time,
+            result.residual.and_then(|residual| residual.rms),
+            &|name| match result.estimates.get(name).copied().flatten() {
+                None => Ok(None),
+                Some(KeptEstimate {
+                    value: Some(value),
+                    std_error,
+                }) => Ok(Some([value, std_error.unwrap_or(f64::INFINITY)])),
+                Some(_) => Err(missing(&format!("estimates.{name}.value"))),
+            },
         )?;
+        let noise = result.noise.moving;
         Ok(Self { noise, ..servo })
     }
 
     /// From a result in memory.
     ///
     /// # Errors
-    /// As [`read`](Self::read).
+    /// The key that is missing or holds what is not allowed.
     pub fn new(result: &Summary) -> Result<Self, ResultError> {
         let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
             let estimate = result.estimate(parameter)?;
@@ -191,33 +189,10 @@ impl IdentifiedResult {
     }
 }
 
-/// An estimate and its standard error, infinite if that is not known; none for what was not identified.
-fn estimate(result: &Value, name: &str) -> Result<Option<[f64; 2]>, ResultError> {
-    let estimates = result.get("estimates").filter(|found| found.is_object());
-    let estimates = estimates.ok_or_else(|| missing("estimates"))?;
-    match estimates.get(name) {
-        None | Some(Value::Null) => Ok(None),
-        Some(found) => {
-            let key = format!("estimates.{name}.value");
-            let value = found.get("value").and_then(Value::as_f64);
-            let value = value.ok_or_else(|| missing(&key))?;
-            let std_error = found.get("std_error").and_then(Value::as_f64);
-            Ok(Some([value, std_error.unwrap_or(f64::INFINITY)]))
-        }
-    }
-}
-
-fn number(result: &Value, key: &str) -> Result<f64, ResultError> {
-    let found = result.get(key).and_then(Value::as_f64);
-    found.ok_or_else(|| missing(key))
-}
-
 fn missing(key: &str) -> ResultError {
     ResultError {
         key: key.to_owned(),
-        fault:
-            "this number or text is missing: give a file that `run` or `identify` wrote with --json"
-                .to_owned(),
+        fault: "the motion does not determine it: nothing can be built on it".to_owned(),
     }
 }
 
@@ -244,9 +219,14 @@ mod tests {
         }
     }"#;
 
+    fn read(text: &str) -> Result<IdentifiedResult, String> {
+        let kept = KeptResult::read(text).map_err(|error| error.to_string())?;
+        IdentifiedResult::of_kept(&kept).map_err(|error| error.to_string())
+    }
+
     #[test]
     fn the_values_of_a_result_are_taken() {
-        let result = IdentifiedResult::read(RESULT).expect("a result");
+        let result = read(RESULT).expect("a result");
         let servo = result.servo;
         assert_eq!(
             servo.parameters,
@@ -278,7 +258,7 @@ mod tests {
             ),
         ] {
             let text = RESULT.replace(from, to);
-            let reservation = IdentifiedResult::read(&text).expect("a result").reservation;
+            let reservation = read(&text).expect("a result").reservation;
             assert!(reservation.expect("a doubt").contains(part), "{to}");
         }
     }
@@ -286,12 +266,12 @@ mod tests {
     #[test]
     fn a_document_that_is_no_result_is_refused_by_key() {
         for (from, to, key) in [
-            ("{", "{,", "this is not JSON (line 1)"),
-            (r#""status": "converged","#, "", "status: "),
-            ("0.001,", r#""x","#, "sample_time: "),
+            ("{", "{,", "line 1"),
+            (r#""status": "converged","#, "", "`status`"),
+            ("0.001,", r#""x","#, "line 2"),
             ("0.001,", "0.0,", "sample_time: 0 is not allowed"),
-            (r#""estimates""#, r#""others""#, "estimates: "),
-            (r#""value": 0.2,"#, "", "estimates.a.value: "),
+            (r#""estimates""#, r#""others""#, "`estimates`"),
+            (r#""value": 0.2"#, r#""value": null"#, "estimates.a.value: "),
             (
                 r#""b": {"#,
                 r#""c": {"#,
@@ -305,8 +285,8 @@ mod tests {
             ),
         ] {
             let text = RESULT.replacen(from, to, 1);
-            let refused = IdentifiedResult::read(&text).expect_err(to).to_string();
-            assert!(refused.starts_with(key), "{refused}");
+            let refused = read(&text).expect_err(to);
+            assert!(refused.contains(key), "{refused}");
         }
     }
 }

@@ -203,8 +203,7 @@ impl Arguments {
 
 /// A result in a file.
 fn read(path: &Path, limit: Option<f64>) -> Result<Identified, Fault> {
-    let text = kept_result::text(path)?;
-    Identified::read(&text, limit).map_err(|error| Fault::of_file(path, error))
+    Identified::new(&kept_result::read(path)?, limit).map_err(|error| Fault::of_file(path, error))
 }
 
 fn above_zero(text: &str) -> Result<f64, String> {

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::provenance::{Kept, Task};
+use host_sim::result::KeptResult;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::tune::IdentifiedResult;
 
@@ -30,8 +30,8 @@ impl FirmwareOptions {
         accept_unconverged: bool,
     ) -> Result<String, Fault> {
         let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(result, fault);
-        let text = kept_result::text(result)?;
-        let identified = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
+        let kept = kept_result::read(result)?;
+        let identified = IdentifiedResult::of_kept(&kept).map_err(|error| of_result(&error))?;
         if let Some(reservation) = identified
             .reservation
             .as_ref()
@@ -54,7 +54,7 @@ impl FirmwareOptions {
                  digits and _ only, and begin with a letter"
             )));
         }
-        let (scenario, place) = self.scenario(result, &of_result)?;
+        let (scenario, place) = self.scenario(&kept, &of_result)?;
         let built = Firmware::new(scenario, &identified, language);
         let built = built.map_err(|fault| Fault::Input(format!("{place}: {fault}")))?;
         let origin = format!(
@@ -73,26 +73,18 @@ impl FirmwareOptions {
     /// The scenario of the firmware, and where it stands.
     fn scenario(
         &self,
-        result: &Path,
+        result: &KeptResult,
         of_result: &dyn Fn(&dyn std::fmt::Display) -> Fault,
     ) -> Result<(Scenario, String), Fault> {
         if let Some(path) = &self.scenario {
             let scenario = Scenario::load(path, Purpose::Replay)?;
             return Ok((scenario, format!("scenario {}", path.display())));
         }
-        let kept = Kept::read(result).map_err(|error| {
-            of_result(&format!(
-                "{error}; or state the firmware's scenario, --scenario FIRMWARE.toml"
-            ))
+        let origin = result.origin.as_ref().ok_or_else(|| {
+            of_result(
+                &"it has no provenance: state the firmware's scenario, --scenario FIRMWARE.toml",
+            )
         })?;
-        let purpose = match kept.origin.task {
-            Task::Run => Purpose::Run,
-            Task::Replay { .. } | Task::Commission => Purpose::Replay,
-        };
-        let scenario = kept.origin.scenario.scenario(purpose)?;
-        Ok((
-            scenario,
-            format!("its scenario {}", kept.origin.scenario.file),
-        ))
+        Ok((origin.scenario()?, origin.scenario.file.clone()))
     }
 }

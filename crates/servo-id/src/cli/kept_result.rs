@@ -4,15 +4,17 @@ use std::fs;
 use std::path::Path;
 
 use host_sim::nearest;
+use host_sim::result::KeptResult;
 
 use super::fault::Fault;
 
-/// Its text.
+/// Reads it.
 ///
 /// # Errors
-/// A file that cannot be read, with similar names beside it.
-pub(super) fn text(path: &Path) -> Result<String, Fault> {
-    fs::read_to_string(path)
+/// A file that cannot be read, with similar names beside it, or is no result.
+pub(super) fn read(path: &Path) -> Result<KeptResult, Fault> {
+    let text = fs::read_to_string(path)
         .map_err(|error| nearest::unreadable(path, &error))
-        .map_err(|why| Fault::of_file(path, format!("the result cannot be read: {why}")))
+        .map_err(|why| Fault::of_file(path, format!("the result cannot be read: {why}")))?;
+    KeptResult::read(&text).map_err(|error| Fault::of_file(path, error))
 }

@@ -1,11 +1,10 @@
-//! The bounded record of a run or a replay.
+//! The outputs of a run or a replay, gathered sample by sample.
 
 use std::sync::atomic::Ordering;
 
-use host_sim::FoundServo;
-use host_sim::analysis::{Seen, Status, Summariser};
-use host_sim::experiment::{Outcome, Sample};
-use host_sim::result::ReplayNotes;
+use host_sim::Identified;
+use host_sim::analysis::Status;
+use host_sim::experiment::Sample;
 use host_sim::scenario::Scenario;
 use host_sim::verdict::VerdictReason;
 
@@ -19,14 +18,12 @@ use super::streamed::Streamed;
 use crate::csv::Rows;
 use crate::present::{self, Experiment, ExperimentTraces};
 
-/// Takes in an experiment sample by sample. The summary is that of all passes; its evidence, picture and
-/// rows are those of the last.
+/// Takes in an experiment sample by sample. Picture and rows are those of the last pass.
 #[derive(Debug)]
-pub(super) struct Recording<'a> {
+pub(super) struct Recording {
     title: String,
-    scenario: &'a Scenario,
-    passes_to_come: u32,
-    summariser: Summariser,
+    passes: u32,
+    pass: u32,
     traces: Option<ExperimentTraces>,
     rows: Option<Streamed<Rows<Output>>>,
     /// The samples of a law whose model is known at the end, where they are shown: what differs, and the last of them.
@@ -43,12 +40,12 @@ struct Held {
     command: f64,
 }
 
-impl<'a> Recording<'a> {
-    /// Of `passes` passes, which together last `duration`, s, for the requested results; their page has a `title`.
+impl Recording {
+    /// Of `passes` passes, together of so many `samples`, for the requested results; their page has a `title`.
     pub(super) fn new(
         title: String,
-        scenario: &'a Scenario,
-        duration: f64,
+        scenario: &Scenario,
+        samples: u64,
         passes: u32,
         results: &mut Results,
     ) -> Self {
@@ -57,19 +54,26 @@ impl<'a> Recording<'a> {
         Self {
             held: is_held.then(Default::default),
             title,
-            scenario,
-            passes_to_come: passes.saturating_sub(1),
-            summariser: Summariser::lasting(scenario, duration).with_reachable(scenario),
+            passes,
+            pass: 0,
             traces: results.show_traces().then(ExperimentTraces::default),
             rows: (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_experiment)),
-            progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
+            progress: Progress::of_samples(samples),
         }
     }
 
-    /// A sample.
-    pub(super) fn add(&mut self, sample: &Sample) {
-        self.summariser.add(sample);
+    /// A sample of a pass.
+    pub(super) fn add(&mut self, pass: u32, sample: &Sample) {
         self.progress.advance();
+        if pass != self.pass {
+            self.pass = pass;
+            if let Some(traces) = &mut self.traces {
+                *traces = ExperimentTraces::default();
+            }
+            if let Some((held, _)) = &mut self.held {
+                held.clear();
+            }
+        }
         match &mut self.held {
             Some((held, last)) => {
                 held.push(Held {
@@ -88,85 +92,53 @@ impl<'a> Recording<'a> {
         if let Some(traces) = &mut self.traces {
             traces.add(sample);
         }
-        if let Some(rows) = self.rows.as_mut().filter(|_| self.passes_to_come == 0) {
+        if let Some(rows) = self.rows.as_mut().filter(|_| self.pass + 1 == self.passes) {
             rows.write(|rows| rows.sample(sample));
         }
     }
 
-    /// The next pass begins.
-    pub(super) fn begin_pass(&mut self) {
-        self.passes_to_come = self.passes_to_come.saturating_sub(1);
-        self.summariser.begin_pass();
-        if let Some(traces) = &mut self.traces {
-            *traces = ExperimentTraces::default();
-        }
-        if let Some((held, _)) = &mut self.held {
-            held.clear();
-        }
-    }
-
-    /// The residual of each sample, for an estimator that fits all of them. Held samples are shown with it.
-    fn seen(&mut self) -> Option<Seen> {
-        let _ = self.fit_record();
-        let seen = self.summariser.seen(self.scenario);
-        let (held, last) = self.held.take().unwrap_or_default();
-        let Some(last) = last else { return seen };
+    /// Shows the samples that waited for their model, with its `errors`, if there is one.
+    fn show_held(&mut self, errors: Option<&[f64]>) {
+        let Some((held, Some(last))) = self.held.take() else {
+            return;
+        };
         for (place, one) in held.into_iter().enumerate() {
             self.show(&Sample {
                 time: one.time,
                 reference: one.reference,
                 position: one.position,
                 command: one.command,
-                output_error: seen.as_ref().map(|seen| seen.errors[place]),
+                output_error: errors.map(|errors| errors[place]),
                 ..last
             });
         }
-        seen
     }
 
-    /// The servo found by the fit of the whole record, also of a fit that was ended early. None for other estimators.
-    pub(super) fn fit_record(&mut self) -> Option<FoundServo> {
-        if !self.scenario.identifier.law.takes_whole_record() {
-            return None;
-        }
-        let stop = interruption::end_requested();
-        let progress = Progress::of_a_search();
-        self.summariser.fit_record(self.scenario, &|| {
-            progress.advance();
-            !stop.load(Ordering::Relaxed)
-        })
-    }
-
-    /// The estimates predicted a log that did not enter them with this relative error.
-    pub(super) fn predicted(&mut self, error: f64) {
-        self.summariser.predicted(error);
-    }
-
-    /// Publishes the results, with `notes` on the replayed logs, and returns their verdict.
+    /// Publishes what was identified and returns its verdict.
     ///
     /// # Errors
     /// An experiment that was aborted or interrupted, and those of [`Results::publish`].
-    pub(super) fn conclude(
-        mut self,
-        results: Results,
-        outcome: Outcome,
-        notes: ReplayNotes,
-    ) -> Result<Status, Fault> {
-        let seen = outcome.abort.is_none().then(|| self.seen()).flatten();
-        let mut summary = self.summariser.finish(self.scenario, outcome);
-        summary.replay = notes;
+    pub(super) fn conclude(mut self, results: Results, found: Identified) -> Result<Status, Fault> {
+        let Identified {
+            scenario,
+            summary,
+            seen,
+            ..
+        } = found;
+        // An aborted experiment has no model, and its samples are not shown.
+        if summary.status() != Status::Aborted {
+            self.show_held(seen.as_ref().map(|seen| &seen.errors[..]));
+        }
         let page = present::experiment(&Experiment {
             title: &self.title,
             command: &call::command(),
-            scenario: self.scenario,
+            scenario: &scenario,
             summary: &summary,
             traces: self.traces.as_ref(),
             seen: seen.as_ref(),
         });
         let written = [self.rows.map(|rows| rows.finish(Rows::finish))];
-        results.publish(&page, true, &summary, written, |picture| {
-            picture.figures("", 2, &page)
-        })?;
+        results.publish(&page, 2, true, &summary, written)?;
         match summary.status() {
             _ if summary.verdict.reason == VerdictReason::Stopped => {
                 let text = "interrupted: the result has the data until then";
@@ -176,4 +148,14 @@ impl<'a> Recording<'a> {
             status => Ok(status),
         }
     }
+}
+
+/// Calls an experiment with what tells its fit whether it goes on: Ctrl-C ends it. Its progress is shown.
+pub(super) fn with_fit<T>(experiment: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> T) -> T {
+    let progress = Progress::of_a_search();
+    experiment(&|| {
+        progress.advance();
+        // Before a fit begins, nothing is worth keeping.
+        !interruption::end_requested().load(Ordering::Relaxed)
+    })
 }

@@ -1,18 +1,15 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::FoundServo;
 use host_sim::analysis::Status;
 use host_sim::log::{Log, Table};
-use host_sim::predict;
-use host_sim::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
-use host_sim::replay;
-use host_sim::result::{LogReading, Prediction, ReplayNotes};
+use host_sim::provenance::{LogFile, Origin, ScenarioText, Task};
 use host_sim::scenario::{Purpose, Scenario};
+use host_sim::{Options, identify};
 
 use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
-use super::recording::Recording;
+use super::recording::{Recording, with_fit};
 use super::standard_output::show;
 use crate::VERSION;
 
@@ -37,22 +34,24 @@ pub(super) struct Introduction<'a> {
 }
 
 impl Replay<'_> {
-    /// Replays it and returns the verdict; the result is to be the one that was `kept`, if one was. Besides the logs this reads
-    /// `input`.
-    pub(super) fn experiment(
-        self,
-        outputs: &Outputs,
-        input: &Path,
-        kept: Option<&Kept>,
-    ) -> Result<Status, Fault> {
+    /// Replays it and returns the verdict. Besides the logs this reads `input`.
+    pub(super) fn experiment(self, outputs: &Outputs, input: &Path) -> Result<Status, Fault> {
         let text = self.scenario;
         let of_replay = |error| Fault::of_file(Path::new(&text.file), error);
         let scenario = text.scenario(Purpose::Replay)?;
         let read = self.logs.iter().chain(&self.predict);
         let read: Vec<PathBuf> = read.map(|table| table.path.clone()).collect();
         let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).chain([input]).collect();
-        let title = call::title("Replay of", inputs.first().copied().unwrap_or(input));
-        let origin = Origin::new(VERSION, self.task(outputs.state_origin())?, text, &scenario);
+        let title = call::title(
+            "Identification of",
+            inputs.first().copied().unwrap_or(input),
+        );
+        let task = Task::Replay {
+            passes: self.passes,
+            logs: LogFile::of_tables(&self.logs),
+            predict: LogFile::of_tables(&self.predict),
+        };
+        let origin = Origin::new(VERSION, task, text, &scenario);
         let Self {
             logs,
             predict,
@@ -60,7 +59,7 @@ impl Replay<'_> {
             introduction,
             ..
         } = self;
-        let mut results = outputs.begin(&inputs, origin, kept)?;
+        let mut results = outputs.begin(&inputs, origin)?;
         if let Some(introduction) = introduction {
             results.save_scenario(introduction.save_scenario, &text.text)?;
             if !results.own_standard_output() {
@@ -70,76 +69,20 @@ impl Replay<'_> {
         let count = logs.len();
         let all = read_all(logs.into_iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(count);
-        let scenario = replay::fitted(scenario, learnt);
-        let mut readings: Vec<LogReading> = learnt.iter().map(LogReading::new).collect();
-        let predicted_only = predicted.iter().filter(|log| !is_among(learnt, log));
-        readings.extend(predicted_only.map(LogReading::new));
-
-        let length: f64 = learnt.iter().map(Log::duration).sum();
-        let duration = f64::from(passes) * length;
-        let mut recording = Recording::new(title, &scenario, duration, passes, &mut results);
-        let mut pass_shown = 0;
-        let replayed = replay::replay(&scenario, learnt, passes, &mut |pass, sample| {
-            if pass != pass_shown {
-                recording.begin_pass();
-                pass_shown = pass;
-            }
-            recording.add(sample);
-        })
-        .map_err(of_replay)?;
-        let mut predictions = Vec::new();
-        let is_known = replayed.outcome.abort.is_none() && !predicted.is_empty();
-        let found = if !is_known {
-            None
-        } else if scenario.identifier.law.takes_whole_record() {
-            recording.fit_record()
-        } else {
-            let terms = &replayed.outcome.terms;
-            Some(FoundServo::of_estimates(
-                &scenario,
-                &replayed.estimates,
-                terms,
-            ))
-        };
-        if let Some(found) = found {
-            for log in predicted {
-                let seen = is_among(learnt, log);
-                let predicted = predict::predict(&scenario, &found, log).map_err(of_replay)?;
-                if let Some(open_loop) = predicted.open_loop.as_ref().filter(|_| !seen) {
-                    recording.predicted(open_loop.relative);
-                }
-                predictions.push(Prediction::new(log, seen, &predicted));
-            }
-        }
-        let notes = ReplayNotes {
-            agreement: replayed.agreement,
-            logs: readings,
-            predictions,
-        };
-        recording.conclude(results, replayed.outcome, notes)
-    }
-
-    /// The task, with the fingerprints of the logs where an output states the origin.
-    fn task(&self, is_stated: bool) -> Result<Task, Fault> {
-        let files = |logs: &[Table]| -> Result<Vec<LogFile>, Fault> {
-            let known = logs.iter().map(|table| &table.path);
-            let known = known.filter(|log| is_stated && log.is_file());
-            let files = known.map(|log| {
-                let unreadable = |error| {
-                    Fault::Input(format!(
-                        "{}: the log cannot be read: {error}",
-                        log.display()
-                    ))
-                };
-                LogFile::read(log).map_err(unreadable)
-            });
-            files.collect()
-        };
-        Ok(Task::Replay {
-            passes: self.passes,
-            logs: files(&self.logs)?,
-            predict: files(&self.predict)?,
-        })
+        let samples: u64 = learnt.iter().map(|log| log.samples).sum();
+        let samples = u64::from(passes) * samples;
+        let mut recording = Recording::new(title, &scenario, samples, passes, &mut results);
+        let found = with_fit(|goes_on| {
+            let options = Options {
+                passes,
+                predict: predicted,
+                goes_on,
+            };
+            identify(scenario, learnt, &options, &mut |pass, sample| {
+                recording.add(pass, sample);
+            })
+        });
+        recording.conclude(results, found.map_err(of_replay)?)
     }
 }
 
@@ -173,16 +116,4 @@ fn read_all(tables: impl Iterator<Item = Table>, scenario: &Scenario) -> Result<
         logs.push(log);
     }
     Ok(logs)
-}
-
-fn is_among(logs: &[Log], log: &Log) -> bool {
-    let mut others = logs.iter().map(Log::path);
-    others.any(|other| is_same(other, log.path()))
-}
-
-fn is_same(one: &Path, other: &Path) -> bool {
-    match (one.canonicalize(), other.canonicalize()) {
-        (Ok(one), Ok(other)) => one == other,
-        _ => one == other,
-    }
 }

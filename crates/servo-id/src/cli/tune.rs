@@ -7,6 +7,7 @@ use identifier_core::tuning::{Goal, TuningError};
 
 use super::call;
 use super::fault::Fault;
+use super::files::Drawing;
 use super::kept_result;
 use super::options::ConditionOptions;
 use super::output::Documents;
@@ -35,6 +36,8 @@ pub(super) struct Arguments {
     accept_unconverged: bool,
     #[command(flatten)]
     documents: Documents,
+    #[command(flatten)]
+    drawing: Drawing,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
@@ -45,11 +48,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .into_iter()
         .flatten()
         .collect();
-    let results = arguments.documents.begin(&inputs, None)?;
+    let results = (arguments.documents).begin(&inputs, &arguments.drawing, None)?;
 
     let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(&arguments.result, fault);
-    let text = kept_result::text(&arguments.result)?;
-    let result = IdentifiedResult::read(&text).map_err(|error| of_result(&error))?;
+    let kept = kept_result::read(&arguments.result)?;
+    let result = IdentifiedResult::of_kept(&kept).map_err(|error| of_result(&error))?;
     let warning = result.reservation.as_ref();
     if let Some(reservation) = warning.filter(|_| !arguments.accept_unconverged) {
         return Err(of_result(&format!(
@@ -60,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     check(&conditions)?;
     let known = match &loaded {
         Some(scenario) => KnownConditions::of_scenario(scenario, result.has_delay),
-        None => KnownConditions::of_result(&text, result.has_delay),
+        None => KnownConditions::of_result(&kept, result.has_delay),
     };
     let settings = conditions
         .settings(arguments.goal(), &result, &known)
@@ -82,9 +85,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     )
     .map_err(|error| Fault::Other(error.to_string()))?;
     let result = tuned.result();
-    results.publish(&page, false, &result, [], |picture| {
-        picture.figures("", 1, &page)
-    })
+    results.publish(&page, 1, false, &result, [])
 }
 
 /// The refusal of an option that is out of its range.

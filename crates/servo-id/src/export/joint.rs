@@ -1,9 +1,9 @@
 use host_sim::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
-use host_sim::provenance;
+use host_sim::provenance::Task;
+use host_sim::result::KeptResult;
 use host_sim::scenario::Scenario;
 use host_sim::tune::{IdentifiedResult, KnownConditions, ResultError};
 use serde::Serialize;
-use serde_json::Value;
 
 /// A result to export.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,31 +122,26 @@ pub enum ExportError {
 }
 
 impl Identified {
-    /// Reads a result; another limit of the command may be stated.
+    /// Of a result; another limit of the command may be stated.
     ///
     /// # Errors
     /// The key that is missing or holds what is not allowed.
-    pub fn read(json: &str, limit: Option<f64>) -> Result<Self, ResultError> {
-        let servo = IdentifiedResult::read(json)?;
+    pub fn new(result: &KeptResult, limit: Option<f64>) -> Result<Self, ResultError> {
+        let servo = IdentifiedResult::of_kept(result)?;
         // The largest command of a log is no limit of the drive.
-        let known = KnownConditions::of_result(json, servo.has_delay);
+        let known = KnownConditions::of_result(result, servo.has_delay);
         let known = known.limit.filter(|_| !known.is_command_of_log);
         let known = known.map(|[low, high]| high.min(-low));
-        let value: Value = serde_json::from_str(json).unwrap_or_default();
-        let text = |pointer: &str| {
-            let found = value.pointer(pointer).and_then(Value::as_str);
-            found.unwrap_or_default().to_owned()
+        let error = |name| result.std_error(name);
+        let origin = result.origin.as_ref();
+        let logs = match origin.map(|origin| &origin.task) {
+            Some(Task::Replay { logs, .. }) => &logs[..],
+            _ => &[],
         };
-        let logs = value.pointer("/origin/logs").and_then(Value::as_array);
-        let log = |log: &Value| {
-            ["file", "sha256"].map(|key| log[key].as_str().unwrap_or_default().to_owned())
-        };
-        let error = |name| {
-            value
-                .pointer(&format!("/estimates/{name}/std_error"))?
-                .as_f64()
-        };
-        let scenario = provenance::Origin::of_result(json).map(|(_, scenario)| scenario);
+        let logs = logs
+            .iter()
+            .map(|log| [log.file.display().to_string(), log.sha256.clone()]);
+        let scenario = origin.and_then(|origin| origin.scenario().ok());
         let found = servo.servo.parameters;
         Ok(Self {
             ratios: Ratios {
@@ -161,9 +156,9 @@ impl Identified {
             limit: limit.or(known).filter(|limit| limit.is_finite()),
             origin: Origin {
                 version: crate::program::VERSION,
-                law: text("/law"),
-                status: text("/status"),
-                logs: logs.into_iter().flatten().map(log).collect(),
+                law: result.law.clone(),
+                status: result.status.clone(),
+                logs: logs.collect(),
             },
             servo,
         })
@@ -359,7 +354,8 @@ mod tests {
     }"#;
 
     fn joint(scale: Scale, links: f64) -> Result<Joint, ExportError> {
-        let identified = Identified::read(RESULT, Some(5.0)).expect("a result");
+        let kept = KeptResult::read(RESULT).expect("a result");
+        let identified = Identified::new(&kept, Some(5.0)).expect("a result");
         identified.joint("elbow", scale, links)
     }
 

@@ -7,7 +7,7 @@ use host_sim::tune::{Conditions, KnownConditions, Tuned};
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::tuning::{PredictedResponse, PredictedSample, Tuning, TuningError};
 
-use super::number::{figure, plain, sentence};
+use super::number::{DASH, figure, plain, sentence};
 use super::sensitivity::sensitivity;
 use super::{Block, Column, Figure, Page, Section, Table, TimeSpan, Tone, Trace, Verdict};
 
@@ -57,7 +57,7 @@ pub fn tuning(
     let sections = [
         Section::brief("Result", found),
         Section::full("Plots", vec![Block::Figures(figures)]),
-        Section::full("Data and method", vec![conditions(tuned)]),
+        Section::full("Conditions", vec![conditions(tuned)]),
     ];
     Ok(Page::new(title, command, verdict, sections))
 }
@@ -131,12 +131,8 @@ fn conditions(tuned: &Tuned) -> Block {
 
 /// The stiffest gains for a result, with what they assume.
 pub(super) fn advice(tuned: &Tuned, known: &KnownConditions) -> Vec<Block> {
-    let text = "Use these gains. The predicted response is simulated on the identified servo, and its worst case on \
-                servos within the intervals.";
     let assumed = Conditions::default().assumptions(known).into_iter();
-    let assumed = assumed.map(Block::Warning);
-    let blocks = std::iter::once(Block::Text(text.to_owned())).chain(assumed);
-    blocks.chain(gains(tuned)).collect()
+    assumed.map(Block::Warning).chain(gains(tuned)).collect()
 }
 
 /// Gains that were found: the controller, its predicted response, the feed-forward.
@@ -146,7 +142,7 @@ fn gains(tuned: &Tuned) -> Vec<Block> {
             caption: "Controller for a scenario".to_owned(),
             text: tuned_controller(tuned),
         },
-        Block::Table(predicted_response(&tuned.tuning)),
+        Block::Table(predicted_response(tuned)),
     ];
     let unlimited = tuned.without_limit().map(|Tuning { kp, kd, ki, .. }| {
         let [kp, kd, ki] = [kp, kd, ki].map(figure);
@@ -214,7 +210,8 @@ fn seven_digits(value: f64) -> String {
 }
 
 /// A row for each figure of the predicted response.
-fn predicted_response(tuning: &Tuning) -> Table {
+fn predicted_response(tuned: &Tuned) -> Table {
+    let tuning = &tuned.tuning;
     let predicted_response = &tuning.predicted_response;
     let [least, most] = predicted_response.gain_margins;
     let percent = |part: f64| figure(100.0 * part);
@@ -253,7 +250,10 @@ fn predicted_response(tuning: &Tuning) -> Table {
         ("upper gain margin", figure(most), "times"),
         (
             "command of the step",
-            percent(predicted_response.command_share),
+            match tuned.settings.command.is_finite() {
+                true => percent(predicted_response.command_share),
+                false => DASH.to_owned(),
+            },
             "% of the limit",
         ),
         (

@@ -11,10 +11,10 @@ mod export;
 mod export_firmware;
 mod faults;
 #[cfg(target_os = "linux")]
+mod figures;
 mod fit;
 mod guides;
 mod identify;
-mod init;
 mod log_dialects;
 #[cfg(target_os = "linux")]
 mod memory;
@@ -30,7 +30,6 @@ mod predict;
 mod replay;
 mod report;
 mod report_in_browser;
-mod reproduce;
 mod scenario_reader;
 mod stop;
 mod support;

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::super::LogError;
 use super::super::error::shortened;
+#[cfg(feature = "experiments")]
+use super::super::source;
 use super::cell::Decimals;
 use super::dialect::Dialect;
 use super::{stamp, text};
@@ -16,6 +18,8 @@ use crate::scenario::{Column, MAX_COLUMNS};
 pub struct Table {
     /// The file, or its name in messages.
     pub path: PathBuf,
+    /// The SHA-256 of what was read, in hexadecimal digits; none of columns in memory.
+    pub sha256: Option<String>,
     /// Name of the separator between columns; none of columns in memory.
     pub separator: Option<&'static str>,
     /// Its columns, all as long.
@@ -51,13 +55,20 @@ impl Table {
     /// The most rows: more do not fit into the memory of a usual machine.
     const MAX_ROWS: usize = 20_000_000;
 
-    /// Reads a `.csv` or `.csv.gz` file.
+    /// Reads text, plain or packed with gzip, from a file, from a pipe or, for the name `-`, from standard input.
     ///
     /// # Errors
     /// The file that cannot be read or is no table; the row that cannot be read.
     #[cfg(feature = "experiments")]
     pub fn read(path: &Path) -> Result<Self, LogError> {
-        Self::of_text(path, super::super::source::open(path)?)
+        let (bytes, fingerprint) = source::open(path)?;
+        let [dash, standard_input] = source::STANDARD_INPUT.map(Path::new);
+        let name = if path == dash { standard_input } else { path };
+        let table = Self::of_text(name, bytes)?;
+        Ok(Self {
+            sha256: Some(fingerprint.digits()),
+            ..table
+        })
     }
 
     /// Reads a text, which has a `name` in messages.
@@ -282,7 +293,7 @@ impl<'a> Reader<'a> {
             let fault = format!("the log has {width} columns: at most {MAX_COLUMNS} are allowed");
             return Err(self.fault(line, fault));
         }
-        let text = |cell: &[u8]| String::from_utf8_lossy(cell.trim_ascii()).into_owned();
+        let text = |cell: &[u8]| decoded(cell.trim_ascii());
         let table = &mut self.table;
         table.columns = vec![TableColumn::default(); width];
         table.has_heading = names.is_some();
@@ -338,7 +349,7 @@ impl<'a> Reader<'a> {
                     Err(fault) => stamp::seconds(cell).map_or_else(
                         || {
                             if column.others.len() < MAX_OTHERS {
-                                let cell = shortened(&String::from_utf8_lossy(cell));
+                                let cell = shortened(&decoded(cell));
                                 column
                                     .others
                                     .push((place, format!("\"{cell}\" is not allowed: {fault}")));
@@ -375,6 +386,14 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// A cell as text. One that is not UTF-8 is Latin-1, in which a byte is its character.
+fn decoded(cell: &[u8]) -> String {
+    match str::from_utf8(cell) {
+        Ok(text) => text.to_owned(),
+        Err(_) => cell.iter().copied().map(char::from).collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::Table;
@@ -390,6 +409,13 @@ mod tests {
             .iter()
             .map(|column| column.values.clone())
             .collect()
+    }
+
+    #[test]
+    fn a_heading_in_latin_1_keeps_its_letters() {
+        let bytes = b"t;q;u\n[s];[\xb0];[V]\n0;1;2\n1;2;3\n";
+        let found = Table::of_text("log.csv".as_ref(), &bytes[..]).expect("a table");
+        assert_eq!(found.columns[1].unit, "[°]");
     }
 
     #[test]

@@ -1,0 +1,89 @@
+//! A result of `run` or `identify`, read back from its JSON.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use crate::provenance::Origin;
+
+/// A result of `run` or `identify` as far as gains, exports and firmware need it, SI.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct KeptResult {
+    /// The estimator's name.
+    #[serde(default)]
+    pub law: String,
+    /// The name of the verdict's status.
+    pub status: String,
+    /// The verdict's reason.
+    #[serde(default)]
+    pub reason: String,
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// The estimates by the names of their unknowns; none for one that was not estimated.
+    pub estimates: BTreeMap<String, Option<KeptEstimate>>,
+    /// The output error over the end.
+    #[serde(default)]
+    pub residual: Option<KeptResidual>,
+    /// The noise of the sensor.
+    #[serde(default)]
+    pub noise: KeptNoise,
+    /// The logs that it is from; none of a simulated servo.
+    #[serde(default)]
+    pub logs: Vec<KeptLog>,
+    /// Its provenance.
+    #[serde(default)]
+    pub origin: Option<Origin>,
+}
+
+/// An estimate, SI.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct KeptEstimate {
+    /// None where the motion contains no information on it.
+    pub value: Option<f64>,
+    /// None where it is not known, or infinite.
+    pub std_error: Option<f64>,
+}
+
+/// The output error over the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct KeptResidual {
+    /// Root mean square, rad.
+    pub rms: Option<f64>,
+}
+
+/// The noise of the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+pub struct KeptNoise {
+    /// Standard deviation in motion, rounding included, rad.
+    pub moving: Option<f64>,
+}
+
+/// A log that was replayed.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct KeptLog {
+    /// The smallest step of its position, rad.
+    pub resolution: f64,
+    /// The largest magnitude of its command, command units; none without a command.
+    pub largest_command: Option<f64>,
+}
+
+/// A text that is no result.
+#[derive(Debug, thiserror::Error)]
+#[error("this is not a result that `run` or `identify` wrote with --json: {0}")]
+pub struct NoResult(#[from] serde_json::Error);
+
+impl KeptResult {
+    /// Reads the JSON of a result.
+    ///
+    /// # Errors
+    /// The line, and the key that is missing or holds what is not allowed.
+    pub fn read(json: &str) -> Result<Self, NoResult> {
+        Ok(serde_json::from_str(json)?)
+    }
+
+    /// The standard error of an estimate; none where it is not known.
+    #[must_use]
+    pub fn std_error(&self, name: &str) -> Option<f64> {
+        self.estimates.get(name)?.as_ref()?.std_error
+    }
+}
