@@ -40,6 +40,7 @@ pub mod gone;
 mod identify;
 pub mod log;
 pub mod loops;
+mod motion_unit;
 pub mod nearest;
 pub mod physical;
 pub mod predict;
@@ -59,3 +60,4 @@ pub mod verdict;
 
 pub use found_servo::FoundServo;
 pub use identify::{Identified, identify};
+pub use motion_unit::{AxisKind, MotionUnit, UnstatedUnit};

@@ -469,6 +469,12 @@ impl<'a> Candidates<'a> {
                 }
             }
         }
+        // Names or statements that nothing contradicts need no evidence of the motion: the fit judges.
+        let mut undoubted = trials.iter().filter(|trial| trial.reservation == 0);
+        let first = undoubted.next().copied();
+        let named = first.filter(|first| {
+            undoubted.all(|of| [of.measured, of.command] == [first.measured, first.command])
+        });
         if trials.is_empty() {
             let changing: Vec<_> = moving.iter().map(|index| self.name(*index)).collect();
             return Err(vec![Question {
@@ -490,7 +496,8 @@ impl<'a> Candidates<'a> {
                 self.question("command", "command that acted"),
             ]
         };
-        let best = self.chosen_reading(&contest).ok_or_else(none)?;
+        let unheard = || named.map(Reading::unheard);
+        let best = (self.chosen_reading(&contest).or_else(unheard)).ok_or_else(none)?;
         // Two columns that are nearly one explain alike and give nearly the same servo, and so do a position and its rate.
         let same = |one: usize, other: usize| {
             one == other

@@ -4,6 +4,7 @@ use identifier_core::parameters::{IdentifiedServo, Parameter, ServoParameters};
 use serde_json::Value;
 
 use super::effects::{Effects, Estimated};
+use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::result::Summary;
 
 /// The servo in the result of a run or a replay, SI.
@@ -11,6 +12,8 @@ use crate::result::Summary;
 pub struct IdentifiedResult {
     /// The servo, with the standard errors of what was identified. The result contains no covariances between unknowns.
     pub servo: IdentifiedServo,
+    /// Its axis: gains are for a unit of position that is stated.
+    pub axis: AxisKind,
     /// The load, rad/s².
     pub load: Estimated,
     /// The effects that were identified.
@@ -62,7 +65,13 @@ impl IdentifiedResult {
         })?;
         let text = |key: &str| result.get(key).and_then(Value::as_str);
         let noise = result.pointer("/noise/moving").and_then(Value::as_f64);
+        // Results of earlier versions know rad only.
+        let unit = text("position_unit").map_or(
+            Some(MotionUnit::Stated(AxisKind::Rotary)),
+            MotionUnit::named,
+        );
         let servo = Self::checked(
+            unit.ok_or_else(|| missing("position_unit"))?,
             text("status").ok_or_else(|| missing("status"))?,
             text("reason").unwrap_or(""),
             number(&result, "sample_time")?,
@@ -85,6 +94,7 @@ impl IdentifiedResult {
         let terms = terms.map(|term| (term.unknown.name(), term.value, Some(term.std_error)));
         let known: Vec<_> = parameters.chain(terms).collect();
         let servo = Self::checked(
+            result.position_unit,
             result.status().name(),
             &result.reason,
             result.sample_time,
@@ -101,15 +111,20 @@ impl IdentifiedResult {
         Ok(Self { noise, ..servo })
     }
 
-    /// Checks a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
+    /// Checks a unit of positions, a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
     /// its standard error.
     fn checked(
+        unit: MotionUnit,
         status: &str,
         reason: &str,
         sample_time: f64,
         residual: Option<f64>,
         estimate: &dyn Fn(&str) -> Stated,
     ) -> Result<Self, ResultError> {
+        let axis = unit.axis().map_err(|unstated| ResultError {
+            key: "position_unit".to_owned(),
+            fault: unstated.to_string(),
+        })?;
         if sample_time <= 0.0 {
             return Err(refused("sample_time", sample_time, "a number above 0"));
         }
@@ -177,6 +192,7 @@ impl IdentifiedResult {
                 covariance,
                 unexplained: residual.unwrap_or(0.0),
             },
+            axis,
             load,
             effects: Effects {
                 gravity: [known("gravity-sine")?, known("gravity-cosine")?],

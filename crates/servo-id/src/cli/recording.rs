@@ -61,7 +61,10 @@ impl<'a> Recording<'a> {
             passes_to_come: passes.saturating_sub(1),
             summariser: Summariser::lasting(scenario, duration).with_reachable(scenario),
             traces: results.show_traces().then(ExperimentTraces::default),
-            rows: (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_experiment)),
+            rows: (results.csv.take()).map(|csv| {
+                let unit = scenario.motion_unit();
+                Streamed::begin(csv, |out| Rows::of_experiment(out, unit))
+            }),
             progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
         }
     }

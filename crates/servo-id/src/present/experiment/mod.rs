@@ -1,5 +1,6 @@
 //! The page of a run or a replay.
 
+use host_sim::MotionUnit;
 use host_sim::analysis::{LoopFigures, Response, Seen};
 use host_sim::result::{BrakingForce, FitNotes, OutputError, Residual, Summary};
 use host_sim::scenario::Scenario;
@@ -129,6 +130,7 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
             _ => None,
         };
         let mut row = Estimated::new(parameter.into(), estimate.value, estimate.std_error);
+        row.unit = estimate.unit;
         row.value = is_known.then_some(estimate.value);
         row.is_at_bound = estimate.at_bound;
         // One fit to the whole record does not wander.
@@ -140,6 +142,7 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
     let truth = summary.truth.map(|_| &of.scenario.effects);
     let sizes = summary.estimates.terms.iter().map(|term| Estimated {
         truth: truth.map(|effects| effects.size_of(term.unknown)),
+        unit: term.unit,
         since: Some(term.since).filter(|_| summary.fit.is_none()),
         ..Estimated::new(term.unknown, term.value, Some(term.std_error))
     });
@@ -158,7 +161,7 @@ fn logs(summary: &Summary) -> Vec<Block> {
 }
 
 fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
-    let summary = of.summary;
+    let (summary, unit) = (of.summary, of.summary.position_unit);
     let mut blocks = if rows.is_empty() {
         vec![Block::text("There are no estimates.")]
     } else {
@@ -178,7 +181,7 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
         ))
     }));
     blocks.extend(
-        sensor_noise(&summary.noise)
+        sensor_noise(&summary.noise, unit)
             .map(|noise| Block::Text(format!("Encoder noise, standard deviation: {noise}."))),
     );
     // The model of a fit without a result shows nothing about the log.
@@ -187,7 +190,7 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
         .as_ref()
         .filter(|_| !summary.verdict.hides_all())
     {
-        blocks.extend(fit_notes(fit));
+        blocks.extend(fit_notes(fit, unit));
     }
     blocks.extend(of.seen.map(|seen| Block::Text(left_by_fit(seen))));
     if let Some(residual) = &summary.residual {
@@ -251,7 +254,7 @@ fn reachable(errors: &[(Unknown, f64)]) -> Option<String> {
 }
 
 /// The clock of the command, and the effects that a fit needed.
-fn fit_notes(fit: &FitNotes) -> Vec<Block> {
+fn fit_notes(fit: &FitNotes, unit: MotionUnit) -> Vec<Block> {
     let mut lines = Vec::new();
     if let Some(late) = fit.command_recorded_late {
         lines.push(format!(
@@ -261,8 +264,9 @@ fn fit_notes(fit: &FitNotes) -> Vec<Block> {
     }
     if let Some(BrakingForce { value, std_error }) = fit.braking {
         lines.push(format!(
-            "Friction and load together brake the motion with {} rad/s².",
-            with_error(value, Some(std_error))
+            "Friction and load together brake the motion with {} {}.",
+            with_error(value, Some(std_error)),
+            unit.of(Unknown::Coulomb)
         ));
     }
     for effect in &fit.effects {
@@ -320,8 +324,9 @@ fn left_by_fit(seen: &Seen) -> String {
 fn left_over(residual: &Residual, summary: &Summary) -> String {
     let times = residual.rms / residual.resolution_rms;
     let begin = format!(
-        "Residual: {} rad rms, {} times quantisation, autocorrelation {}: ",
+        "Residual: {} {} rms, {} times quantisation, autocorrelation {}: ",
         figure(residual.rms),
+        summary.position_unit.name(),
         fixed(times, 1),
         fixed(residual.correlation, 2)
     );
@@ -349,7 +354,7 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
     let Experiment {
         scenario, summary, ..
     } = of;
-    let outcome = &summary.outcome;
+    let (outcome, unit) = (&summary.outcome, summary.position_unit.name());
     let mut facts = Vec::new();
     let mut fact = |name, text| facts.push((name, text));
     fact(
@@ -375,7 +380,7 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
     if let Some(OutputError { rms, max }) = summary.output_error {
         fact(
             "Output error",
-            format!("{} rad rms, {} rad at most", figure(rms), figure(max)),
+            format!("{} {unit} rms, {} {unit} at most", figure(rms), figure(max)),
         );
     }
     fact(
