@@ -45,16 +45,6 @@ impl Reading {
     /// Doubts beyond which names speak against all readings.
     const MAX_RESERVATION: i32 = 2;
 
-    /// A trial of which the motion tells nothing.
-    pub(crate) const fn unheard(trial: Trial) -> Self {
-        Self {
-            trial,
-            bits: 0.0,
-            gain: 0.0,
-            is_reversed: false,
-        }
-    }
-
     /// Its bits, halved for each mismatch of a name. All bits of an incomplete servo are too many by about one factor.
     pub(crate) fn score(&self) -> f64 {
         score(self.bits, self.trial.reservation)

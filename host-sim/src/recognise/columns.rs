@@ -435,7 +435,12 @@ impl<'a> Candidates<'a> {
                 {
                     continue;
                 }
-                for order in [Order::Position, Order::Velocity] {
+                // A position that follows its goal looks like a velocity under a command.
+                let orders = match stated.goal {
+                    Some(_) => &[Order::Position][..],
+                    None => &[Order::Position, Order::Velocity],
+                };
+                for &order in orders {
                     let is_rate = quantity(measured) == Quantity::Velocity;
                     let is_other_order = match quantity(measured) {
                         Quantity::Position | Quantity::Velocity => {
@@ -469,12 +474,6 @@ impl<'a> Candidates<'a> {
                 }
             }
         }
-        // Names or statements that nothing contradicts need no evidence of the motion: the fit judges.
-        let mut undoubted = trials.iter().filter(|trial| trial.reservation == 0);
-        let first = undoubted.next().copied();
-        let named = first.filter(|first| {
-            undoubted.all(|of| [of.measured, of.command] == [first.measured, first.command])
-        });
         if trials.is_empty() {
             let changing: Vec<_> = moving.iter().map(|index| self.name(*index)).collect();
             return Err(vec![Question {
@@ -496,8 +495,7 @@ impl<'a> Candidates<'a> {
                 self.question("command", "command that acted"),
             ]
         };
-        let unheard = || named.map(Reading::unheard);
-        let best = (self.chosen_reading(&contest).or_else(unheard)).ok_or_else(none)?;
+        let best = self.chosen_reading(&contest).ok_or_else(none)?;
         // Two columns that are nearly one explain alike and give nearly the same servo, and so do a position and its rate.
         let same = |one: usize, other: usize| {
             one == other

@@ -67,10 +67,16 @@ impl Columns {
     pub(super) fn position_text(&self, reading: &Reading) -> String {
         let mut text = self.position.text();
         let (unit, evidence) = (reading.name(), reading.evidence);
-        text += &match self.is_velocity {
-            true => format!(", a velocity in {unit} per s ({evidence})"),
-            false => format!(", in {unit} ({evidence})"),
+        text += if self.is_velocity {
+            ", a velocity in "
+        } else {
+            ", in "
         };
+        text += unit;
+        if self.is_velocity && reading.unit != PositionUnit::Own {
+            text += " per s";
+        }
+        text += &format!(" ({evidence})");
         if reading.unit == PositionUnit::Count && reading.counts_per_rev.is_none() {
             text += "; nobody states how many make a revolution: --counts-per-rev";
         }
