@@ -135,7 +135,7 @@ class Identification(unittest.TestCase):
         log = columns()
         for position, unit, stated in [
             (np.round(log["position"] * 10000 / (2 * np.pi)), "counts", {"counts_per_rev": 10000}),
-            (np.round(np.degrees(log["position"]), 3), "own units", {"position_unit": "deg"}),
+            (np.round(np.degrees(log["position"]), 2), "own units", {"position_unit": "deg"}),
         ]:
             own = {"position": position, "command": log["command"]}
             found = servo_id.identify(own, sample_time=1e-3)

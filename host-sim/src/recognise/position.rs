@@ -163,18 +163,15 @@ fn unit(
     if is_integer {
         return Some((PositionUnit::Count, "all values are whole numbers"));
     }
-    // No other unit has steps of 2π/N or of 360/2ⁿ; those of turns and short decimals are anyone's.
-    let counts = |unit| TAU / (step * LogUnits::SI.radians(unit));
-    let degrees = counts(PositionUnit::Degree);
-    let unit = if Positions::is_decimal(step) {
+    if Positions::is_decimal(step) {
         return None;
-    } else if is_usual(counts(PositionUnit::Radian)) {
-        PositionUnit::Radian
-    } else if is_whole(degrees) && (degrees.round() as u64).is_power_of_two() {
-        PositionUnit::Degree
-    } else {
-        return None;
+    }
+    let is_of_encoder = |unit: &PositionUnit| {
+        let counts = TAU / (step * LogUnits::SI.radians(*unit));
+        // A converter of 5 or 10 V has steps of 360° over nine times a power of two.
+        is_usual(counts) && !(*unit == PositionUnit::Degree && counts.round() % 9.0 == 0.0)
     };
+    let unit = ANGLES.into_iter().find(is_of_encoder)?;
     Some((unit, "its steps are those of a usual encoder"))
 }
 

@@ -54,7 +54,7 @@ fn no_door_has_a_physical_unit_that_nobody_stated() {
     let counts = scaled(&motion.position, COUNTS / TAU);
     let degrees = scaled(&motion.position, 360.0 / TAU);
     let of_counts = log_of("unstated-counts", &motion, "q", &counts, 0);
-    let of_degrees = log_of("unstated-degrees", &motion, "angle", &degrees, 3);
+    let of_degrees = log_of("unstated-degrees", &motion, "angle", &degrees, 2);
     let of_rpm = log_of("unstated-rpm", &motion, "velocity", &rpm(&motion), 3);
     for (log, unit, of_b, stated) in [
         (&of_counts, "counts", "counts/s²", "--counts-per-rev 10000"),
