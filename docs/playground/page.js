@@ -204,7 +204,7 @@ function parse(text) {
     else if (name === 'finding') found.findings.push(parts);
     else if (name === 'column') found.columns.push(parts[0]);
     else if (name === 'chosen') found.chosen[parts[0]] = parts[1];
-    else if (['status', 'reason', 'cap', 'none'].includes(name)) found[name] = parts[0];
+    else if (['status', 'reason', 'unit', 'cap', 'none'].includes(name)) found[name] = parts[0];
     else if (['gains', 'promise', 'margins', 'command', 'step', 'rows', 'window'].includes(name)) found[name] = parts.map(Number);
     else found.estimates[name] = { value: Number(parts[0]), error: Number(parts[1]), unit: parts[2] };
   }
@@ -601,7 +601,8 @@ function choices(file, stated, columns, chosen, questions = {}) {
 const MEANINGS = { a: 'a, viscous friction', b: 'b, gain over inertia', coulomb: 'c, Coulomb friction', load: 'd, load', delay: 'delay' };
 
 function showLog(file, stated) {
-  const { findings, estimates, none, command, columns, chosen, window: [free] = [] } = recording;
+  const { findings, estimates, none, command, columns, chosen, unit, window: [free] = [] } = recording;
+  const isStated = ['rad', 'm'].includes(unit);
   const small = (textContent) => element('small', { textContent });
   const numbers = Object.entries(estimates).map(([name, { value, error, unit: own }]) => element('p', {}, small(MEANINGS[name] ?? name),
     element('b', { textContent: `${shown(value, SIDES * error)} ± ${Number.isFinite(error) ? plain(Number((SIDES * error).toPrecision(2))) : '?'}` }), small(own)));
@@ -612,15 +613,15 @@ function showLog(file, stated) {
     return element('figure', {}, element('figcaption', {}, ...caption), canvas);
   };
   const taken = choices(file, stated, columns, chosen);
-  taken.open = recording.status !== 'converged';
+  taken.open = recording.status !== 'converged' || !isStated;
   const bold = (textContent) => element('b', { textContent });
   const key = (...names) => element('span', { className: 'key' }, ...names.flatMap(([className, name]) => [element('i', { className }), name]));
-  found(verdictBox(tone(recording.status), `${file.name}: ${title(recording).replace(/^T/, 't')}`, sentence(recording)),
-    element('div', { className: 'beside' }, element('div', { className: 'estimates' }, ...numbers), element('div', {}, figure('motion', 'Position of the log over time', bold('Position of the log, rad'),
+  found(verdictBox(isStated ? tone(recording.status) : 'doubtful', `${file.name}: ${title(recording).replace(/^T/, 't')}${isStated ? '' : `, in ${unit}`}`, sentence(recording)),
+    element('div', { className: 'beside' }, element('div', { className: 'estimates' }, ...numbers), element('div', {}, figure('motion', 'Position of the log over time', bold(`Position of the log, ${unit}`),
       ...(free ? [key(['position', 'measured '], ['before', `model, free for ${plain(free)} s`])] : [])),
-    ...(free ? [figure('left', 'Residual of the position over time', bold('Residual, rad'))] : []))),
+    ...(free ? [figure('left', 'Residual of the position over time', bold(`Residual, ${unit}`))] : []))),
     ...(none ? [element('p', { id: 'log-gains', textContent: `Not tuned: ${Number.isFinite(estimates.b?.value) ? none : 'there is no servo yet'}.` })] : [
-      figure('step', 'Predicted step response under the tuned gains', bold('Predicted step under the tuned gains, rad')),
+      figure('step', 'Predicted step response under the tuned gains', bold(`Predicted step under the tuned gains, ${unit}`)),
       element('p', { id: 'log-gains' }, ...gainsOf(recording),
         ` For commands of up to ${plain(command[0])} beyond that of the load, the largest in the log.`)]),
     taken,

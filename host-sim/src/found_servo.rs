@@ -66,9 +66,10 @@ impl FoundServo {
     /// The measured position minus that of this servo for every sample, rad. The commands alone drive it. See [`free_run`].
     pub(crate) fn free_run(&self, scenario: &Scenario, samples: &[Logged]) -> Option<Vec<f64>> {
         let units = scenario.units();
-        let revolution = scenario.stated.identifier.terms.revolution;
-        let recording = Recording::of_every_sample(samples, units.position(), revolution);
+        let recording =
+            Recording::of_every_sample(samples, units.position(), scenario.revolution());
         let scale = Scale {
+            unit: scenario.motion_unit(),
             time: units.sample_time(),
             position: units.position_unit(),
         };

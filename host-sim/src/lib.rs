@@ -35,6 +35,7 @@ mod found_servo;
 mod identify;
 pub mod log;
 pub mod loops;
+mod motion_unit;
 pub mod nearest;
 pub mod physical;
 pub mod predict;
@@ -54,3 +55,4 @@ pub mod verdict;
 
 pub use found_servo::FoundServo;
 pub use identify::{Identified, Options, identify, identify_simulated};
+pub use motion_unit::{AxisKind, MotionUnit, UnstatedUnit};

@@ -7,6 +7,8 @@
 
 use serde::Serialize;
 
+use crate::motion_unit::AxisKind;
+
 /// A quantity with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quantity {
@@ -80,8 +82,8 @@ pub struct Ratios {
     pub coulomb: Option<Known>,
     /// d, rad/s²; none where it was not estimated.
     pub load: Option<Known>,
-    /// True for an axis in m.
-    pub is_linear: bool,
+    /// Without a stated unit of position there are no units of torque.
+    pub axis: AxisKind,
 }
 
 /// A servo in physical units. The errors take the estimates for independent, for a result does not hold their
@@ -168,7 +170,10 @@ impl Scale {
 
 impl Ratios {
     fn units(&self) -> [&'static str; 5] {
-        if self.is_linear { LINEAR } else { ROTARY }
+        match self.axis {
+            AxisKind::Rotary => ROTARY,
+            AxisKind::Linear => LINEAR,
+        }
     }
 
     /// The servo in physical units.
@@ -261,7 +266,7 @@ mod tests {
         b: (200.0, Some(2.0)),
         coulomb: Some((8.0, Some(0.4))),
         load: Some((-4.0, Some(0.2))),
-        is_linear: false,
+        axis: AxisKind::Rotary,
     };
 
     fn assert_close(quantity: Quantity, value: f64, error: f64) {

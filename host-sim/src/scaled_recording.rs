@@ -5,6 +5,7 @@ use identifier_core::settings::TermSettings;
 use log_fit::fit::{Effect, Values};
 
 use crate::experiment::TermEstimate;
+use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::scenario::Scenario;
 use log_fit::{Logged, Recording};
 
@@ -18,9 +19,9 @@ impl<'a> ScaledRecording<'a> {
     /// Scales the samples of a scenario's servo.
     pub(crate) fn new(scenario: &Scenario, samples: &'a [Logged]) -> Self {
         let units = scenario.units();
-        let revolution = scenario.stated.identifier.terms.revolution;
-        let recording = Recording::new(samples, units.position(), revolution);
+        let recording = Recording::new(samples, units.position(), scenario.revolution());
         let scale = Scale {
+            unit: scenario.motion_unit(),
             time: units.sample_time() * recording.block,
             position: units.position_unit(),
         };
@@ -31,15 +32,18 @@ impl<'a> ScaledRecording<'a> {
 /// Units of a record.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scale {
+    /// The unit of positions.
+    pub(crate) unit: MotionUnit,
     /// Seconds to a sample.
     pub(crate) time: f64,
-    /// Radians to a count.
+    /// Units of position to a count.
     pub(crate) position: f64,
 }
 
 impl Scale {
     /// A recording in SI.
     pub(crate) const SI: Self = Self {
+        unit: MotionUnit::Stated(AxisKind::Rotary),
         time: 1.0,
         position: 1.0,
     };
@@ -118,16 +122,16 @@ pub(crate) fn effect(unknown: Unknown) -> Option<Effect> {
 }
 
 /// The unit of an effect's size.
-pub(crate) fn unit(effect: Effect) -> &'static str {
+pub(crate) fn unit(effect: Effect, of: MotionUnit) -> &'static str {
     match term(effect) {
-        Some(unknown) => unknown.unit(),
+        Some(unknown) => of.of(unknown),
         None => match effect {
             Effect::CurrentLoop => "s",
             Effect::Quadratic => "1/rad",
             Effect::Compliance => "s²",
             Effect::ResonanceFrequency => "rad/s",
             Effect::ResonanceDamping => "of the critical damping",
-            Effect::Backlash | Effect::EccentricitySine | Effect::EccentricityCosine => "rad",
+            Effect::Backlash | Effect::EccentricitySine | Effect::EccentricityCosine => of.name(),
             Effect::HiddenLimit => Unknown::DeadBand.unit(),
             Effect::GainDrift
             | Effect::GainAsymmetry

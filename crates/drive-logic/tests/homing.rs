@@ -58,6 +58,7 @@ fn home(drive: &mut Drive<'_>) -> Vec<Report> {
     let mut reports = Vec::new();
     for _ in 0..60_000 {
         reports.extend(drive.pass(1));
+        drive.ask(Command::KeepAlive);
         if drive.status().home != Home::Sought {
             return reports;
         }
@@ -367,8 +368,8 @@ macro_rules! homed {
         home(&mut $drive);
         $drive.done(Command::Target(0.0));
         for _ in 0..3000 {
-            // Asking keeps the run alive.
             assert_eq!($drive.status().home, Home::Known);
+            $drive.ask(Command::KeepAlive);
             $drive.pass(1);
         }
     };

@@ -131,6 +131,31 @@ class Identification(unittest.TestCase):
         stepped = servo_id.identify(every_other, sample_time=1e-3, counts_per_rev=10000)
         self.assertTrue(stepped.converged)
 
+    def test_nothing_is_in_a_physical_unit_that_nobody_stated(self):
+        log = columns()
+        for position, unit, stated in [
+            (np.round(log["position"] * 10000 / (2 * np.pi)), "counts", {"counts_per_rev": 10000}),
+            (np.round(np.degrees(log["position"]), 2), "own units", {"position_unit": "deg"}),
+        ]:
+            own = {"position": position, "command": log["command"]}
+            found = servo_id.identify(own, sample_time=1e-3)
+            self.assertEqual((found.position_unit, found.units["b"]), (unit, f"{unit}/s² per command unit"))
+            self.assertEqual((found.physical, found.voltage_gains), ({}, {}))
+            self.assertIn("counts_per_rev", found.reason.replace("-", "_"))
+            self.assertNotIn("rad/s²", repr(found))
+            for refused in [
+                lambda: servo_id.identify(own, sample_time=1e-3, torque_constant=0.1),
+                lambda: servo_id.tune(found),
+                lambda: servo_id.tune(found, form="simplefoc"),
+                lambda: servo_id.export({"elbow": found}, "mjcf", torque_constant=0.1),
+            ]:
+                with self.assertRaises(ValueError) as raised:
+                    refused()
+                self.assertIn("counts_per_rev", str(raised.exception))
+            found = servo_id.identify(own, sample_time=1e-3, torque_constant=0.1, **stated)
+            self.assertAlmostEqual(found.estimates["b"], 257.7, delta=0.5)
+            self.assertAlmostEqual(found.physical["inertia"].value, 0.1 / 257.7, delta=1e-6)
+
     def test_laws_and_a_trace(self):
         found = servo_id.identify(columns(), sample_time=1e-3, counts_per_rev=10000, law="gauss-newton")
         self.assertEqual(len(found.trace["time"]), len(columns()["position"]))

@@ -52,6 +52,7 @@ pub fn scenario(recognised: &Recognised) -> Result<Scenario, Fault> {
     scenario.duration = DURATION;
     scenario.counts_per_rev = recognised.counts_per_rev;
     scenario.inner = recognised.inner;
+    scenario.physical = recognised.physical;
     scenario.identifier.set_estimator(Estimator::Fit);
     let mut settings = recognised.settings.clone();
     // The encoder's, which the scenario has.

@@ -63,6 +63,7 @@ impl Page {
         let status = summary.status().name();
         let _ = writeln!(text, "status\t{status}");
         let _ = writeln!(text, "reason\t{}", summary.reason);
+        let _ = writeln!(text, "unit\t{}", summary.position_unit.name());
         for parameter in Parameter::ALL {
             if let Some(estimate) = summary.estimate(parameter) {
                 let error = estimate.std_error.unwrap_or(f64::NAN);

@@ -76,3 +76,48 @@ fn a_log_is_taken_with_the_scenario_that_identify_saves() {
 
     assert_eq!(own, read, "{text}");
 }
+
+/// The shipped log with its position in counts, without a word about them.
+#[test]
+fn a_log_in_counts_has_no_gains_and_no_physical_unit_until_they_are_stated() {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/logs/simulated-servo.csv.gz");
+    let table = Table::read(&path).expect("a table");
+    let column = |name: &str| {
+        let of = table.columns.iter().find(|column| column.name == name);
+        of.expect("a column").values.clone()
+    };
+    let (time, position, command) = (column("time_s"), column("position_rad"), column("command"));
+    let rows = (time.iter().zip(&position)).zip(&command);
+    let rows = rows.map(|((time, position), command)| {
+        let counts = position * 10_000.0 / std::f64::consts::TAU;
+        format!("{time},{counts:.0},{command}\n")
+    });
+    let text = format!("t_s,q,u\n{}", rows.collect::<String>());
+    let identify = |stated: &[(&str, &str)]| {
+        let mut options = LogOptions::default();
+        for (flag, answer) in stated {
+            options.answer(flag, answer).expect("allowed");
+        }
+        log::identify(text.clone().into_bytes(), &options)
+    };
+    let found = identify(&[]).expect("a log");
+    assert_eq!(found.summary.position_unit.name(), "counts");
+    assert_eq!(found.summary.estimates.b.unit, "counts/s² per command unit");
+    assert!(found.summary.physical.is_none());
+    let none = found.tuned.expect_err("no gains");
+    assert!(none.contains("--counts-per-rev"), "{none}");
+    let refused = identify(&[("torque-constant", "0.1")]).expect_err("no unit");
+    assert!(
+        refused.text.contains("--counts-per-rev"),
+        "{}",
+        refused.text
+    );
+
+    let stated = identify(&[("counts-per-rev", "10000"), ("torque-constant", "0.1")]);
+    let found = stated.expect("a log");
+    assert!((found.summary.estimates.b.value / 257.7 - 1.0).abs() < 0.01);
+    let physical = found.summary.physical.expect("its unit is stated");
+    assert!((physical.inertia.value * 257.7 / 0.1 - 1.0).abs() < 0.01);
+    assert!(found.tuned.is_ok());
+}

@@ -8,6 +8,7 @@ use host_sim::commission;
 use host_sim::experiment;
 use host_sim::result::SweepRun;
 use host_sim::scenario::LogSettings;
+use host_sim::{AxisKind, MotionUnit};
 
 /// The columns of a log.
 const LOG: [&str; 4] = [
@@ -77,12 +78,18 @@ impl<W: Write> Rows<W> {
         self.rows.write_record(None::<&[u8]>).map_err(io_error)
     }
 
-    /// Begins the trace of an experiment with its heading.
+    /// Begins the trace of an experiment with its heading, for positions in a unit.
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn of_experiment(out: W) -> io::Result<Self> {
-        Self::new(out, LOG.into_iter().chain(IDENTIFIED))
+    pub fn of_experiment(out: W, unit: MotionUnit) -> io::Result<Self> {
+        let unit = match unit {
+            MotionUnit::Stated(_) => "rad",
+            MotionUnit::Count => "counts",
+            MotionUnit::Own | MotionUnit::OwnVelocity => "own",
+        };
+        let names = LOG.into_iter().chain(IDENTIFIED);
+        Self::new(out, names.map(|name| name.replace("rad", unit)))
     }
 
     /// Writes a sample of an experiment.
@@ -131,7 +138,7 @@ impl<W: Write> Rows<W> {
 /// # Errors
 /// Those of the writer.
 pub fn trace(out: impl Write, trace: &[experiment::Sample]) -> io::Result<()> {
-    let mut rows = Rows::of_experiment(out)?;
+    let mut rows = Rows::of_experiment(out, MotionUnit::Stated(AxisKind::Rotary))?;
     trace.iter().try_for_each(|sample| rows.sample(sample))?;
     rows.finish().map(drop)
 }

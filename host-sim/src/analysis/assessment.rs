@@ -238,7 +238,7 @@ impl Scale {
             or: entered.rival(),
             share: *share,
             size: parts.first().map_or(0.0, |part| size * self.of(*part)),
-            unit: parts.first().map_or("", |part| unit(*part)),
+            unit: parts.first().map_or("", |part| unit(*part, self.unit)),
             shifts: own
                 .iter()
                 .map(|one| (one.unknown, one.refit_difference))

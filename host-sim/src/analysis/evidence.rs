@@ -96,7 +96,7 @@ pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) 
         };
         return format!("aborted after {:.3} s: {cause}", abort.time);
     }
-    let mut reason = verdict.reason.to_string();
+    let mut reason = verdict.reason.text(scenario.motion_unit());
     let slowed = outcome.events.slowed as f64 / outcome.samples.max(1) as f64;
     if slowed > MAX_SLOWED_SHARE {
         reason.push_str(&format!(
@@ -112,6 +112,9 @@ pub(super) fn reason(verdict: &Verdict, scenario: &Scenario, outcome: &Outcome) 
              estimates may wander, so sample faster or lower the gains",
             SampledLoop::AMPLE_GAIN_MARGIN
         ));
+    }
+    if let Err(unstated) = scenario.motion_unit().axis() {
+        reason.push_str(&format!("; {unstated}"));
     }
     let events = &outcome.events;
     if events.restarted > 0 {

@@ -270,6 +270,7 @@ impl Summariser {
         evidence.not_a_servo = is_whole && whole.is_none();
         let verdict = Verdict::on(&evidence);
         let reason = evidence::reason(&verdict, scenario, &outcome);
+        let position_unit = scenario.motion_unit();
         let found = |unknown: Unknown| {
             let mut unknowns = evidence.unknowns();
             unknowns.find(|(known, _)| *known == unknown)
@@ -290,7 +291,7 @@ impl Summariser {
                     Some((_, of)) if !verdict.hides_all() => of.state(unknown),
                     _ => State::Unknown,
                 },
-                unit: unknown.unit(),
+                unit: position_unit.of(unknown),
                 value: parameter.value_in(&judged),
                 is_estimated: estimated.contains(&parameter),
                 ..self.tracked[place(parameter)].estimate(|_| tolerance)
@@ -304,7 +305,7 @@ impl Summariser {
                 .and_then(|(_, of)| of.uncertainty())
                 .unwrap_or(term.std_error),
             since: seconds(term.since),
-            unit: term.unknown.unit(),
+            unit: position_unit.of(term.unknown),
         };
         let still_outside = |outside: Option<f64>| outside.is_some_and(|time| time >= self.end);
         let known = self.truth.is_some() && verdict.status != Status::Aborted;
@@ -321,7 +322,7 @@ impl Summariser {
         };
         let covariance = (assessment.as_ref())
             .map(|found| estimates.covariance(|one, other| found.covariance(one, other)));
-        let ratios = estimates.ratios(scenario.is_linear());
+        let ratios = (position_unit.axis().ok()).map(|axis| estimates.ratios(axis));
         let finding = assessment.as_ref().and_then(|found| found.finding.clone());
         let scale = scenario.physical.scale();
         let is_voltage = scenario.physical.command_unit == CommandUnit::Volt;
@@ -335,9 +336,10 @@ impl Summariser {
             rejection_reason: outcome.rejection_reason,
             cause: finding.filter(|finding| finding.or.is_none()),
             covariance,
+            position_unit,
             // Where there is no servo, there are no units of it.
-            physical: scale.and_then(|scale| ratios.scaled(scale).ok()),
-            voltage_gains: (is_voltage.then(|| ratios.voltage_gains().ok())).flatten(),
+            physical: scale.and_then(|scale| ratios?.scaled(scale).ok()),
+            voltage_gains: (is_voltage.then(|| ratios?.voltage_gains().ok())).flatten(),
             estimates,
             truth: self.truth,
             output_error: self.has_model.then(|| OutputError {

@@ -346,7 +346,7 @@ fn unwrap(rows: &mut [Row], settings: &LogSettings) -> Result<Option<f64>, Strin
     let period = match period {
         None => return Ok(None),
         Some(Period::Known(period)) => period,
-        Some(Period::OfUnit(unit)) => {
+        Some(Period::OfUnit(unit, _)) => {
             let (own, name) = (settings.units.position.name(), unit.name());
             let counts = match unit {
                 PositionUnit::Count => " and encoder.counts_per_rev",
@@ -360,8 +360,9 @@ fn unwrap(rows: &mut [Row], settings: &LogSettings) -> Result<Option<f64>, Strin
         }
         Some(Period::Unknown(period)) => {
             return Err(format!(
-                "the position jumps by about {period:.4} again and again, as if it wrapped: state log.wrap, the \
-                 exact period in log.position_unit (0: it does not wrap)"
+                "the position jumps by about {period:.4} again and again, as if it wrapped: if it counts an encoder that \
+                 begins again after a revolution, state encoder.counts_per_rev, otherwise log.wrap, the exact period in \
+                 log.position_unit (0: it does not wrap)"
             ));
         }
     };

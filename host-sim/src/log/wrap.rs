@@ -30,8 +30,8 @@ pub(crate) struct Jumps {
 pub(crate) enum Period {
     /// SI, of the stated unit.
     Known(f64),
-    /// That of positions in another unit than the stated one.
-    OfUnit(PositionUnit),
+    /// That of positions in another unit than the stated one, column's units.
+    OfUnit(PositionUnit, f64),
     /// Nothing that a position usually begins again after, column's units.
     Unknown(f64),
 }
@@ -81,6 +81,10 @@ impl Jumps {
     pub(crate) fn period(mut self, range: f64, units: &LogUnits) -> Option<Period> {
         /// Part of the range from which a step is a jump.
         const JUMP: f64 = 0.5;
+        /// Part of the period by which the steps of a motion differ. Of a counter it is less, because periods of
+        /// anything are near a power of two.
+        const MARGIN: f64 = 0.02;
+        const MARGIN_OF_COUNTER: f64 = 0.005;
         self.complete(0.0);
         let jumps: Vec<_> = (self.largest.into_iter())
             .filter(|step| step.here.abs() > JUMP * range)
@@ -91,11 +95,13 @@ impl Jumps {
         let column = units
             .scale(crate::scenario::LogQuantity::Position, f64::NAN)
             .abs();
-        let fits = |period: f64| {
-            range <= 1.001 * period && jumps.iter().all(|step| step.begins_again(period))
+        let within = |margin: f64, period: f64| {
+            range <= 1.001 * period && jumps.iter().all(|step| step.begins_again(period, margin))
         };
-        let stated = match units.position {
-            PositionUnit::Metre | PositionUnit::Millimetre => None,
+        let fits = |period: f64| within(MARGIN, period);
+        let stated = match (units.position, units.counts_per_rev) {
+            (PositionUnit::Metre | PositionUnit::Millimetre | PositionUnit::Own, _)
+            | (PositionUnit::Count, None) => None,
             _ => [TAU, TAU * units.position_scale.abs()]
                 .into_iter()
                 .find(|period| fits(*period)),
@@ -106,7 +112,7 @@ impl Jumps {
         // Counters of 8 bits and more.
         let counter = (8..=32)
             .map(|bits| 2_f64.powi(bits) * column)
-            .find(|period| fits(*period));
+            .find(|period| within(MARGIN_OF_COUNTER, *period));
         let of = [
             (PositionUnit::Degree, 360.0),
             (PositionUnit::Radian, TAU),
@@ -117,10 +123,10 @@ impl Jumps {
             .find(|(unit, period)| *unit != units.position && fits(*period * column));
         match (units.position, counter, other, units.counts_per_rev) {
             (PositionUnit::Count, Some(period), ..) => Some(Period::Known(period)),
-            (_, _, Some((unit, _)), _) => Some(Period::OfUnit(unit)),
-            (_, Some(_), ..) => Some(Period::OfUnit(PositionUnit::Count)),
+            (_, _, Some((unit, period)), _) => Some(Period::OfUnit(unit, period)),
+            (_, Some(period), ..) => Some(Period::OfUnit(PositionUnit::Count, period / column)),
             (_, _, _, Some(counts)) if fits(counts * column) => {
-                Some(Period::OfUnit(PositionUnit::Count))
+                Some(Period::OfUnit(PositionUnit::Count, counts))
             }
             _ => Period::of_jumps(&jumps, range, self.smallest?)
                 .map(|period| Period::Unknown(period / column)),
@@ -129,14 +135,12 @@ impl Jumps {
 }
 
 impl Step {
-    /// True if the motion continues where the position begins again after a period.
-    fn begins_again(&self, period: f64) -> bool {
-        /// Part of the period by which the steps of a motion differ.
-        const MARGIN: f64 = 0.02;
+    /// True if the motion continues where the position begins again after a period, to a part of it.
+    fn begins_again(&self, period: f64, margin: f64) -> bool {
         let continued = |step: f64| step - period * (step / period).round();
         let [before, here, after] = [self.before, self.here, self.after].map(continued);
         let (low, high) = (before.min(after), before.max(after));
-        let margin = MARGIN * period + 0.5 * (high - low);
+        let margin = margin * period + 0.5 * (high - low);
         self.here.abs() > 0.5 * period && (low - margin..=high + margin).contains(&here)
     }
 }

@@ -435,7 +435,12 @@ impl<'a> Candidates<'a> {
                 {
                     continue;
                 }
-                for order in [Order::Position, Order::Velocity] {
+                // A position that follows its goal looks like a velocity under a command.
+                let orders = match stated.goal {
+                    Some(_) => &[Order::Position][..],
+                    None => &[Order::Position, Order::Velocity],
+                };
+                for &order in orders {
                     let is_rate = quantity(measured) == Quantity::Velocity;
                     let is_other_order = match quantity(measured) {
                         Quantity::Position | Quantity::Velocity => {

@@ -17,7 +17,7 @@ pub struct LogOptions {
     pub sample_time: Option<f64>,
     /// Column of the measured position.
     pub position: Option<String>,
-    /// Unit of the position: rad, deg, turns, counts, m or mm.
+    /// Unit of the position: rad, deg, turns, counts, m, mm, or own if it is not known.
     pub position_unit: Option<PositionUnit>,
     /// Position units for one of the column's; below 0 for the other direction.
     pub position_scale: Option<f64>,

@@ -70,8 +70,11 @@ impl From<Question> for Unrecognised {
 /// A log of which nothing can be known, or the questions that it leaves open.
 pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrecognised> {
     let of_file = |fault: &str| LogError::of_file(&table.path, fault);
-    if table.rows() < 2 {
-        let fault = "the log has one row: a motion needs hundreds of samples, one row each";
+    if table.rows() < 3 {
+        let fault = match table.rows() {
+            2 => "the log has 2 rows: a motion needs hundreds of samples, one row each",
+            _ => "the log has one row: a motion needs hundreds of samples, one row each",
+        };
         return Err(of_file(fault).into());
     }
     if table.columns.len() < 2 {
@@ -120,11 +123,10 @@ pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrec
     let measured = &table.columns[columns.position.index];
     let position = position::read(measured, &columns.position, columns.is_velocity, stated);
     settings.units.position = position.unit;
-    if stated.position_scale.is_none() {
-        settings.units.position_scale = position.scale;
-    }
-    let counts_per_rev = position.counts_per_rev.filter(|counts| *counts > 0.0);
+    settings.units.position_scale *= position.scale;
+    let counts_per_rev = position.counts_per_rev;
     settings.units.counts_per_rev = counts_per_rev;
+    let motion_unit = settings.motion_unit();
     position::check(table, &columns.position)?;
     let mut findings = Vec::new();
     let mut say = |about, text| findings.push(Finding { about, text });
@@ -139,7 +141,7 @@ pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrec
     };
     say(
         "command",
-        columns.command_text(scale, inner.as_ref(), is_gain_stated),
+        columns.command_text(scale, inner.as_ref(), is_gain_stated, motion_unit),
     );
     if let Some(reference) = &columns.reference {
         settings.reference = Some(reference.column.clone());
@@ -162,7 +164,7 @@ pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrec
         );
     }
     let unit = columns.command_unit(&settings.units, stated);
-    let physical = stated.physical(unit.filter(|_| !position.is_own));
+    let physical = stated.physical(unit.filter(|_| motion_unit.axis().is_ok()));
     if let Some(text) = text::physical(&physical) {
         say("units", text);
     }

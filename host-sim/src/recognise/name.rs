@@ -1,7 +1,5 @@
 //! The quantity and unit of a column by its name.
 
-use std::f64::consts::TAU;
-
 use crate::scenario::{PositionUnit, TimeUnit};
 
 /// The quantity in a column.
@@ -118,27 +116,45 @@ pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
     Named { quantity, unit }
 }
 
-/// The unit of a velocity by the name of its column or a cell of units, and its size in rad/s.
-pub(super) fn rate(name: &str, unit_cell: &str) -> Option<(&'static str, f64)> {
-    let text = format!("{name} {unit_cell}").to_lowercase();
-    let units: [(&str, &[&str], f64); 4] = [
-        ("rpm", &["rpm", "rev/min", "1/min"], TAU / 60.0),
-        ("rev/s", &["rev/s", "rps", "hz", "turn/s", "turns/s"], TAU),
-        (
-            "deg/s",
-            &["deg/s", "deg_s", "dps", "°/s", "degps"],
-            TAU / 360.0,
-        ),
-        (
-            "rad/s",
-            &["rad/s", "rad_s", "rads", "radps", "rad_per_s"],
-            1.0,
-        ),
+/// The unit of a velocity by the name of its column or a cell of units: that of a position per s, how many of these are
+/// one of it, and the evidence.
+pub(super) fn rate(name: &str, unit_cell: &str) -> Option<(PositionUnit, f64, &'static str)> {
+    /// Units that a name may hold anywhere, and those that end it: in its middle they may be letters of a word.
+    type Rates = (
+        PositionUnit,
+        f64,
+        &'static str,
+        &'static [&'static str],
+        &'static [&'static str],
+    );
+    #[rustfmt::skip]
+    const RATES: [Rates; 7] = [
+        (PositionUnit::Turn, 1.0 / 60.0, "from rpm, by name", &["rpm", "rev/min", "1/min"], &[]),
+        (PositionUnit::Turn, 1.0, "by name", &["rev/s", "turn/s", "turns/s"], &["rps", "hz"]),
+        (PositionUnit::Degree, 1.0, "by name", &["deg/s", "deg_s", "°/s", "degps"], &["dps"]),
+        (PositionUnit::Radian, 1.0, "by name", &["rad/s", "rad_s", "radps", "rad_per_s"], &["rads"]),
+        (PositionUnit::Count, 1.0, "by name", &["counts/s", "counts_s", "counts_per_s", "ticks/s"], &[]),
+        (PositionUnit::Millimetre, 1.0, "by name", &["mm/s"], &["mm_s"]),
+        (PositionUnit::Metre, 1.0, "by name", &[], &["m/s", "m_s"]),
     ];
-    let found = units
+    let texts = [name, unit_cell].map(|text| {
+        let text = text.to_lowercase();
+        text.trim_end_matches([']', ')', '}', ' ']).to_owned()
+    });
+    let ends = |text: &str, word: &str| {
+        text.strip_suffix(word)
+            .is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
+    };
+    let holds = |(_, _, _, within, at_end): &&Rates| {
+        texts.iter().any(|text| {
+            within.iter().any(|word| text.contains(word))
+                || at_end.iter().any(|word| ends(text, word))
+        })
+    };
+    RATES
         .iter()
-        .find(|(_, words, _)| words.iter().any(|word| text.contains(word)));
-    found.map(|(name, _, scale)| (*name, *scale))
+        .find(holds)
+        .map(|(unit, scale, evidence, ..)| (*unit, *scale, *evidence))
 }
 
 fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {

@@ -12,8 +12,6 @@ use crate::scenario::{LogUnits, PositionUnit};
 /// The unit of a position, and its encoder where the steps show one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reading {
-    /// True if rad denotes the column's own unit.
-    pub(super) is_own: bool,
     /// Units for one of the column's.
     pub(super) scale: f64,
     pub(super) unit: PositionUnit,
@@ -32,84 +30,65 @@ const ANGLES: [PositionUnit; 3] = [
     PositionUnit::Radian,
 ];
 
-/// Reads the unit of a column. A unit that neither name nor content shows is the column's own. The result is in it, and
-/// rad denotes one of it.
+/// The evidence of a unit that nothing shows.
+const UNSTATED: &str = "nobody states it: --position-unit";
+
+/// Reads the unit of a column. A unit that neither name nor content shows is the column's own.
 pub(super) fn read(
     column: &TableColumn,
     chosen: &Chosen,
     is_velocity: bool,
     stated: &LogOptions,
 ) -> Reading {
+    let counts_per_rev = stated.counts_per_rev.filter(|counts| *counts > 0.0);
     if is_velocity && stated.position_unit.is_none() {
         let found = name::rate(&column.name, &column.unit);
+        let (unit, scale, evidence) = found.unwrap_or((PositionUnit::Own, 1.0, UNSTATED));
         return Reading {
-            is_own: found.is_none(),
-            unit: PositionUnit::Radian,
-            scale: found.map_or(1.0, |(_, scale)| scale),
-            evidence: match found {
-                Some(("rad/s", _)) => "per s, by name",
-                Some(("rpm", _)) => "from rpm, by name",
-                Some(("rev/s", _)) => "from revolutions per s, by name",
-                Some(_) => "from degrees per s, by name",
-                None => "unknown, read as rad: state --position-unit",
-            },
-            counts_per_rev: None,
+            unit,
+            scale,
+            evidence,
+            counts_per_rev,
             step: None,
         };
     }
     let values = column.values.iter().copied();
     let step = Positions::of(values.filter(|value| value.is_finite())).and_then(|of| of.step());
-    let (unit, evidence) = match unit(column, chosen, stated, step) {
-        Some((PositionUnit::Count, _)) if stated.counts_per_rev.is_none() => {
-            return Reading {
-                is_own: true,
-                scale: 1.0,
-                unit: PositionUnit::Radian,
-                evidence: "of an encoder, read as rad: state --counts-per-rev",
-                counts_per_rev: None,
-                step,
-            };
-        }
-        Some(found) => found,
-        None => {
-            return Reading {
-                is_own: true,
-                scale: 1.0,
-                unit: PositionUnit::Radian,
-                evidence: "unknown, read as rad: state --position-unit",
-                counts_per_rev: None,
-                step,
-            };
-        }
-    };
-    let counts_per_rev = match (stated.counts_per_rev, unit) {
-        (Some(counts), _) => Some(counts),
-        (None, PositionUnit::Count | PositionUnit::Metre | PositionUnit::Millimetre) => None,
-        (None, angle) => {
-            let scale = stated.position_scale.unwrap_or(1.0).abs();
-            let radians = scale * LogUnits::SI.radians(angle);
-            step.map(|step| TAU / (step * radians))
-                .filter(|counts| is_whole(*counts))
-                .map(f64::round)
-        }
+    let period = period(column, stated);
+    let found = unit(chosen, stated, step, period);
+    let (unit, evidence) = found.unwrap_or((PositionUnit::Own, UNSTATED));
+    let of_steps = || {
+        let scale = stated.position_scale.unwrap_or(1.0).abs();
+        let counts = TAU / (step? * scale * LogUnits::SI.radians(unit));
+        is_whole(counts).then(|| counts.round())
     };
     Reading {
-        is_own: false,
         scale: 1.0,
         unit,
         evidence,
-        counts_per_rev,
+        counts_per_rev: counts_per_rev.or_else(|| match unit {
+            PositionUnit::Count => period.and_then(|(_, period)| revolution(period)),
+            PositionUnit::Degree | PositionUnit::Turn | PositionUnit::Radian => of_steps(),
+            _ => None,
+        }),
         step,
     }
+}
+
+/// The counts of a revolution after which an absolute encoder begins again: a power of two, but not the width of a
+/// register, which overflows anywhere.
+fn revolution(period: f64) -> Option<f64> {
+    const REGISTERS: [f64; 4] = [8.0, 16.0, 24.0, 32.0];
+    let bits = period.log2();
+    (bits.fract() == 0.0 && !REGISTERS.contains(&bits)).then_some(period)
 }
 
 impl Reading {
     /// The name of the unit.
     pub(super) fn name(&self) -> &'static str {
-        match (self.is_own, self.evidence.starts_with("of")) {
-            (true, true) => "counts",
-            (true, false) => "a unit",
-            (false, _) => self.unit.name(),
+        match self.unit {
+            PositionUnit::Own => "its own unit",
+            unit => unit.name(),
         }
     }
 }
@@ -151,10 +130,10 @@ pub(super) fn check(table: &Table, chosen: &Chosen) -> Result<(), LogError> {
 
 /// The unit with its evidence; none where nothing shows it.
 fn unit(
-    column: &TableColumn,
     chosen: &Chosen,
     stated: &LogOptions,
     step: Option<f64>,
+    period: Option<(PositionUnit, f64)>,
 ) -> Option<(PositionUnit, &'static str)> {
     if let Some(unit) = stated.position_unit {
         return Some((unit, "as stated"));
@@ -162,8 +141,11 @@ fn unit(
     if let Some(Unit::Position(unit)) = chosen.named.unit {
         return Some((unit, "by name"));
     }
-    if let Some(unit) = by_period(column, stated) {
-        return Some((unit, "it wraps after a revolution"));
+    if let Some((unit, _)) = period {
+        return Some(match unit {
+            PositionUnit::Count => (unit, "it wraps at a power of two"),
+            _ => (unit, "it wraps after a revolution"),
+        });
     }
     let step = step?;
     let is_integer = step > 0.5 && (step - step.round()).abs() < 1e-3 * step;
@@ -184,13 +166,17 @@ fn unit(
     if Positions::is_decimal(step) {
         return None;
     }
-    let counts = |unit: &PositionUnit| TAU / (step * LogUnits::SI.radians(*unit));
-    let unit = ANGLES.into_iter().find(|unit| is_usual(counts(unit)))?;
+    let is_of_encoder = |unit: &PositionUnit| {
+        let counts = TAU / (step * LogUnits::SI.radians(*unit));
+        // A converter of 5 or 10 V has steps of 360° over nine times a power of two.
+        is_usual(counts) && !(*unit == PositionUnit::Degree && counts.round() % 9.0 == 0.0)
+    };
+    let unit = ANGLES.into_iter().find(is_of_encoder)?;
     Some((unit, "its steps are those of a usual encoder"))
 }
 
-/// The unit of positions that begin again after a revolution.
-fn by_period(column: &TableColumn, stated: &LogOptions) -> Option<PositionUnit> {
+/// The period of positions that begin again after a revolution, in the unit that it shows.
+fn period(column: &TableColumn, stated: &LogOptions) -> Option<(PositionUnit, f64)> {
     let mut jumps = Jumps::default();
     let positions = held(&column.values);
     for (place, position) in positions.iter().enumerate() {
@@ -201,9 +187,12 @@ fn by_period(column: &TableColumn, stated: &LogOptions) -> Option<PositionUnit> 
         counts_per_rev: stated.counts_per_rev,
         ..LogUnits::SI
     };
-    match jumps.period(high - low, &units)? {
-        Period::Known(_) => Some(PositionUnit::Radian),
-        Period::OfUnit(unit) => Some(unit),
+    let period = jumps
+        .period(high - low, &units)
+        .filter(|_| stated.wrap != Some(0.0));
+    match period? {
+        Period::Known(period) => Some((PositionUnit::Radian, period)),
+        Period::OfUnit(unit, period) => Some((unit, period)),
         Period::Unknown(_) => None,
     }
 }

@@ -2,11 +2,14 @@
 
 use std::fmt::Write;
 
+use identifier_core::parameters::Unknown;
+
 use super::Recognised;
 use super::columns::{Chosen, Clock, Columns};
 use super::name::Unit;
 use super::position::{Reading, short};
 use crate::log::Table;
+use crate::motion_unit::MotionUnit;
 use crate::physical::Scale;
 use crate::scenario::{
     Column, CommandUnit, InnerLoop, Integrator, PhysicalSettings, PositionUnit, TimeUnit,
@@ -63,19 +66,25 @@ impl Columns {
 
     pub(super) fn position_text(&self, reading: &Reading) -> String {
         let mut text = self.position.text();
-        if self.is_velocity {
-            text += ", a velocity";
-        }
-        let unit = reading.name();
-        text += &match reading.evidence {
-            "" => format!(", in {unit}"),
-            evidence => format!(", in {unit} ({evidence})"),
+        let (unit, evidence) = (reading.name(), reading.evidence);
+        text += if self.is_velocity {
+            ", a velocity in "
+        } else {
+            ", in "
         };
+        text += unit;
+        if self.is_velocity && reading.unit != PositionUnit::Own {
+            text += " per s";
+        }
+        text += &format!(" ({evidence})");
+        if reading.unit == PositionUnit::Count && reading.counts_per_rev.is_none() {
+            text += "; nobody states how many make a revolution: --counts-per-rev";
+        }
         match (reading.step, reading.counts_per_rev) {
             (_, Some(counts)) if counts > 0.0 => {
                 text += &format!("; the encoder has {counts} counts per revolution");
             }
-            (Some(step), _) => text += &format!("; its smallest step is {} {unit}", short(step)),
+            (Some(step), _) => text += &format!("; its smallest step is {}", short(step)),
             (None, _) => {}
         }
         if matches!(reading.unit, PositionUnit::Metre | PositionUnit::Millimetre) {
@@ -90,7 +99,9 @@ impl Columns {
         scale: f64,
         inner: Option<&InnerLoop>,
         is_gain_stated: bool,
+        motion_unit: MotionUnit,
     ) -> String {
+        let own = motion_unit.of(Unknown::Coulomb);
         let Some(command) = &self.command else {
             let (kp, kd) = inner.map_or((f64::NAN, f64::NAN), |inner| (inner.kp, inner.kd));
             let unknown = if is_gain_stated {
@@ -99,16 +110,16 @@ impl Columns {
                 "; its gain is not stated, so b includes that gain"
             };
             return format!(
-                "computed by the servo's own loop: {kp} (goal − position) − {kd} velocity; b in rad/s² per unit of \
+                "computed by the servo's own loop: {kp} (goal − position) − {kd} velocity; b in {own} per unit of \
                  it{unknown}"
             );
         };
         let unit = match command.named.unit {
             _ if (scale - 1.0).abs() > 0.0 => {
-                format!("times {scale}; b in rad/s² per unit of the product")
+                format!("times {scale}; b in {own} per unit of the product")
             }
-            Some(Unit::Command(unit)) => format!("in {unit}; b in rad/s² per {unit}"),
-            _ => "in its own unit; b in rad/s² per unit of it".to_owned(),
+            Some(Unit::Command(unit)) => format!("in {unit}; b in {own} per {unit}"),
+            _ => format!("in its own unit; b in {own} per unit of it"),
         };
         let mut text = format!(
             "{}, {unit}; assumed to be the total command that acted",

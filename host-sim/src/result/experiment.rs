@@ -9,6 +9,7 @@ use serde::{Serialize, Serializer};
 
 use super::{Finding, FitNotes, LogReading, Prediction, Residual, SensorNoise};
 use crate::experiment::Outcome;
+use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::physical::{Physical, Ratios, VoltageGains};
 use crate::replay::Agreement;
 
@@ -34,6 +35,8 @@ pub struct Summary {
     pub rejection_reason: Option<Reason>,
     /// The effect that the model lacks, if one is distinct.
     pub cause: Option<Finding>,
+    /// The unit of positions, and what errors of them and noise are in.
+    pub position_unit: MotionUnit,
     /// The estimates.
     pub estimates: Estimates,
     /// The covariance of the estimates that were judged by the record, SI.
@@ -205,9 +208,9 @@ impl Estimates {
         }
     }
 
-    /// The ratios of a servo, for an axis that is linear or not.
+    /// The ratios of a servo on an axis.
     #[must_use]
-    pub fn ratios(&self, is_linear: bool) -> Ratios {
+    pub fn ratios(&self, axis: AxisKind) -> Ratios {
         let known = |estimate: &Estimate| (estimate.value, estimate.std_error);
         let if_estimated = |estimate: &Estimate| estimate.is_estimated.then(|| known(estimate));
         Ratios {
@@ -215,7 +218,7 @@ impl Estimates {
             b: known(&self.b),
             coulomb: if_estimated(&self.coulomb),
             load: if_estimated(&self.load),
-            is_linear,
+            axis,
         }
     }
 

@@ -19,6 +19,9 @@ pub struct KeptResult {
     pub reason: String,
     /// Sample time, s.
     pub sample_time: f64,
+    /// The unit of the position; none of an earlier version.
+    #[serde(default)]
+    pub position_unit: Option<String>,
     /// The estimates by the names of their unknowns; none for one that was not estimated.
     pub estimates: BTreeMap<String, Option<KeptEstimate>>,
     /// The output error over the end.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::log::{Clock, Log};
+use crate::motion_unit::MotionUnit;
 use crate::predict::{ClosedLoop, Predicted};
 
 /// Properties of a log.
@@ -30,11 +31,13 @@ pub struct LogReading {
     pub decimal_commas: bool,
     /// Content of the row of units below the heading.
     pub units_row: Option<String>,
-    /// Smallest change of its positions, rad, and no finer than 2⁻²³ of their range.
+    /// The unit of its positions as they are read.
+    pub unit: MotionUnit,
+    /// Smallest change of its positions, in that unit, and no finer than 2⁻²³ of their range.
     pub resolution: f64,
     /// Its largest command, either way, command units; none where it has no command.
     pub largest_command: Option<f64>,
-    /// The period after which its positions begin again and were continued, rad.
+    /// The period after which its positions begin again and were continued, in that unit.
     pub wrapped: Option<f64>,
     /// The clock of its rows: even, or as stamped.
     pub clock: &'static str,
@@ -57,6 +60,7 @@ impl LogReading {
             separator: found.separator,
             decimal_commas: found.decimal_commas,
             units_row: found.units_row.clone(),
+            unit: log.settings().motion_unit(),
             resolution: log.resolution(),
             largest_command: log.largest_command(),
             wrapped: found.wrapped,
@@ -101,7 +105,10 @@ impl Prediction {
     #[must_use]
     pub fn new(log: &Log, learnt_from: bool, predicted: &Predicted) -> Self {
         let units = &log.settings().units;
-        let unit = units.radians(units.position);
+        let (unit, name) = match log.settings().motion_unit() {
+            MotionUnit::Stated(_) => (units.radians(units.position), units.position.name()),
+            own => (1.0, own.name()),
+        };
         Self {
             file: log.path().display().to_string(),
             learnt_from,
@@ -110,7 +117,7 @@ impl Prediction {
                 samples: found.errors.len() as u64,
                 rms: found.rms / unit,
                 max: found.largest / unit,
-                unit: units.position.name(),
+                unit: name,
                 relative: found.relative,
             }),
         }

@@ -409,7 +409,8 @@ keys! {
 "log.measured": OneOf(MEASURED, |s, i| log(s).is_velocity = i == 1), FirstChoice, "",
     "whether log.position is the position, or the velocity, which is then integrated";
 "log.position_unit": OneOf(PositionUnit::CHOICES, |s, i| log(s).units.position = PositionUnit::ALL[i]), FirstChoice, "",
-    "unit of log.position; for a linear axis \"m\" or \"mm\": read m for rad everywhere";
+    "unit of log.position; for a linear axis \"m\" or \"mm\": read m for rad everywhere; \"own\", or \"counts\" without \
+     encoder.counts_per_rev: the result is in that unit, and nothing is in physical units";
 "log.angle": OneOf(ANGLES, |s, i| log(s).absolute = i == 1), FirstChoice, "",
     "whether position zero is the same angle in every recording (absolute), or the start of a counter; gravity needs \
      an absolute angle";

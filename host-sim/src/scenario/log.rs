@@ -7,6 +7,7 @@ use super::error::Fault;
 use super::inner::InnerLoop;
 use super::log_quantity::LogQuantity;
 use super::log_units::{LogUnits, PositionUnit, TimeUnit};
+use crate::motion_unit::{AxisKind, MotionUnit};
 
 /// Which column of a log is what, and in which unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,6 +143,18 @@ impl LogSettings {
         self.cut.iter().any(|[low, high]| *high > from && *low < to)
     }
 
+    /// The unit of its positions as they are read.
+    #[must_use]
+    pub fn motion_unit(&self) -> MotionUnit {
+        match self.units.position {
+            PositionUnit::Metre | PositionUnit::Millimetre => MotionUnit::Stated(AxisKind::Linear),
+            PositionUnit::Count if self.units.counts_per_rev.is_none() => MotionUnit::Count,
+            PositionUnit::Own if self.is_velocity => MotionUnit::OwnVelocity,
+            PositionUnit::Own => MotionUnit::Own,
+            _ => MotionUnit::Stated(AxisKind::Rotary),
+        }
+    }
+
     /// True if the rows state the length of a sample.
     #[must_use]
     pub fn has_sample_time(&self) -> bool {
@@ -236,12 +249,26 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
             ));
         }
     }
-    for (key, unit) in [
-        ("log.position_unit", Some(log.units.position)),
-        ("log.reference_unit", log.units.reference),
-    ] {
-        if unit == Some(PositionUnit::Count) && log.units.counts_per_rev.is_none() {
-            return Err(Fault::new(key, "\"counts\" need encoder.counts_per_rev"));
+    let (unit, position) = (log.units.reference, log.units.position);
+    if let Some(unit) = unit.filter(|unit| *unit != position) {
+        let in_its_unit = LogSettings {
+            units: LogUnits {
+                position: unit,
+                ..log.units
+            },
+            ..log.clone()
+        };
+        let units = [log.motion_unit(), in_its_unit.motion_unit()];
+        if units.iter().any(|unit| unit.axis().is_err()) {
+            return Err(Fault::new(
+                "log.reference_unit",
+                format!(
+                    "\"{}\" is in no known relation to the position's \"{}\": state log.position_unit, for counts with \
+                     encoder.counts_per_rev",
+                    unit.name(),
+                    position.name()
+                ),
+            ));
         }
     }
     for (key, scale) in [

@@ -53,12 +53,14 @@ named! {
         Degree = "deg",
         /// Turns.
         Turn = "turns",
-        /// Counts of the declared encoder.
+        /// Counts of the declared encoder, or of one that is not known.
         Count = "counts",
         /// Metres of a linear axis, for which m is read for rad everywhere.
         Metre = "m",
         /// Millimetres of a linear axis.
         Millimetre = "mm",
+        /// The unit of the column, which nobody stated.
+        Own = "own",
     }
 }
 
@@ -142,14 +144,14 @@ impl LogUnits {
         self.reference_scale * unit.unwrap_or_else(|| self.position())
     }
 
-    /// Radians (or metres) for one of a unit. NaN for counts of no encoder, which is rejected when a scenario is read.
+    /// Radians (or metres) for one of a unit; 1 where that is not stated, as of counts of no encoder.
     #[must_use]
     pub fn radians(&self, unit: PositionUnit) -> f64 {
         match unit {
-            PositionUnit::Radian | PositionUnit::Metre => 1.0,
+            PositionUnit::Radian | PositionUnit::Metre | PositionUnit::Own => 1.0,
             PositionUnit::Degree => TAU / 360.0,
             PositionUnit::Turn => TAU,
-            PositionUnit::Count => self.counts_per_rev.map_or(f64::NAN, |counts| TAU / counts),
+            PositionUnit::Count => self.counts_per_rev.map_or(1.0, |counts| TAU / counts),
             PositionUnit::Millimetre => 1e-3,
         }
     }

@@ -4,6 +4,7 @@ use super::error::Fault;
 use super::log_units::PositionUnit;
 use super::names::named;
 use super::{Purpose, Scenario};
+use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::physical::Scale;
 
 /// The physical quantities that turn a result's ratios into physical units, where they are stated.
@@ -75,12 +76,21 @@ impl PhysicalSettings {
 }
 
 impl Scenario {
-    /// True for an axis in m, for which m is read for rad everywhere.
+    /// The unit of its positions; for that of an axis in m, m is read for rad everywhere.
     #[must_use]
-    pub fn is_linear(&self) -> bool {
-        let unit = self.log.as_ref().map(|log| log.units.position);
-        matches!(unit, Some(PositionUnit::Metre | PositionUnit::Millimetre))
-            || self.physical.command_unit == CommandUnit::Newton
+    pub fn motion_unit(&self) -> MotionUnit {
+        match self.physical.command_unit {
+            CommandUnit::Newton => MotionUnit::Stated(AxisKind::Linear),
+            _ => self.log_columns().motion_unit(),
+        }
+    }
+
+    /// The travel of a revolution, rad (m); zero where nothing is known of the angle.
+    pub(crate) fn revolution(&self) -> f64 {
+        match self.motion_unit().axis() {
+            Ok(_) => self.stated.identifier.terms.revolution,
+            Err(_) => 0.0,
+        }
     }
 }
 
@@ -120,13 +130,20 @@ pub(super) fn check(scenario: &Scenario, purpose: Purpose) -> Result<(), Fault> 
              result without it",
         ));
     }
+    if let (Err(error), Some(_)) = (
+        scenario.log_columns().motion_unit().axis(),
+        physical.scale(),
+    ) {
+        let key = first.map_or("physical.command_unit", |(key, _)| *key);
+        return Err(Fault::new(key, error.to_string()));
+    }
     let is_angle = scenario.log.as_ref().is_some_and(|log| {
         !matches!(
             log.units.position,
             PositionUnit::Metre | PositionUnit::Millimetre
         )
     });
-    let is_in_m = scenario.is_linear() && !is_angle;
+    let is_in_m = scenario.motion_unit() == MotionUnit::Stated(AxisKind::Linear) && !is_angle;
     let is_wrong = match unit {
         CommandUnit::Newton => is_angle,
         CommandUnit::NewtonMetre => is_in_m,

@@ -141,8 +141,6 @@ pub struct KnownConditions {
     pub command_unit: Option<CommandUnit>,
     /// Torque of a unit of command, N·m.
     pub torque_constant: Option<f64>,
-    /// True for an axis in m.
-    pub is_linear: bool,
 }
 
 impl KnownConditions {
@@ -164,7 +162,6 @@ impl KnownConditions {
             is_command_of_log: false,
             command_unit: Some(scenario.physical.command_unit),
             torque_constant: scenario.physical.torque_constant,
-            is_linear: scenario.is_linear(),
         }
     }
 

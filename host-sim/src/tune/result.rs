@@ -3,6 +3,7 @@ use std::fmt;
 use identifier_core::parameters::{IdentifiedServo, Parameter, ServoParameters};
 
 use super::effects::{Effects, Estimated};
+use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::result::Summary;
 #[cfg(feature = "experiments")]
 use crate::result::{KeptEstimate, KeptResult};
@@ -12,6 +13,8 @@ use crate::result::{KeptEstimate, KeptResult};
 pub struct IdentifiedResult {
     /// The servo, with the standard errors of what was identified. The result contains no covariances between unknowns.
     pub servo: IdentifiedServo,
+    /// Its axis: gains are for a unit of position that is stated.
+    pub axis: AxisKind,
     /// The load, rad/s².
     pub load: Estimated,
     /// The effects that were identified.
@@ -52,7 +55,13 @@ impl IdentifiedResult {
     /// The key that is missing or holds what is not allowed.
     #[cfg(feature = "experiments")]
     pub fn of_kept(result: &KeptResult) -> Result<Self, ResultError> {
+        // Results of earlier versions know rad only.
+        let unit = (result.position_unit.as_deref()).map_or(
+            Some(MotionUnit::Stated(AxisKind::Rotary)),
+            MotionUnit::named,
+        );
         let servo = Self::checked(
+            unit.ok_or_else(|| missing("position_unit"))?,
             &result.status,
             &result.reason,
             result.sample_time,
@@ -83,6 +92,7 @@ impl IdentifiedResult {
         let terms = terms.map(|term| (term.unknown.name(), term.value, Some(term.std_error)));
         let known: Vec<_> = parameters.chain(terms).collect();
         let servo = Self::checked(
+            result.position_unit,
             result.status().name(),
             &result.reason,
             result.sample_time,
@@ -99,15 +109,20 @@ impl IdentifiedResult {
         Ok(Self { noise, ..servo })
     }
 
-    /// Checks a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
+    /// Checks a unit of positions, a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
     /// its standard error.
     fn checked(
+        unit: MotionUnit,
         status: &str,
         reason: &str,
         sample_time: f64,
         residual: Option<f64>,
         estimate: &dyn Fn(&str) -> Stated,
     ) -> Result<Self, ResultError> {
+        let axis = unit.axis().map_err(|unstated| ResultError {
+            key: "position_unit".to_owned(),
+            fault: unstated.to_string(),
+        })?;
         if sample_time <= 0.0 {
             return Err(refused("sample_time", sample_time, "a number above 0"));
         }
@@ -175,6 +190,7 @@ impl IdentifiedResult {
                 covariance,
                 unexplained: residual.unwrap_or(0.0),
             },
+            axis,
             load,
             effects: Effects {
                 gravity: [known("gravity-sine")?, known("gravity-cosine")?],

@@ -1,9 +1,10 @@
-use std::fmt;
+use std::fmt::{self, Write};
 
 use identifier_core::parameters::{Term, Unknown};
 use identifier_core::reason::Reason;
 
 use super::Cause;
+use crate::motion_unit::MotionUnit;
 
 /// The reason of a verdict: the unknown that it concerns, the figure, and the acceptable figure in the unknown's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -190,9 +191,17 @@ impl VerdictReason {
     }
 }
 
-impl fmt::Display for VerdictReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
+impl VerdictReason {
+    /// The reason in words, for positions in a unit.
+    pub(crate) fn text(self, unit: MotionUnit) -> String {
+        let mut text = String::new();
+        // Writing into memory cannot fail.
+        let _ = self.write(&mut text, unit);
+        text
+    }
+
+    fn write(self, f: &mut String, unit: MotionUnit) -> fmt::Result {
+        match self {
             Self::Explained => f.write_str(
                 "all estimates are within tolerance and settled; no missing effect was found",
             ),
@@ -220,8 +229,8 @@ impl fmt::Display for VerdictReason {
                 f,
                 "{} is uncertain by ± {} (95 %), at most ± {} is within tolerance; {}",
                 unknown.name(),
-                Quantity(2.0 * std_error, unknown),
-                Quantity(2.0 * limit, unknown),
+                Quantity(2.0 * std_error, unit.of(unknown)),
+                Quantity(2.0 * limit, unit.of(unknown)),
                 if needs_more_amplitudes {
                     "a dead band, friction that grows with the load or a gain that differs between the directions \
                      would look the same: use commands of several sizes"
@@ -233,7 +242,7 @@ impl fmt::Display for VerdictReason {
                 f,
                 "{} = {} is at a bound: widen it, or find the effect that the model lacks",
                 unknown.name(),
-                Quantity(estimate, unknown)
+                Quantity(estimate, unit.of(unknown))
             ),
             Self::NotSeparated { increase, needed } => write!(
                 f,
@@ -267,7 +276,7 @@ impl fmt::Display for VerdictReason {
                 "{} changed over the last quarter of the run in steps that did not decrease; settled means below {}: \
                  run longer",
                 unknown.name(),
-                Quantity(limit, unknown)
+                Quantity(limit, unit.of(unknown))
             ),
             Self::StillMoving {
                 unknown,
@@ -278,8 +287,8 @@ impl fmt::Display for VerdictReason {
                 "{} still changed by {} over the last quarter of the run, or has that change left; settled means \
                  below {}: run longer",
                 unknown.name(),
-                Quantity(movement, unknown),
-                Quantity(limit, unknown)
+                Quantity(movement, unit.of(unknown)),
+                Quantity(limit, unit.of(unknown))
             ),
             Self::Stopped => f.write_str(
                 "the fit was stopped before its end: these are its estimates so far, and effects may be missing; run \
@@ -305,7 +314,7 @@ impl fmt::Display for VerdictReason {
                     f,
                     " would change {} by {}",
                     unknown.name(),
-                    Quantity(shift, unknown)
+                    Quantity(shift, unit.of(unknown))
                 )?;
                 cause.map_or(Ok(()), |cause| write!(f, ": {}", cause.remedy()))
             }
@@ -318,8 +327,8 @@ impl fmt::Display for VerdictReason {
                 "a refit would change {} by {}, at most {} is within tolerance: run longer, or find the effect that \
                  the model lacks",
                 unknown.name(),
-                Quantity(refit_difference, unknown),
-                Quantity(limit, unknown)
+                Quantity(refit_difference, unit.of(unknown)),
+                Quantity(limit, unit.of(unknown))
             ),
             Self::NotPredicted { error, limit } => write!(
                 f,
@@ -332,21 +341,21 @@ impl fmt::Display for VerdictReason {
     }
 }
 
-/// A value with the unit of an unknown, to four figures.
-struct Quantity(f64, Unknown);
+/// A value with its unit, to four figures.
+struct Quantity(f64, &'static str);
 
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(value, unknown) = *self;
+        let Self(value, unit) = *self;
         if value == 0.0 || !value.is_finite() {
-            return write!(f, "{value} {}", unknown.unit());
+            return write!(f, "{value} {unit}");
         }
         let order = libm::floor(libm::log10(value.abs()));
         if (-4.0..6.0).contains(&order) {
             let digits = (3.0 - order).max(0.0) as usize;
-            write!(f, "{value:.digits$} {}", unknown.unit())
+            write!(f, "{value:.digits$} {unit}")
         } else {
-            write!(f, "{value:.3e} {}", unknown.unit())
+            write!(f, "{value:.3e} {unit}")
         }
     }
 }

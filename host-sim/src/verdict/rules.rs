@@ -5,6 +5,8 @@ use identifier_core::reason::Reason;
 use log_fit::SEPARATED;
 use serde::Serialize;
 
+use crate::motion_unit::{AxisKind, MotionUnit};
+
 use super::{Evidence, UnknownEvidence, VerdictReason};
 
 /// The reliability of estimates.
@@ -176,7 +178,8 @@ impl UnknownEvidence {
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.status.name(), self.reason)
+        let reason = self.reason.text(MotionUnit::Stated(AxisKind::Rotary));
+        write!(f, "{}: {reason}", self.status.name())
     }
 }
 

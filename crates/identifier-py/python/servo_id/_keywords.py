@@ -7,7 +7,7 @@ from functools import wraps
 from typing import Any, Literal, TypeAlias, TypedDict, TypeVar, get_args, get_type_hints
 
 TimeUnit: TypeAlias = Literal["s", "ms", "us", "ns", "samples", "iso-8601"]
-PositionUnit: TypeAlias = Literal["rad", "deg", "turns", "counts", "m", "mm"]
+PositionUnit: TypeAlias = Literal["rad", "deg", "turns", "counts", "m", "mm", "own"]
 CommandUnit: TypeAlias = Literal["V", "A", "Nm", "N", "other"]
 Form: TypeAlias = Literal[
     "pid", "cascade", "simplefoc", "odrive", "moteus", "vesc", "dynamixel", "wpilib", "sparkmax", "linuxcnc", "cia402"

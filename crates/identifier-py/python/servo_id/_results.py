@@ -76,7 +76,7 @@ class Result:
 
     @property
     def estimates(self) -> dict[str, float]:
-        """a (1/s), b (rad/s² per command unit), coulomb and load (rad/s²) as far as the estimator estimates them, and the
+        """a (1/s), b (rad/s² per command unit), coulomb and load (rad/s²), or as ``units`` has it, as far as the estimator estimates them, and the
         optional terms that entered."""
         return {name: _number(one["value"]) for name, one in self._known.items()}
 
@@ -97,7 +97,7 @@ class Result:
 
     @property
     def residuals(self) -> npt.NDArray[np.float64]:
-        """The measured position minus the model's in every sample, rad. The model of a fit runs free in windows, and is NaN
+        """The measured position minus the model's in every sample, in ``position_unit``. The model of a fit runs free in windows, and is NaN
         until its start in one is known; of other laws it follows the measurement."""
         if not self.trace:
             raise ValueError("there are no residuals: identify or simulate with trace=True")
@@ -114,13 +114,19 @@ class Result:
         return predict(self, log, joint=joint)
 
     @property
+    def position_unit(self) -> str:
+        """Unit of positions and residuals: rad or m if it was stated, otherwise counts, own units or own units·s."""
+        return self.json["position_unit"]
+
+    @property
     def units(self) -> dict[str, str]:
         """Their units."""
         return {name: one["unit"] for name, one in self._known.items()}
 
     @property
     def physical(self) -> dict[str, Quantity]:
-        """inertia, viscous and coulomb friction, load and torque_constant, where the scale of torques is stated."""
+        """inertia, viscous and coulomb friction, load and torque_constant, where the scale of torques is stated. That needs
+        a stated unit of the position."""
         return _quantities(self.json.get("physical"))
 
     @property
@@ -207,17 +213,17 @@ class Prediction:
 
     @property
     def position(self) -> npt.NDArray[np.float64]:
-        """The servo's, rad."""
+        """The servo's, in the ``position_unit`` of its result."""
         return self.trace["position"] - self.residuals
 
     @property
     def residuals(self) -> npt.NDArray[np.float64]:
-        """The measured position minus the servo's, rad."""
+        """The measured position minus the servo's, in that unit."""
         return self.trace["output_error"]
 
     @property
     def rms(self) -> float:
-        """Of the residuals, rad."""
+        """Of the residuals, in that unit."""
         return float(np.sqrt(np.mean(self.residuals**2)))
 
     @property
@@ -230,7 +236,9 @@ class Prediction:
         return _frame(self.trace)
 
     def __repr__(self) -> str:
-        return f"prediction of {len(self.residuals)} samples: {self.rms:.3g} rad rms, {100 * self.relative:.2g} % of the motion"
+        of_log = self.json["open_loop"]
+        rms = f"{of_log['rms']:.3g} {of_log['unit']} rms"
+        return f"prediction of {len(self.residuals)} samples: {rms}, {100 * self.relative:.2g} % of the motion"
 
 
 def _frame(trace: Columns) -> "DataFrame":

@@ -36,7 +36,7 @@ options! {
         /// Column of the measured position.
         #[arg(long, value_name = "COLUMN")]
         position: Option<String>,
-        /// Unit of the position: rad, deg, turns, counts, m or mm.
+        /// Unit of the position: rad, deg, turns, counts, m, mm, or own if it is not known.
         #[arg(long, value_name = "UNIT")]
         position_unit: Option<PositionUnit>,
         /// Position units per unit of the column; below 0 for the other direction.

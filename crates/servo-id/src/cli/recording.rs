@@ -49,6 +49,7 @@ impl Recording {
         passes: u32,
         results: &mut Results,
     ) -> Self {
+        let unit = scenario.motion_unit();
         let is_shown = results.show_traces() || results.csv.is_some();
         let is_held = is_shown && scenario.identifier.law.takes_whole_record();
         Self {
@@ -57,7 +58,9 @@ impl Recording {
             passes,
             pass: 0,
             traces: results.show_traces().then(ExperimentTraces::default),
-            rows: (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_experiment)),
+            rows: (results.csv.take()).map(|csv| {
+                Streamed::begin(csv, |out| Rows::of_experiment(out, unit))
+            }),
             progress: Progress::of_samples(samples),
         }
     }

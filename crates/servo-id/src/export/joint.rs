@@ -1,7 +1,7 @@
+use host_sim::AxisKind;
 use host_sim::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
 use host_sim::provenance::Task;
 use host_sim::result::KeptResult;
-use host_sim::scenario::Scenario;
 use host_sim::tune::{IdentifiedResult, KnownConditions, ResultError};
 use serde::Serialize;
 
@@ -143,13 +143,18 @@ impl Identified {
             .map(|log| [log.file.display().to_string(), log.sha256.clone()]);
         let scenario = origin.and_then(|origin| origin.scenario().ok());
         let found = servo.servo.parameters;
+        // A result of an earlier version has its unit in its scenario only.
+        let of_scenario = scenario
+            .as_ref()
+            .map(|scenario| scenario.motion_unit().axis());
+        let axis = of_scenario.and_then(Result::ok).unwrap_or(servo.axis);
         Ok(Self {
             ratios: Ratios {
                 a: (found.a, error("a")),
                 b: (found.b, error("b")),
                 coulomb: Some((found.coulomb, error("coulomb"))),
                 load: Some((found.load, error("load"))),
-                is_linear: scenario.as_ref().is_some_and(Scenario::is_linear),
+                axis,
             },
             delay_error: error("delay"),
             scale: scenario.and_then(|scenario| scenario.physical.scale()),
@@ -227,7 +232,7 @@ impl Identified {
             command_limit: self.limit,
             effort_limit: self.limit.map(|limit| limit * torque_constant.value),
             has_unit_inertia: scale == Scale::Ratios,
-            is_linear: self.ratios.is_linear,
+            is_linear: self.ratios.axis == AxisKind::Linear,
             motor: None,
             origin: self.origin.clone(),
         })

@@ -9,6 +9,7 @@ use super::{Column, Table};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimated {
     pub(super) unknown: Unknown,
+    pub(super) unit: &'static str,
     /// None where the data contain no information on it.
     pub(super) value: Option<f64>,
     pub(super) std_error: Option<f64>,
@@ -27,6 +28,7 @@ impl Estimated {
     pub(super) fn new(unknown: Unknown, value: f64, std_error: Option<f64>) -> Self {
         Self {
             unknown,
+            unit: unknown.unit(),
             value: Some(value),
             std_error,
             is_at_bound: false,
@@ -75,9 +77,7 @@ pub(super) fn table(rows: &[Estimated]) -> Table {
         (Column::figures("estimate"), true, |row| {
             with_error(row.value.unwrap_or(f64::NAN), row.std_error)
         }),
-        (Column::words("unit"), true, |row| {
-            row.unknown.unit().to_owned()
-        }),
+        (Column::words("unit"), true, |row| row.unit.to_owned()),
         (
             Column::figures("95 % interval").drop_order(1),
             true,

@@ -62,8 +62,9 @@ impl fmt::Display for Sentence<'_, LogReading> {
         if let Some(period) = self.0.wrapped {
             write!(
                 f,
-                "; its position wraps every {} rad and was unwrapped",
-                short(period)
+                "; its position wraps every {} {} and was unwrapped",
+                short(period),
+                self.0.unit.name()
             )?;
         }
         if let Some(units) = &self.0.units_row {

@@ -1,11 +1,12 @@
 //! The noise of the position sensor in words.
 
+use host_sim::MotionUnit;
 use host_sim::result::SensorNoise;
 
 use super::number::{figure, fixed};
 
 /// The noise in motion and at standstill, standard deviations; none where neither is known.
-pub(super) fn sensor_noise(noise: &SensorNoise) -> Option<String> {
+pub(super) fn sensor_noise(noise: &SensorNoise, unit: MotionUnit) -> Option<String> {
     let parts = [
         (noise.moving_counts.zip(noise.moving), "in motion"),
         (
@@ -14,11 +15,12 @@ pub(super) fn sensor_noise(noise: &SensorNoise) -> Option<String> {
         ),
     ];
     let known = parts.into_iter().filter_map(|(noise, when)| {
-        let (counts, rad) = noise?;
+        let (counts, size) = noise?;
         Some(format!(
-            "{} counts ({} rad) {when}",
+            "{} counts ({} {}) {when}",
             fixed(counts, 2),
-            figure(rad)
+            figure(size),
+            unit.name()
         ))
     });
     let known: Vec<String> = known.collect();

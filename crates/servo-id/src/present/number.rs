@@ -5,13 +5,30 @@ use crate::SIDES;
 /// Digits behind the point that a table has room for.
 const MAX_PLACES: f64 = 9.0;
 
+/// From here on a number has more digits than people read.
+const LONG: f64 = 999_999.5;
+
+/// True if an interval is so far beyond a value that nothing is known of it.
+fn is_unknown(value: f64, half: f64) -> bool {
+    /// Part of the interval below which a value is none.
+    const LEAST: f64 = 1e-4;
+    half >= LONG.max(value.abs()) || (value != 0.0 && value.abs() < LEAST * half)
+}
+
 /// A value ± half of its interval of 95 %, both with the digits that two of the latter take. Without a standard error
-/// it is the value alone, with four digits. A dash where there is no value, or the standard error is infinite.
+/// it is the value alone, with four digits. A dash where there is no value, or the standard error is infinite; "unknown"
+/// where that is far beyond the value.
 #[must_use]
 pub(crate) fn with_error(value: f64, std_error: Option<f64>) -> String {
     match std_error.map(|error| SIDES * error) {
         _ if !value.is_finite() => DASH.to_owned(),
         Some(error) if !error.is_finite() => DASH.to_owned(),
+        Some(error) if is_unknown(value, error) => "unknown".to_owned(),
+        Some(error) if error > 0.0 && value.abs() >= LONG => {
+            let digits =
+                (value.abs().log10().floor() - error.log10().floor() + 1.0).clamp(0.0, MAX_PLACES);
+            format!("{} ± {}", large(value, digits as usize), large(error, 1))
+        }
         Some(error) if error > 0.0 => {
             let places = (1.0 - error.log10().floor()).clamp(0.0, MAX_PLACES) as usize;
             format!("{} ± {}", fixed(value, places), fixed(error, places))
@@ -25,7 +42,7 @@ pub(crate) fn with_error(value: f64, std_error: Option<f64>) -> String {
 pub(crate) fn known_to(value: f64, std_error: Option<f64>) -> String {
     match std_error.map(|error| SIDES * error) {
         Some(half) if half < value.abs() => per_cent(half / value),
-        Some(half) if half.is_finite() => "may be zero".to_owned(),
+        Some(half) if half.is_finite() && !is_unknown(value, half) => "may be zero".to_owned(),
         _ => DASH.to_owned(),
     }
 }
@@ -41,6 +58,8 @@ pub(crate) fn rough(value: f64) -> String {
         figure(value)
     } else if order < -5.0 {
         scientific(value)
+    } else if value.abs() >= LONG {
+        large(value, 1)
     } else {
         fixed(value, (1.0 - order).clamp(0.0, MAX_PLACES) as usize)
     }
@@ -59,6 +78,9 @@ pub(crate) fn figure(value: f64) -> String {
     if order < -5.0 {
         return scientific(value);
     }
+    if value.abs() >= LONG {
+        return large(value, 3);
+    }
     fixed(value, (3.0 - order).clamp(0.0, MAX_PLACES) as usize)
 }
 
@@ -66,7 +88,7 @@ pub(crate) fn figure(value: f64) -> String {
 #[must_use]
 pub(crate) fn plain(value: f64) -> String {
     let text = figure(value);
-    if text.contains('.') && !text.contains('·') {
+    if text.contains('.') && !text.contains(['·', 'e']) {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {
         text
@@ -79,6 +101,11 @@ fn scientific(value: f64) -> String {
     let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
     let power = power_of_ten(power.parse().unwrap_or(0));
     format!("{digits}·{power}").replace('-', "−")
+}
+
+/// A number of many digits, and a power of ten.
+fn large(value: f64, places: usize) -> String {
+    format!("{value:.places$e}").replace('-', "−")
 }
 
 /// `10⁻³`.
@@ -161,7 +188,17 @@ mod tests {
         assert_eq!(with_error(257.694_12, Some(0.0123)), "257.694 ± 0.025");
         assert_eq!(with_error(-0.004, Some(3.0)), "0.0 ± 6.0");
         assert_eq!(with_error(-12.3, Some(40.0)), "−12 ± 80");
+        assert_eq!(with_error(0.0, Some(3.0)), "0.0 ± 6.0");
         assert_eq!(with_error(0.217_44, None), "0.2174");
+        assert_eq!(
+            with_error(-73_368_324.0, Some(14_623_518.0)),
+            "−7.3e7 ± 2.9e7"
+        );
+        assert_eq!(with_error(73_368_324.0, Some(15.0)), "7.3368324e7 ± 3.0e1");
+        for (value, std_error) in [(1.0, 1.8e7), (2.0, 3.2e149), (1e-9, 0.01)] {
+            assert_eq!(with_error(value, Some(std_error)), "unknown");
+            assert_eq!(known_to(value, Some(std_error)), DASH);
+        }
         assert_eq!(with_error(1.0, Some(f64::INFINITY)), "–");
         assert_eq!(with_error(f64::NAN, Some(1.0)), "–");
     }
@@ -179,6 +216,7 @@ mod tests {
             (0.0, "0"),
             (0.012_34, "0.012"),
             (123.4, "123"),
+            (7.3e7, "7.3e7"),
             (3e-7, "3.0·10⁻⁷"),
         ] {
             assert_eq!(rough(value), text);
@@ -192,6 +230,8 @@ mod tests {
             (134.267, "134.3"),
             (-0.013_81, "−0.01381"),
             (30_900.2, "30900"),
+            (999_999.4, "999999"),
+            (-73_368_324.0, "−7.337e7"),
             (0.000_000_32, "3.2·10⁻⁷"),
             (f64::NAN, "–"),
             (f64::INFINITY, "∞"),
@@ -206,6 +246,7 @@ mod tests {
             (60.0, "60"),
             (0.001, "0.001"),
             (30_900.2, "30900"),
+            (1e10, "1.000e10"),
             (1e-6, "1.0·10⁻⁶"),
         ] {
             assert_eq!(plain(value), text);

@@ -2,6 +2,7 @@
 
 mod mistakes;
 mod units;
+mod unstated_unit;
 
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -16,6 +16,7 @@ pub use self::firmware::Form;
 use self::firmware::{Estimator, Of, Share};
 use self::firmware_loop::FirmwareLoop;
 use super::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
+use crate::motion_unit::AxisKind;
 use crate::result::{FormParameter, FormResult};
 use crate::scenario::CommandUnit;
 
@@ -48,7 +49,7 @@ impl Form {
         /// Tolerances of the largest sensitivity and of the response time, to which searches meet them.
         const TOLERANCE: f64 = 1.005;
         const TIME_TOLERANCE: f64 = 0.02;
-        let scale = self.scale(known, stated, result.servo.parameters.b);
+        let scale = self.scale(known, stated, result);
         let (scale, assumption) = scale.map_err(NoGains::Form)?;
         let (frequency, time) = (stated.cutoff.or(self.0.cutoff), settings.sample_time);
         let (name, most) = (&self.0.name, 0.5 / time);
@@ -104,10 +105,10 @@ impl Form {
         self,
         known: &KnownConditions,
         stated: &Conditions,
-        b: f64,
+        result: &IdentifiedResult,
     ) -> Result<(f64, Option<String>), String> {
         let name = &self.0.name;
-        if known.is_linear && self.0.angle.is_some() {
+        if result.axis == AxisKind::Linear && self.0.angle.is_some() {
             return Err(format!(
                 "{name} is for a rotary axis, but the result is in m: choose pid, cascade or linuxcnc"
             ));
@@ -136,7 +137,7 @@ impl Form {
         let whole = match self.0.share_of {
             Some(Share::MaxCurrent) => needed("--max-current", stated.max_current, "60")?,
             Some(Share::BusVoltage) => needed("--bus-voltage", stated.bus_voltage, "12")?,
-            Some(Share::Acceleration) => TAU / b,
+            Some(Share::Acceleration) => TAU / result.servo.parameters.b,
             None => 1.0,
         };
         let is_assumed = unit.is_none() && torque.is_none();

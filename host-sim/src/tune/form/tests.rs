@@ -28,6 +28,7 @@ fn identified(a: f64, b: f64, delay: f64, sample_time: f64) -> IdentifiedResult 
             covariance: [[0.0; 5]; 5],
             unexplained: 0.0,
         },
+        axis: AxisKind::Rotary,
         load: [0.3 * b, 0.0],
         effects: Effects::default(),
         has_delay: true,
@@ -663,7 +664,20 @@ fn a_cascade_without_real_gains_gets_less_integral() {
 
 /// The rejection reason of a form under conditions.
 fn refusal(form: &str, a: f64, known: &KnownConditions, stated: Conditions) -> String {
-    let result = identified(a, 500.0, 5e-4, 1e-3);
+    refusal_on(AxisKind::Rotary, form, a, known, stated)
+}
+
+fn refusal_on(
+    axis: AxisKind,
+    form: &str,
+    a: f64,
+    known: &KnownConditions,
+    stated: Conditions,
+) -> String {
+    let result = IdentifiedResult {
+        axis,
+        ..identified(a, 500.0, 5e-4, 1e-3)
+    };
     let known = KnownConditions {
         resolution: Some(0.0),
         limit: Some([-20.0, 20.0]),
@@ -726,11 +740,14 @@ fn what_a_form_needs_is_named_with_its_option() {
         said.contains("--max-current for its command, a number above 0"),
         "{said}"
     );
-    let linear = KnownConditions {
-        is_linear: true,
-        ..of(CommandUnit::Other)
-    };
-    assert!(refusal("odrive", 2.0, &linear, none).contains("the result is in m"));
+    let said = refusal_on(
+        AxisKind::Linear,
+        "odrive",
+        2.0,
+        &of(CommandUnit::Other),
+        none,
+    );
+    assert!(said.contains("the result is in m"), "{said}");
     let fast = Conditions {
         cutoff: Some(5000.0),
         ..none

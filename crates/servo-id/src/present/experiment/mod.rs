@@ -1,11 +1,12 @@
 //! The page of a run or a replay.
 
+use host_sim::MotionUnit;
 use host_sim::analysis::{LoopFigures, Response, Seen};
 use host_sim::result::{BrakingForce, FitNotes, Residual, Summary};
 use host_sim::scenario::Scenario;
 use host_sim::tune::Tuned;
 use host_sim::verdict::{State, Status};
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, Unknown};
 
 mod traces;
 
@@ -125,6 +126,7 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
             _ => None,
         };
         let mut row = Estimated::new(parameter.into(), estimate.value, estimate.std_error);
+        row.unit = estimate.unit;
         row.value = is_known.then_some(estimate.value);
         row.is_at_bound = estimate.at_bound;
         // One fit to the whole record does not wander.
@@ -136,6 +138,7 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
     let truth = summary.truth.map(|_| &of.scenario.effects);
     let sizes = summary.estimates.terms.iter().map(|term| Estimated {
         truth: truth.map(|effects| effects.size_of(term.unknown)),
+        unit: term.unit,
         since: Some(term.since).filter(|_| summary.fit.is_none()),
         ..Estimated::new(term.unknown, term.value, Some(term.std_error))
     });
@@ -154,7 +157,7 @@ fn logs(summary: &Summary) -> Vec<Block> {
 }
 
 fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
-    let summary = of.summary;
+    let (summary, unit) = (of.summary, of.summary.position_unit);
     let mut blocks = if rows.is_empty() {
         vec![Block::text("There are no estimates.")]
     } else {
@@ -174,7 +177,7 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
         ))
     }));
     blocks.extend(
-        sensor_noise(&summary.noise)
+        sensor_noise(&summary.noise, unit)
             .map(|noise| Block::Text(format!("Encoder noise, standard deviation: {noise}."))),
     );
     // The model of a fit without a result shows nothing about the log.
@@ -183,7 +186,7 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
         .as_ref()
         .filter(|_| !summary.verdict.hides_all())
     {
-        blocks.extend(fit_notes(fit));
+        blocks.extend(fit_notes(fit, unit));
     }
     blocks.extend(of.seen.map(|seen| Block::Text(left_by_fit(seen))));
     if let Some(residual) = &summary.residual {
@@ -228,7 +231,7 @@ fn closed_loop(scenario: &Scenario) -> Option<String> {
 }
 
 /// The clock of the command, and the effects that a fit needed.
-fn fit_notes(fit: &FitNotes) -> Vec<Block> {
+fn fit_notes(fit: &FitNotes, unit: MotionUnit) -> Vec<Block> {
     let mut lines = Vec::new();
     if let Some(late) = fit.command_recorded_late {
         lines.push(format!(
@@ -238,8 +241,9 @@ fn fit_notes(fit: &FitNotes) -> Vec<Block> {
     }
     if let Some(BrakingForce { value, std_error }) = fit.braking {
         lines.push(format!(
-            "Friction and load together brake the motion with {} rad/s².",
-            with_error(value, Some(std_error))
+            "Friction and load together brake the motion with {} {}.",
+            with_error(value, Some(std_error)),
+            unit.of(Unknown::Coulomb)
         ));
     }
     for effect in &fit.effects {
@@ -278,8 +282,9 @@ fn left_by_fit(seen: &Seen) -> String {
 fn left_over(residual: &Residual, summary: &Summary) -> String {
     let times = residual.rms / residual.resolution_rms;
     let begin = format!(
-        "Residual: {} rad rms, {} times quantisation, autocorrelation {}: ",
+        "Residual: {} {} rms, {} times quantisation, autocorrelation {}: ",
         figure(residual.rms),
+        summary.position_unit.name(),
         fixed(times, 1),
         fixed(residual.correlation, 2)
     );

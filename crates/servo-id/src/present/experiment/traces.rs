@@ -1,5 +1,6 @@
 //! The course of an experiment, gathered sample by sample, and its figures.
 
+use host_sim::MotionUnit;
 use host_sim::analysis::{Braking, FoundResponse, Seen};
 use host_sim::experiment::Sample;
 use host_sim::result::Summary;
@@ -27,13 +28,13 @@ pub struct ExperimentTraces {
 }
 
 impl ExperimentTraces {
-    fn positions(&self) -> Figure {
+    fn positions(&self, unit: MotionUnit) -> Figure {
         let position = [
             ("measured", &self.position),
             ("model", &self.model),
             ("reference", &self.reference),
         ];
-        signal("Position", "q [rad]", &position)
+        signal("Position", &axis("q", unit.name()), &position)
     }
 
     fn commands(&self) -> Figure {
@@ -69,10 +70,11 @@ pub(super) fn figures(
     traces: &ExperimentTraces,
     seen: Option<&Seen>,
 ) -> Vec<Figure> {
+    let unit = summary.position_unit;
     if summary.fit.is_some() {
         return seen.map_or_else(
-            || vec![traces.positions(), traces.commands()],
-            |seen| fitted(traces, seen),
+            || vec![traces.positions(unit), traces.commands()],
+            |seen| fitted(traces, seen, unit),
         );
     }
     let mut figures: Vec<Figure> = Parameter::ALL
@@ -81,19 +83,19 @@ pub(super) fn figures(
         .filter(|(parameter, _)| summary.estimate(*parameter).is_some())
         .map(|(parameter, envelope)| estimate(parameter, summary, envelope))
         .collect();
-    figures.push(traces.positions());
+    figures.push(traces.positions(unit));
     let error = [("output error", &traces.output_error)];
     if summary.output_error.is_some() {
-        figures.push(signal("Output error", "ε [rad]", &error).with_settled_part());
+        figures.push(signal("Output error", &axis("ε", unit.name()), &error).with_settled_part());
     }
     figures.push(traces.commands());
     figures
 }
 
 /// A log beside the model that was fitted to it: over time, over the velocity and over the frequency.
-fn fitted(traces: &ExperimentTraces, seen: &Seen) -> Vec<Figure> {
+fn fitted(traces: &ExperimentTraces, seen: &Seen, unit: MotionUnit) -> Vec<Figure> {
     const FREQUENCY: &str = "ω [rad/s]";
-    let mut position = traces.positions();
+    let mut position = traces.positions(unit);
     position.title = format!(
         "Position; open-loop simulation over {} s",
         rough(seen.window)
@@ -140,7 +142,12 @@ fn fitted(traces: &ExperimentTraces, seen: &Seen) -> Vec<Figure> {
         position,
         residual,
         traces.commands(),
-        Figure::new("Friction over inertia", "q̇ [rad/s]", "rad/s²", friction),
+        Figure::new(
+            "Friction over inertia",
+            &axis("q̇", &format!("{}/s", unit.name())),
+            unit.of(Unknown::Coulomb),
+            friction,
+        ),
     ];
     if !seen.response.is_empty() {
         figures.push(over_frequency("Velocity by command", "dB", gains));
@@ -189,7 +196,7 @@ fn estimate(parameter: Parameter, summary: &Summary, envelope: &Envelope) -> Fig
     }
     let unknown = Unknown::from(parameter);
     let title = capitalised(unknown.meaning());
-    let axis = format!("{} [{}]", symbol(parameter), unknown.unit());
+    let axis = axis(symbol(parameter), summary.position_unit.of(unknown));
     let last = summary.estimate(parameter).map(|estimate| estimate.last);
     let last = last.filter(|last| last.is_finite());
     let figure = Figure::new(&title, TIME, &axis, vec![trace])
@@ -199,6 +206,11 @@ fn estimate(parameter: Parameter, summary: &Summary, envelope: &Envelope) -> Fig
         None => figure,
     };
     figure.with_settled_part()
+}
+
+/// The name of an axis.
+fn axis(symbol: &str, unit: &str) -> String {
+    format!("{symbol} [{unit}]")
 }
 
 /// Symbol of an estimate.
