@@ -146,6 +146,11 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
     parameters.chain(sizes).collect()
 }
 
+/// True for a log of velocities, which has no encoder.
+fn is_velocity(scenario: &Scenario) -> bool {
+    (scenario.log.as_ref()).is_some_and(|log| log.is_velocity)
+}
+
 fn logs(summary: &Summary) -> Vec<Block> {
     let notes = &summary.replay;
     let logs = notes.logs.iter();
@@ -179,6 +184,7 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
     }));
     blocks.extend(
         sensor_noise(&summary.noise)
+            .filter(|_| !is_velocity(of.scenario))
             .map(|noise| Block::Text(format!("Encoder noise, standard deviation: {noise}."))),
     );
     // The model of a fit without a result shows nothing about the log.
@@ -305,14 +311,17 @@ fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
 
 /// The residuals of a fitted model over its log.
 fn left_by_fit(seen: &Seen) -> String {
-    let counts = |error: f64| rough(error / seen.count);
+    let sized = |error: f64| match seen.count {
+        Some(count) => format!("{} counts", rough(error / count)),
+        None => format!("{} rad", rough(error)),
+    };
     format!(
-        "The innovation is {} counts rms, with an autocorrelation of {}. In open-loop simulation over {} s the error \
-         is {} counts rms.",
-        counts(seen.innovation),
+        "The innovation is {} rms, with an autocorrelation of {}. In open-loop simulation over {} s the error is {} \
+         rms.",
+        sized(seen.innovation),
         fixed(seen.correlation, 2),
         rough(seen.window),
-        counts(seen.deviation)
+        sized(seen.deviation)
     )
 }
 
@@ -364,6 +373,7 @@ fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
     fact(
         "Encoder",
         match scenario.counts_per_rev {
+            _ if is_velocity(scenario) => "none: the log has velocities".to_owned(),
             Some(counts) => format!("{counts} counts per revolution"),
             None => "ideal, without quantisation".to_owned(),
         },
