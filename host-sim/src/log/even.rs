@@ -54,6 +54,8 @@ impl EvenRows {
         const BLANK: f64 = 0.1;
         /// Part of the rows that may have the sample of another row.
         const MAX_SHARE: f64 = 0.01;
+        /// Deviation of stamps that are cut to a grid, samples: with lost rows it would grow.
+        const MAX_CUT: f64 = 1.0;
         /// Bits that the clock which contradicts the stamps must save.
         const NEEDED: f64 = 10.0;
         let is_whole = |row: &Row| row.position.is_finite();
@@ -83,7 +85,9 @@ impl EvenRows {
         if is_coarse && settings.units.time != TimeUnit::Sample {
             return Self::on_clock(&rows, &complete, stated);
         }
-        clocks.push(complete);
+        if complete.jitter.largest < MAX_CUT {
+            clocks.push(complete);
+        }
         clocks.retain(|ticks| ticks.of != first.of);
         let is_exact = first.jitter.rms < UNEVEN;
         if is_exact && clocks.is_empty() {

@@ -219,7 +219,7 @@ fn seven_digits(value: f64) -> String {
 fn settling_band(settings: &TuningSettings) -> String {
     type Measure = StepMeasure<f64>;
     let counts = Measure::MIN_BAND_COUNTS * settings.resolution / settings.step;
-    let per_cent = figure(100.0 * Measure::BAND.max(counts));
+    let per_cent = plain(100.0 * Measure::BAND.max(counts));
     match counts > Measure::BAND {
         true => format!("{per_cent} % ({} counts)", Measure::MIN_BAND_COUNTS),
         false => format!("{per_cent} %"),
