@@ -16,8 +16,8 @@ pub struct Seen {
     pub errors: Vec<f64>,
     /// Length of a window, s.
     pub window: f64,
-    /// A count, rad.
-    pub count: f64,
+    /// A count, rad; none of a log of velocities, which has no encoder.
+    pub count: Option<f64>,
     /// Deviation of the errors, rad.
     pub deviation: f64,
     /// Deviation of the model's prediction of the next sample, rad.
@@ -26,8 +26,10 @@ pub struct Seen {
     pub correlation: f64,
     /// The friction by velocity.
     pub friction: Vec<Braking>,
-    /// The response by frequency, from the command to the velocity.
+    /// The response by frequency, from the command to the velocity, where the motion shows it.
     pub response: Vec<FoundResponse>,
+    /// True if the reference is known, which is then the instrument of the response.
+    pub has_reference: bool,
 }
 
 /// Friction at a velocity.
@@ -52,7 +54,7 @@ pub struct FoundResponse {
     pub measured: f64,
     /// See `measured`.
     pub model: f64,
-    /// The part of the log's velocity that is coherent with the command, 0 to 1.
+    /// The part of the log's velocity that is coherent with the reference, or else with the command, 0 to 1.
     pub coherence: f64,
 }
 
@@ -61,6 +63,7 @@ impl Seen {
     pub(super) fn new(
         scenario: &Scenario,
         samples: &[Logged],
+        references: &[f64],
         whole: &WholeRecord,
     ) -> Option<Self> {
         let ScaledRecording { recording, scale } = ScaledRecording::new(scenario, samples);
@@ -73,14 +76,23 @@ impl Seen {
             samples,
             sample_time: scenario.sample_time(),
         };
+        let log = scenario.log.as_ref();
+        let is_velocity = log.is_some_and(|log| log.is_velocity);
+        let noise = Noise {
+            deviation: innovation,
+            differences: if is_velocity { 1 } else { 2 },
+        };
+        let has_reference = is_known(references);
+        let instrument = if has_reference { references } else { &[] };
         Some(Self {
             window: course.window as f64 * scenario.sample_time(),
-            count,
+            count: (!is_velocity).then_some(count),
+            has_reference,
             deviation: mean(known.map(|error| error * error)).sqrt(),
             innovation,
             correlation: course.correlation,
             friction: motion.friction(whole, innovation),
-            response: motion.response(&errors),
+            response: motion.response(&errors, instrument, noise),
             errors,
         })
     }
@@ -180,29 +192,43 @@ impl Motion<'_> {
 
     /// The response from the command to the velocity by windows of a cosine. One is that of the log, the other that of
     /// its model under the same commands.
-    fn response(self, errors: &[f64]) -> Vec<FoundResponse> {
+    ///
+    /// In closed loop the command contains the controller's answer to the sensor's noise: what it has in common with the
+    /// velocity is then the controller's inverse. A reference has no part in that noise, so both are related to it
+    /// (instrumental variable: Söderström and Stoica, System Identification, 1989, 10.3). Without one, only the lines are
+    /// kept at which the motion is far above the noise.
+    fn response(self, errors: &[f64], references: &[f64], noise: Noise) -> Vec<FoundResponse> {
         const FREQUENCIES: usize = 30;
         const WINDOWS: usize = 16;
         /// Steps of a window, which are rows, or several together where a twelfth of the log has more.
         const LENGTH: [usize; 2] = [64, 2048];
+        /// The least coherence with a reference, of 16 windows: a gain is then known to a tenth.
+        const COHERENT: f64 = 0.8;
+        /// The least power of the motion over that of the noise: ten times as large.
+        const ABOVE_NOISE: f64 = 100.0;
         let each = (self.samples.len() / 12).div_ceil(LENGTH[1]).max(1);
         let time = each as f64 * self.sample_time;
         // Where a window begins the model is where the servo is.
         let left = |at: usize| Some(errors[at]).filter(|error| error.is_finite());
-        let steps: Vec<Option<[f64; 3]>> = (1..self.samples.len() / each)
+        let has_reference = !references.is_empty();
+        let steps: Vec<Option<[f64; 4]>> = (1..self.samples.len() / each)
             .map(|step| {
                 let (from, to) = ((step - 1) * each, step * each);
                 let rows = &self.samples[from..=to];
                 let moved = rows[each].position - rows[0].position;
                 let model = moved - left(to).unwrap_or(0.0) + left(from).unwrap_or(0.0);
                 let command = mean(rows[..each].iter().map(|row| row.command));
+                let instrument = match has_reference {
+                    true => (references[to] - references[from]) / time,
+                    false => command,
+                };
                 let is_one = rows[1..].iter().all(|row| !row.begins);
-                is_one.then_some([command, moved / time, model / time])
+                is_one.then_some([instrument, command, moved / time, model / time])
             })
             .collect();
         let length = (steps.len() / 12).clamp(LENGTH[0], LENGTH[1]);
         let apart = (length / 2).max(steps.len().saturating_sub(length) / WINDOWS);
-        let windows: Vec<Vec<[f64; 3]>> = (0..)
+        let windows: Vec<Vec<[f64; 4]>> = (0..)
             .map(|k| k * apart)
             .take_while(|first| first + length <= steps.len())
             .filter_map(|first| steps[first..first + length].iter().copied().collect())
@@ -212,51 +238,68 @@ impl Motion<'_> {
         }
         let lowest = 3.0 * TAU / length as f64;
         let ratio = (0.8 * std::f64::consts::PI / lowest).powf(1.0 / (FREQUENCIES - 1) as f64);
-        (0..FREQUENCIES)
-            .map(|k| {
-                let frequency = lowest * ratio.powi(k as i32);
-                let mut sums = [0.0_f64; 6];
-                for window in &windows {
-                    let mut spectra = [[0.0_f64; 2]; 3];
-                    for (place, pair) in window.windows(2).enumerate() {
-                        // Velocities are far larger at low frequencies, and would leak from there: their changes are not.
-                        let [[_, v, m], [command, next_v, next_m]] = [pair[0], pair[1]];
-                        let values = [command, next_v - v, next_m - m];
-                        let weight = 1.0 - (TAU * place as f64 / length as f64).cos();
-                        let (sine, cosine) = (frequency * place as f64).sin_cos();
-                        for (spectrum, value) in spectra.iter_mut().zip(values) {
-                            spectrum[0] += weight * value * cosine;
-                            spectrum[1] -= weight * value * sine;
-                        }
-                    }
-                    let [u, v, m] = spectra;
-                    let cross =
-                        |a: [f64; 2]| [a[0] * u[0] + a[1] * u[1], a[1] * u[0] - a[0] * u[1]];
-                    let power = |a: [f64; 2]| a[0] * a[0] + a[1] * a[1];
-                    let [of_log, of_model] = [cross(v), cross(m)];
-                    let own = [
-                        power(u),
-                        power(v),
-                        of_log[0],
-                        of_log[1],
-                        of_model[0],
-                        of_model[1],
-                    ];
-                    for (sum, one) in sums.iter_mut().zip(own) {
-                        *sum += one;
+        let at = |k: usize| {
+            let frequency = lowest * ratio.powi(k as i32);
+            let change = 2.0 * (0.5 * frequency).sin();
+            // Powers of command, velocity and model, of the instrument, and what they have in common with it.
+            let mut powers = [0.0_f64; 4];
+            let mut common = [[0.0_f64; 2]; 4];
+            let mut weights = 0.0;
+            for window in &windows {
+                let mut spectra = [[0.0_f64; 2]; 4];
+                for (place, pair) in window.windows(2).enumerate() {
+                    // Velocities are far larger at low frequencies, and would leak from there: their changes are not.
+                    let [[r, _, v, m], [next_r, command, next_v, next_m]] = [pair[0], pair[1]];
+                    let instrument = if has_reference { next_r - r } else { next_r };
+                    let values = [instrument, command, next_v - v, next_m - m];
+                    let weight = 1.0 - (TAU * place as f64 / length as f64).cos();
+                    let (sine, cosine) = (frequency * place as f64).sin_cos();
+                    weights += weight * weight;
+                    for (spectrum, value) in spectra.iter_mut().zip(values) {
+                        spectrum[0] += weight * value * cosine;
+                        spectrum[1] -= weight * value * sine;
                     }
                 }
-                let [uu, vv, x, y, p, q] = sums;
-                let change = 2.0 * (0.5 * frequency).sin();
-                FoundResponse {
-                    frequency: frequency / time,
-                    measured: x.hypot(y) / uu / change,
-                    model: p.hypot(q) / uu / change,
-                    coherence: (x * x + y * y) / (uu * vv),
+                let by = spectra[0];
+                for ((power, common), a) in powers.iter_mut().zip(&mut common).zip(spectra) {
+                    *power += a[0] * a[0] + a[1] * a[1];
+                    common[0] += a[0] * by[0] + a[1] * by[1];
+                    common[1] += a[1] * by[0] - a[0] * by[1];
                 }
+            }
+            let [_, command, measured, model] = common.map(|common| common[0].hypot(common[1]));
+            let [own, of_command, of_motion, _] = powers;
+            let coherent = |common: f64, power: f64| common * common / (own * power);
+            let coherence = coherent(measured, of_motion);
+            let noise = (noise.deviation / time).powi(2) * change.powi(2 * noise.differences);
+            let is_shown = match has_reference {
+                true => coherence.min(coherent(command, of_command)) >= COHERENT,
+                false => of_motion >= ABOVE_NOISE * weights * noise,
+            };
+            is_shown.then_some(FoundResponse {
+                frequency: frequency / time,
+                measured: measured / command / change,
+                model: model / command / change,
+                coherence,
             })
-            .collect()
+        };
+        (0..FREQUENCIES).filter_map(at).collect()
     }
+}
+
+/// The sensor's noise in the steps of the velocity.
+#[derive(Debug, Clone, Copy)]
+struct Noise {
+    /// Of a position, rad.
+    deviation: f64,
+    /// How often white noise is differenced there.
+    differences: i32,
+}
+
+/// True for references that are known throughout and move.
+fn is_known(references: &[f64]) -> bool {
+    references.iter().all(|reference| reference.is_finite())
+        && references.windows(2).any(|pair| pair[0] < pair[1])
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
@@ -350,7 +393,11 @@ mod tests {
             samples: &samples,
             sample_time: TIME,
         };
-        motion.response(&errors)
+        let noise = Noise {
+            deviation: 0.0,
+            differences: 2,
+        };
+        motion.response(&errors, &[], noise)
     }
 
     /// Windows of that record with little overlap.

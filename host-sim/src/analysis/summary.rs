@@ -201,7 +201,8 @@ impl Summariser {
     pub fn seen(&mut self, scenario: &Scenario) -> Option<Seen> {
         let _ = self.fit_record(scenario, &|| true);
         let whole = self.whole.as_ref()?.as_ref()?;
-        Seen::new(scenario, self.tail_buffer.samples(), whole)
+        let (samples, references) = self.tail_buffer.with_references();
+        Seen::new(scenario, samples, references, whole)
     }
 
     /// The summary of a run that has ended.

@@ -11,6 +11,8 @@ use crate::experiment::Sample;
 #[derive(Debug, Clone)]
 pub(super) struct TailBuffer {
     samples: VecDeque<Logged>,
+    /// The reference in each, rad; NaN where it is not known.
+    references: VecDeque<f64>,
     most: usize,
 }
 
@@ -19,6 +21,7 @@ impl TailBuffer {
     pub(super) fn new(most: usize) -> Self {
         Self {
             samples: VecDeque::new(),
+            references: VecDeque::new(),
             most,
         }
     }
@@ -28,7 +31,9 @@ impl TailBuffer {
     pub(super) fn add(&mut self, sample: &Sample) {
         if self.samples.len() == self.most {
             self.samples.pop_front();
+            self.references.pop_front();
         }
+        self.references.push_back(sample.reference);
         self.samples.push_back(Logged {
             position: sample.position,
             command: sample.command,
@@ -39,10 +44,19 @@ impl TailBuffer {
     /// Forgets everything: the record continues elsewhere.
     pub(super) fn clear(&mut self) {
         self.samples.clear();
+        self.references.clear();
     }
 
     /// The kept samples, in order.
     pub(super) fn samples(&mut self) -> &[Logged] {
         self.samples.make_contiguous()
+    }
+
+    /// The kept samples and the references beside them.
+    pub(super) fn with_references(&mut self) -> (&[Logged], &[f64]) {
+        (
+            self.samples.make_contiguous(),
+            self.references.make_contiguous(),
+        )
     }
 }

@@ -1,167 +1,273 @@
-//! An even clock beside the time stamps of a log.
+//! Which samples of an even clock the rows of a log are, by their time stamps.
+//!
+//! A row is a sample of a drive whose stamp came late, or a row before it was lost. One stamp cannot tell: those after it
+//! can, because a lost row moves all of them. So several histories of lost rows are followed side by side, each with a
+//! clock of its own. What a history costs in bits decides (a Viterbi decoder with per-survivor processing: Raheli,
+//! Polydoros, Tzou, IEEE Trans. Communications 43, 1995).
 
-/// The place of a row's time stamp on the clock.
-#[derive(Debug, Clone, Copy, PartialEq)]
+use std::ops::Range;
+
+/// The place of a row on the clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tick {
-    /// It belongs to the sample this number of samples after the last row's.
+    /// The time begins anew.
+    Begins,
+    /// It is the sample this number of samples after the last row's: the same sample for 0.
     After(u32),
-    /// It is no later than the last row's.
-    Back,
-    /// Less than half a sample after the last row: two rows would be one sample.
-    TooEarly,
 }
 
-/// An even clock that follows the time stamps of a log. The samples are assumed even, however much their stamps jitter.
-/// Those of a drive that a computer logs are even.
-///
-/// A stamp belongs to the sample that it is within 0.6 sample times of. The clock is the mean of the stamps so far, and
-/// later that of the last 32. It follows a rate that is slightly off and averages the jitter.
-#[derive(Debug, Clone, Copy)]
+/// The usual times from one row to the next, s, from small to large: the median, which few lost rows do not move, and the
+/// mean, which coarse stamps do not move. None if the time never advances.
+pub(crate) fn usual_steps(stamps: &[f64]) -> Option<[f64; 2]> {
+    /// A step of more medians is a pause.
+    const PAUSE: f64 = 20.0;
+    let mut steps: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let back = steps.partition_point(|step| *step <= 0.0);
+    let median = *steps.get(usize::midpoint(back, steps.len()))?;
+    let counted = steps.iter().filter(|step| step.abs() <= PAUSE * median);
+    let mean = counted.clone().sum::<f64>() / counted.count() as f64;
+    Some([median, mean])
+}
+
+/// The rows of a log on an even clock.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Ticks {
-    sample_time: f64,
-    /// The last stamp, s, and where the clock has it.
-    last: f64,
-    even: f64,
-    /// Rows since the clock began.
+    /// Of each row.
+    pub(super) of: Vec<Tick>,
+    /// Time of a sample, s: the slope of the stamps by least squares.
+    pub(super) step: f64,
+    /// Deviation of the stamps from the clock.
+    pub(super) jitter: Jitter,
+    /// Bits of the stamps on it, but for a constant.
+    pub(super) bits: f64,
+}
+
+/// A history of the rows so far.
+#[derive(Debug, Clone, Copy)]
+struct History {
+    bits: f64,
+    /// The last sample: its number, and its time on the clock, s.
+    sample: u64,
+    at: f64,
+    /// Time of a sample, s.
+    step: f64,
+    /// Rows since the time began, and in all.
     rows: f64,
-    /// Sum of squares, and the largest, of the deviations of the stamps, samples.
-    squares: f64,
-    largest: f64,
+    all: f64,
+    /// Its last row among those of all histories.
+    place: usize,
 }
 
 impl Ticks {
-    const MAX_DEVIATION: f64 = 0.6;
-    const MAX_AVERAGED: f64 = 32.0;
-
-    /// Begins with a stamp, s.
-    pub(super) fn new(sample_time: f64, stamp: f64) -> Self {
-        Self {
-            sample_time,
-            last: stamp,
-            even: stamp,
+    /// The likeliest samples of stamps, s, of a clock whose samples are about `step` (s) apart. More than `longest` samples
+    /// from row to row, and a row that `is_cut` off from the one before, begin the time anew.
+    pub(super) fn new(
+        stamps: &[f64],
+        step: f64,
+        longest: u32,
+        is_cut: &dyn Fn(f64, f64) -> bool,
+    ) -> Self {
+        /// Histories that are followed.
+        const FOLLOWED: usize = 6;
+        /// Deviation of the stamps below which no history is doubtful, samples.
+        const EXACT: f64 = 0.02;
+        let steps = || stamps.windows(2).map(|pair| pair[1] - pair[0]);
+        let uneven = steps().map(|passed| (passed / step - 1.0).abs().min(4.0));
+        // The mean size of the difference of two normal numbers is 2/√π of their deviation.
+        let deviation = 0.886 * uneven.sum::<f64>() / stamps.len() as f64;
+        let mut places = vec![(0, Tick::Begins)];
+        let mut histories = vec![History {
+            bits: 0.0,
+            sample: 0,
+            at: stamps.first().copied().unwrap_or(0.0),
+            step,
             rows: 1.0,
-            squares: 0.0,
-            largest: 0.0,
+            all: 1.0,
+            place: 0,
+        }];
+        let mut next = Vec::new();
+        for pair in stamps.windows(2) {
+            next.clear();
+            for history in &histories {
+                if is_cut(pair[0], pair[1]) {
+                    next.push(history.begun(pair[1], 0.0));
+                } else {
+                    history.continued(pair[1], longest, deviation.max(EXACT), &mut next);
+                }
+            }
+            next.sort_by(|one, other| one.0.bits.total_cmp(&other.0.bits));
+            histories.clear();
+            for (history, tick) in &next {
+                let is_same = |other: &History| {
+                    other.sample == history.sample
+                        && (other.at - history.at).abs() < 0.5 * history.step
+                };
+                if histories.len() < FOLLOWED && !histories.iter().any(is_same) {
+                    places.push((history.place, *tick));
+                    histories.push(History {
+                        place: places.len() - 1,
+                        ..*history
+                    });
+                }
+            }
+        }
+        let mut place = histories[0].place;
+        let mut of: Vec<Tick> = stamps
+            .iter()
+            .map(|_| {
+                let (before, tick) = places[place];
+                place = before;
+                tick
+            })
+            .collect();
+        of.reverse();
+        let scale = (deviation.max(EXACT) * step).log2();
+        Self {
+            bits: histories[0].bits + stamps.len() as f64 * scale,
+            ..Self::measured(of, stamps, step)
         }
     }
 
-    /// The next stamp, s. The clock stops for a stamp that is back or too early.
-    pub(super) fn tick(&mut self, stamp: f64) -> Tick {
-        // Samples since the last tick of the clock, not whole where the stamps jitter.
-        let later = (stamp - self.even) / self.sample_time;
-        if stamp <= self.last {
-            return Tick::Back;
+    /// Step and jitter of known samples.
+    fn measured(of: Vec<Tick>, stamps: &[f64], step: f64) -> Self {
+        let mut sample = 0.0;
+        let rows: Vec<(Tick, [f64; 2])> = (of.iter().zip(stamps))
+            .map(|(tick, stamp)| {
+                sample += match tick {
+                    Tick::Begins => 1.0,
+                    Tick::After(samples) => f64::from(*samples),
+                };
+                (*tick, [sample, *stamp])
+            })
+            .filter(|(tick, _)| *tick != Tick::After(0))
+            .collect();
+        let centred = rows
+            .chunk_by(|_, (next, _)| *next != Tick::Begins)
+            .flat_map(|piece| {
+                let mean = |of: usize| {
+                    piece.iter().map(|(_, row)| row[of]).sum::<f64>() / piece.len() as f64
+                };
+                let [sample, stamp] = [mean(0), mean(1)];
+                (piece.iter()).map(move |(_, row)| [row[0] - sample, row[1] - stamp])
+            });
+        let [mut squares, mut products] = [0.0; 2];
+        for [sample, stamp] in centred.clone() {
+            squares += sample * sample;
+            products += sample * stamp;
         }
-        let samples = if (1.0 - later).abs() <= Self::MAX_DEVIATION {
-            1.0
+        let step = if products > 0.0 {
+            products / squares
         } else {
-            later.round()
+            step
         };
-        if samples.is_nan() || samples < 1.0 {
-            return Tick::TooEarly;
+        let mut jitter = Jitter::default();
+        for [sample, stamp] in centred {
+            let off = (stamp / step - sample).abs();
+            jitter.rms += off * off / rows.len() as f64;
+            jitter.largest = jitter.largest.max(off);
         }
-        let off = later - samples;
-        self.squares += off * off;
-        self.largest = self.largest.max(off.abs());
-        self.rows += 1.0;
-        self.last = stamp;
-        self.even += self.sample_time * (samples + off / self.rows.min(Self::MAX_AVERAGED));
-        Tick::After(samples.min(f64::from(u32::MAX)) as u32)
+        jitter.rms = jitter.rms.sqrt();
+        Self {
+            of,
+            step,
+            jitter,
+            bits: f64::INFINITY,
+        }
     }
 
-    /// Deviation of the stamps from the clock.
-    pub(super) fn jitter(&self) -> Jitter {
-        Jitter {
-            squares: self.squares,
-            rows: self.rows,
-            largest: self.largest,
+    /// The same rows, each the sample after the last: those of stamps that are cut to a grid.
+    pub(super) fn row_by_row(&self, stamps: &[f64]) -> Self {
+        let next = |tick: &Tick| match tick {
+            Tick::After(_) => Tick::After(1),
+            Tick::Begins => Tick::Begins,
+        };
+        Self::measured(self.of.iter().map(next).collect(), stamps, self.step)
+    }
+
+    /// Rows that have the sample of the row before.
+    pub(super) fn doubled(&self) -> f64 {
+        let doubled = self.of.iter().filter(|tick| **tick == Tick::After(0));
+        doubled.count() as f64
+    }
+
+    /// The rows between two beginnings of the time.
+    pub(super) fn pieces(&self) -> Vec<Range<usize>> {
+        let begins = (0..self.of.len()).filter(|row| self.of[*row] == Tick::Begins);
+        let mut firsts: Vec<usize> = begins.collect();
+        firsts.push(self.of.len());
+        firsts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+    }
+}
+
+impl History {
+    /// Bits of a row that is lost, of a row twice, of a time that begins anew, and of a stamp that says nothing. Between
+    /// two beginnings of the time there are more than two such stamps.
+    const LOST: f64 = 6.0;
+    const TWICE: f64 = 16.0;
+    const ANEW: f64 = 12.0;
+    const NOTHING: f64 = 10.0;
+
+    /// The time begins anew at a stamp, s.
+    fn begun(&self, stamp: f64, bits: f64) -> (Self, Tick) {
+        let begun = Self {
+            bits: self.bits + bits,
+            sample: self.sample + 1,
+            at: stamp,
+            rows: 1.0,
+            ..*self
+        };
+        (begun, Tick::Begins)
+    }
+
+    /// Adds its continuations by a stamp, s, that deviates by so much, samples.
+    fn continued(&self, stamp: f64, longest: u32, deviation: f64, into: &mut Vec<(Self, Tick)>) {
+        /// Rows that the clock remembers, and those that the first step is worth.
+        const MEMORY: f64 = 256.0;
+        const FIRST: f64 = 12.0;
+        let later = (stamp - self.at) / self.step;
+        let longest = f64::from(longest);
+        if later.abs() > longest + 0.5 {
+            into.push(self.begun(stamp, Self::ANEW));
+        }
+        // Growing and then fading memory of a line: Kalata's α and β of least squares.
+        let rows = (self.rows + 1.0).min(MEMORY);
+        let all = (self.all + FIRST).min(MEMORY);
+        let of_time = (4.0 * rows - 2.0) / (rows * (rows + 1.0));
+        let of_step = 6.0 / (all * (all + 1.0));
+        let far = later.round().clamp(3.0, longest.max(3.0));
+        for (after, bits) in [
+            (0.0, Self::TWICE),
+            (1.0, 0.0),
+            (2.0, Self::LOST),
+            (far, Self::LOST),
+        ] {
+            let off = later - after;
+            let size = (off / deviation) * (off / deviation);
+            // Student's distribution of three degrees of freedom.
+            let unlikely = 2.0 * (1.0 + size / 3.0).log2();
+            let pull = off / (1.0 + size / 16.0);
+            into.push((
+                Self {
+                    bits: self.bits + bits + unlikely.min(Self::NOTHING),
+                    sample: self.sample + after as u64,
+                    at: self.at + self.step * (after + of_time * pull),
+                    step: self.step * (1.0 + of_step * pull),
+                    rows,
+                    all: self.all + 1.0,
+                    place: self.place,
+                },
+                Tick::After(after as u32),
+            ));
         }
     }
 }
 
-/// Deviation of the time stamps of a log from an even clock.
+/// Deviation of the time stamps of a log from an even clock, parts of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Jitter {
-    squares: f64,
-    rows: f64,
-    largest: f64,
-}
-
-impl Jitter {
-    /// Root mean square, part of a sample.
-    #[must_use]
-    pub fn rms(&self) -> f64 {
-        (self.squares / self.rows.max(1.0)).sqrt()
-    }
-
-    /// The largest, part of a sample.
-    #[must_use]
-    pub fn largest(&self) -> f64 {
-        self.largest
-    }
-
-    /// Combined with that of another part of the log.
-    pub(super) fn with(self, other: Self) -> Self {
-        Self {
-            squares: self.squares + other.squares,
-            rows: self.rows + other.rows,
-            largest: self.largest.max(other.largest),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Tick, Ticks};
-
-    /// Numbers from −1 to 1 in no order.
-    fn noise(k: u32) -> f64 {
-        let k = u64::from(k);
-        let mixed = (k ^ (k >> 7)).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11;
-        (mixed as f64) / (1_u64 << 52) as f64 - 1.0
-    }
-
-    #[test]
-    fn jitter_of_any_kind_below_half_a_sample_loses_no_sample() {
-        for part in [0.0, 0.1, 0.2, 0.29] {
-            let stamp = |k: u32| 1e-3 * (f64::from(k) + part * noise(k));
-            let mut clock = Ticks::new(1e-3, stamp(0));
-            let even = (1..100_000).all(|k| clock.tick(stamp(k)) == Tick::After(1));
-            assert!(even, "{part}");
-            let rms = clock.jitter().rms();
-            assert!(
-                (rms / (part / 3_f64.sqrt()) - 1.0).abs() < 0.05 || part == 0.0,
-                "{rms}"
-            );
-            // At first the clock is no truer than the stamps themselves.
-            assert!(clock.jitter().largest() < 2.0 * part + 1e-6);
-        }
-    }
-
-    #[test]
-    fn a_rate_that_is_one_per_cent_off_is_followed() {
-        for rate in [0.99, 1.01] {
-            let mut clock = Ticks::new(1e-3, 5.0);
-            assert!((1..10_000).all(|k| {
-                let stamp = 5.0 + 1e-3 * rate * f64::from(k);
-                clock.tick(stamp) == Tick::After(1)
-            }));
-        }
-        let mut clock = Ticks::new(1e-3, 0.0);
-        let ticks: Vec<_> = (1..1000)
-            .map(|k| clock.tick(1.05e-3 * f64::from(k)))
-            .collect();
-        assert!(ticks.contains(&Tick::After(2)));
-    }
-
-    #[test]
-    fn missing_samples_and_stamps_that_go_back_are_detected() {
-        let mut clock = Ticks::new(0.01, 0.0);
-        assert_eq!(clock.tick(0.0101), Tick::After(1));
-        assert_eq!(clock.tick(0.0495), Tick::After(4));
-        assert_eq!(clock.tick(0.0495), Tick::Back);
-        assert_eq!(clock.tick(0.03), Tick::Back);
-        assert_eq!(clock.tick(0.0520), Tick::TooEarly);
-        assert_eq!(clock.tick(0.06), Tick::After(1));
-    }
+    /// Root mean square.
+    pub rms: f64,
+    /// The largest.
+    pub largest: f64,
 }

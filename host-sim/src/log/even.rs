@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::clock::{Jitter, Tick, Ticks};
+use super::clock::{Jitter, Tick, Ticks, usual_steps};
 use super::row::Row;
 use crate::readings::Signals;
 use crate::scenario::{LogSettings, TimeUnit};
@@ -37,171 +37,119 @@ pub(super) struct EvenRows {
 const BRIDGED: u32 = 3;
 /// Deviation from an even clock, part of a sample, from which the clocks differ.
 const UNEVEN: f64 = 0.02;
-/// Longest time from one position to the next, samples, within a motion with stamped times.
-const LONGEST: f64 = BRIDGED as f64 + 1.5;
-
-/// The usual time from one row to the next, s. It is the mean of the steps without a missing sample. None if the time
-/// never advances.
-pub(super) fn usual_step(rows: &[Row]) -> Option<f64> {
-    /// Steps that are examined.
-    const MAX_STEPS: usize = 100_000;
-    /// A step of this many medians has a sample missing.
-    const MIN_GAP: f64 = 1.5;
-    /// Largest share of gaps among the steps.
-    const MAX_GAP_SHARE: f64 = 0.1;
-    let steps = rows.windows(2).map(|pair| pair[1].time - pair[0].time);
-    let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).take(MAX_STEPS).collect();
-    if steps.is_empty() {
-        return None;
-    }
-    steps.sort_unstable_by(f64::total_cmp);
-    let whole = steps.partition_point(|step| *step <= MIN_GAP * steps[steps.len() / 2]);
-    let few = (steps.len() - whole) as f64 <= MAX_GAP_SHARE * steps.len() as f64;
-    let counted = if few { &steps[..whole] } else { &steps };
-    Some(counted.iter().sum::<f64>() / counted.len() as f64)
-}
 
 impl EvenRows {
-    /// The motion of rows with their stamps, `step` (s) apart. The positions are continued, and `cell` is their
-    /// smallest change.
-    ///
+    /// The motion of rows with their stamps, about one of `steps` (s) apart, or as `stated`. The positions are continued, and `cell` is
+    /// their smallest change.
     pub(super) fn new(
         mut rows: Vec<Row>,
         settings: &LogSettings,
-        mut step: f64,
+        steps: &[f64],
+        stated: Option<f64>,
         cell: f64,
     ) -> Self {
         /// Part of the rows with the stamp before from which stamps are too coarse.
         const COARSE: f64 = 0.2;
         /// Part of the rows without a position from which position and command have stamps of their own.
         const BLANK: f64 = 0.1;
-        let count = rows.len() as f64;
-        let steps = || rows.windows(2).map(|pair| pair[1].time - pair[0].time);
-        let still = steps().filter(|step| *step == 0.0).count() as f64;
-        let back = steps().filter(|step| *step < 0.0).count() as f64;
-        if back == 0.0 && still > COARSE * count && settings.units.time != TimeUnit::Sample {
-            let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
-                return Self::default();
-            };
-            let from = first.time;
-            step = (last.time - from) / (count - 1.0);
-            for (row, index) in rows.iter_mut().zip(0..) {
-                row.time = from + f64::from(index) * step;
-            }
-        }
-        let is_whole = |row: &Row| row.position.is_finite();
-        let blank = rows.iter().filter(|row| !is_whole(row)).count();
-        if blank as f64 > BLANK * count {
-            let measured: Vec<Row> = rows.iter().copied().filter(is_whole).collect();
-            let own = usual_step(&measured).unwrap_or(step);
-            return Self::as_stamped(&rows, settings, own);
-        }
-        if blank > 0 {
-            rows.retain(is_whole);
-        }
-        let rows = match Self::in_place(rows, settings, step) {
-            Ok(even) => return even,
-            Err(rows) => rows,
-        };
-        let even = Self::by_rows(&rows, settings, step);
-        if let Some(even) = even.filter(|even| even.jitter.rms() < UNEVEN) {
-            return even;
-        }
-        let pieces = pieces(&rows, settings, LONGEST * step);
-        if !is_even(&rows, &pieces, step, cell) {
-            return Self::as_stamped(&rows, settings, step);
-        }
-        if let Some(even) = Self::by_rows(&rows, settings, step) {
-            return even;
-        }
-        let mut rows = rows;
-        for piece in pieces {
-            let piece = &mut rows[piece];
-            let Some(from) = piece.first().map(|row| row.time) else {
-                continue;
-            };
-            for (row, index) in piece.iter_mut().zip(0..) {
-                row.time = from + f64::from(index) * step;
-            }
-        }
-        Self::by_rows(&rows, settings, step).unwrap_or_default()
-    }
-
-    /// Takes every row as the sample after the last.
-    fn in_place(mut rows: Vec<Row>, settings: &LogSettings, step: f64) -> Result<Self, Vec<Row>> {
-        let Some(first) = rows.first() else {
-            return Err(rows);
-        };
-        let mut ticks = Ticks::new(step, first.time);
-        let is_next = |pair: &[Row]| {
-            !settings.leaves_out_between(pair[0].time, pair[1].time)
-                && ticks.tick(pair[1].time) == Tick::After(1)
-        };
-        if !rows.windows(2).all(is_next) || ticks.jitter().rms() >= UNEVEN {
-            return Err(rows);
-        }
-        let length = rows[rows.len() - 1].time - first.time;
-        let sample_time = length / (rows.len() - 1) as f64;
-        rows[0].begins = true;
-        Ok(Self {
-            rows,
-            sample_time,
-            clock: Clock::Even,
-            jitter: ticks.jitter(),
-        })
-    }
-
-    /// Every row the sample that its stamp is next to: none where stamps and samples do not go together.
-    fn by_rows(rows: &[Row], settings: &LogSettings, step: f64) -> Option<Self> {
-        /// Part of the rows that may be bridged, or have the place of another row.
+        /// Part of the rows that may have the sample of another row.
         const MAX_SHARE: f64 = 0.01;
-        let bridge = settings.bridge.max(BRIDGED);
-        let mut all = Self {
-            sample_time: step,
-            ..Self::default()
+        /// Deviation of stamps that are cut to a grid, samples: with lost rows it would grow.
+        const MAX_CUT: f64 = 1.0;
+        /// Bits that the clock which contradicts the stamps must save.
+        const NEEDED: f64 = 10.0;
+        let is_whole = |row: &Row| row.position.is_finite();
+        let measured: Vec<Row> = rows.iter().copied().filter(is_whole).collect();
+        let stamps: Vec<f64> = measured.iter().map(|row| row.time).collect();
+        let blank = (rows.len() - measured.len()) as f64;
+        let longest = settings.bridge.max(BRIDGED) + 1;
+        let is_cut = |from, to| settings.leaves_out_between(from, to);
+        let clocks = |steps: &[f64]| -> Vec<Ticks> {
+            let ticks = |step: &f64| Ticks::new(&stamps, *step, longest, &is_cut);
+            steps.iter().map(ticks).collect()
         };
-        let (mut time, mut samples) = (0.0, 0.0);
-        let (mut bridged, mut too_early) = (0_u32, 0_u32);
-        let mut last: Option<(Row, Ticks)> = None;
-        for row in rows {
+        if blank > BLANK * rows.len() as f64 {
+            let own = usual_steps(&stamps).map_or(steps[0], |own| clocks(&own[..1])[0].step);
+            return Self::as_stamped(&rows, settings, stated.unwrap_or(own));
+        }
+        rows = measured;
+        let mut clocks = clocks(steps);
+        clocks.retain(|ticks| ticks.doubled() <= MAX_SHARE * stamps.len() as f64);
+        clocks.sort_by(|one, other| one.bits.total_cmp(&other.bits));
+        let Some(first) = clocks.first().cloned() else {
+            return Self::as_stamped(&rows, settings, stated.unwrap_or(steps[0]));
+        };
+        let complete = first.row_by_row(&stamps);
+        let same = stamps.windows(2).filter(|pair| pair[0] == pair[1]).count() as f64;
+        let is_coarse = same > COARSE * stamps.len() as f64;
+        if is_coarse && settings.units.time != TimeUnit::Sample {
+            return Self::on_clock(&rows, &complete, stated);
+        }
+        if complete.jitter.largest < MAX_CUT {
+            clocks.push(complete);
+        }
+        clocks.retain(|ticks| ticks.of != first.of);
+        let is_exact = first.jitter.rms < UNEVEN;
+        if is_exact && clocks.is_empty() {
+            return Self::on_clock(&rows, &first, stated);
+        }
+        let pieces = first.pieces();
+        let even = |ticks: &Ticks| {
+            let after = |row: usize| match ticks.of[row + 1] {
+                Tick::Begins => 1.0,
+                Tick::After(samples) => f64::from(samples),
+            };
+            bits(&rows, &pieces, first.step, cell, &after)
+        };
+        let after = |row: usize| (stamps[row + 1] - stamps[row]) / first.step;
+        let mut best = match is_exact {
+            true => (even(&first), Some(&first)),
+            false => (bits(&rows, &pieces, first.step, cell, &after), None),
+        };
+        if !is_exact {
+            clocks.insert(0, first.clone());
+        }
+        for ticks in &clocks {
+            let even = even(ticks);
+            if even + NEEDED < best.0 {
+                best = (even, Some(ticks));
+            }
+        }
+        match best.1 {
+            Some(ticks) => Self::on_clock(&rows, ticks, stated),
+            None => Self::as_stamped(&rows, settings, stated.unwrap_or(first.step)),
+        }
+    }
+
+    /// Every row the sample that it is on a clock.
+    fn on_clock(rows: &[Row], ticks: &Ticks, stated: Option<f64>) -> Self {
+        let mut all = Self {
+            rows: Vec::with_capacity(rows.len()),
+            sample_time: stated.unwrap_or(ticks.step),
+            clock: Clock::Even,
+            jitter: ticks.jitter,
+        };
+        let (mut from, mut sample) = (0.0, 0.0);
+        for (row, tick) in rows.iter().zip(&ticks.of) {
             let mut row = *row;
-            let before = last.filter(|(last, _)| {
-                row.time >= last.time && !settings.leaves_out_between(last.time, row.time)
-            });
-            let next = before.map(|(from, mut ticks)| (from, ticks.tick(row.time), ticks));
-            match next {
-                Some((_, Tick::Back | Tick::TooEarly, _)) => {
-                    too_early += 1;
-                    continue;
-                }
-                Some((from, Tick::After(after), ticks)) if after <= bridge + 1 => {
-                    bridged += after - 1;
-                    all.bridge(&from, &row, after);
-                    time += row.time - from.time;
-                    samples += f64::from(after);
-                    last = Some((row, ticks));
+            let last = all.rows.last().copied();
+            match (tick, last) {
+                (Tick::After(0), _) => continue,
+                (Tick::After(after), Some(last)) => {
+                    sample += f64::from(*after);
+                    if ticks.jitter.rms >= UNEVEN {
+                        row.time = from + sample * all.sample_time;
+                    }
+                    all.bridge(&last, &row, *after);
                 }
                 _ => {
                     row.begins = true;
-                    all.jitter = all
-                        .jitter
-                        .with(last.map(|(_, ticks)| ticks.jitter()).unwrap_or_default());
-                    last = Some((row, Ticks::new(step, row.time)));
+                    (from, sample) = (row.time, 0.0);
                 }
             }
             all.rows.push(row);
         }
-        all.jitter = all
-            .jitter
-            .with(last.map(|(_, ticks)| ticks.jitter()).unwrap_or_default());
-        if samples > 0.0 {
-            all.sample_time = time / samples;
-        }
-        let allowed = MAX_SHARE * rows.len() as f64;
-        let is_stated = settings.bridge > 0;
-        let is_sound =
-            f64::from(too_early) <= allowed && (is_stated || f64::from(bridged) <= allowed);
-        is_sound.then_some(all)
+        all
     }
 
     /// Adds the samples between two rows, the later of which is `after` samples after the other.
@@ -231,7 +179,7 @@ impl EvenRows {
             clock: Clock::Stamped,
             ..Self::default()
         };
-        let longest = LONGEST.max(f64::from(settings.bridge) + 1.5);
+        let longest = f64::from(settings.bridge.max(BRIDGED)) + 1.5;
         for piece in pieces(rows, settings, longest * step) {
             Piece::of(&rows[piece]).resampled(step, &mut all.rows);
         }
@@ -355,31 +303,34 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// True if even rows encode the motion in fewer bits than rows with stamped times.
-fn is_even(rows: &[Row], pieces: &[Range<usize>], step: f64, cell: f64) -> bool {
-    /// Bits that the clock which contradicts the stamps must save.
-    const NEEDED: f64 = 10.0;
-    let bits = |time: &dyn Fn(f64) -> f64| {
-        let mut signals = Signals::default();
-        for piece in pieces {
-            let piece = &rows[piece.clone()];
-            for (index, row) in piece.iter().enumerate() {
-                let passed = piece
-                    .get(index + 1)
-                    .map_or(step, |next| next.time - row.time);
-                signals.add(time(passed), row.position, row.command, index == 0);
-            }
+/// Bits of the motion of rows if each is so many samples before the next.
+fn bits(
+    rows: &[Row],
+    pieces: &[Range<usize>],
+    step: f64,
+    cell: f64,
+    after: &dyn Fn(usize) -> f64,
+) -> f64 {
+    /// Least and longest time to the next row, samples.
+    const ALLOWED: [f64; 2] = [1e-3, 20.0];
+    let mut signals = Signals::default();
+    for piece in pieces {
+        for index in piece.clone() {
+            let passed = if index + 1 < piece.end {
+                after(index).clamp(ALLOWED[0], ALLOWED[1])
+            } else {
+                1.0
+            };
+            let row = &rows[index];
+            signals.add(
+                step * passed,
+                row.position,
+                row.command,
+                index == piece.start,
+            );
         }
-        signals.told(step, cell)
-    };
-    let even = bits(&|passed| {
-        if passed < 2.5 * step {
-            step
-        } else {
-            step * (passed / step).round()
-        }
-    });
-    even + NEEDED < bits(&|passed| passed.max(1e-3 * step))
+    }
+    signals.told(step, cell)
 }
 
 #[cfg(test)]

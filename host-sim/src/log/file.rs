@@ -3,7 +3,8 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::even::{Clock, EvenRows, usual_step};
+use super::clock::usual_steps;
+use super::even::{Clock, EvenRows};
 use super::inner::Inner;
 use super::row::{Row, rows};
 use super::wrap::{Jumps, Period, Unwrap};
@@ -98,9 +99,10 @@ impl Log {
             return Err(in_file(fault.to_owned()));
         }
         let (mut rows, left_out) = rows(table, settings, sample_time.unwrap_or(f64::NAN))?;
-        let step = usual_step(&rows);
+        let stamps: Vec<f64> = rows.iter().map(|row| row.time).collect();
+        let usual = usual_steps(&stamps);
         if let (Some(stated), Some(usual)) =
-            (sample_time, step.filter(|_| settings.has_sample_time()))
+            (sample_time, usual.filter(|_| settings.has_sample_time()))
         {
             check_rate(path, settings, usual, stated)?;
         }
@@ -120,7 +122,7 @@ impl Log {
             return Err(in_file(fault.to_owned()));
         }
         hold(&mut rows);
-        let Some(step) = sample_time.or(step) else {
+        let Some(steps) = usual.or(sample_time.map(|stated| [stated; 2])) else {
             let fault = match &settings.time {
                 Some(time) => format!(
                     "the time is the same in all rows of column {time}: state another column as log.time, or no log.time \
@@ -135,11 +137,11 @@ impl Log {
         }
         let wrapped = unwrap(&mut rows, settings).map_err(|fault| column(&fault))?;
         let smallest_step = smallest_step(&rows);
-        let even = EvenRows::new(rows, settings, step, smallest_step);
+        let even = EvenRows::new(rows, settings, &steps, sample_time, smallest_step);
         let mut log = Self {
             path: path.clone(),
             settings: settings.clone(),
-            sample_time: sample_time.unwrap_or(even.sample_time),
+            sample_time: even.sample_time,
             samples: even.rows.len() as u64,
             found: Found {
                 clock: even.clock,
@@ -379,19 +381,20 @@ fn unwrap(rows: &mut [Row], settings: &LogSettings) -> Result<Option<f64>, Strin
     Ok(Some(period))
 }
 
-/// Checks the usual time from one row to the next, s, against the stated one, unless rows are missing all over.
+/// Checks the usual times from one row to the next, s, against the stated one.
 fn check_rate(
     path: &Path,
     settings: &LogSettings,
-    usual: f64,
+    usual: [f64; 2],
     stated: f64,
 ) -> Result<(), LogError> {
     /// Largest relative difference.
-    const TOLERANCE: f64 = 0.01;
-    if (usual / stated - 1.0).abs() <= TOLERANCE {
+    const TOLERANCE: f64 = 0.03;
+    let is_stated = |step: f64| (step / stated - 1.0).abs() <= TOLERANCE;
+    if usual.iter().any(|step| is_stated(*step)) {
         return Ok(());
     }
-    let is_stated = |step: f64| (step / stated - 1.0).abs() < TOLERANCE;
+    let usual = usual[1];
     let advice = match settings.other_time_unit(usual, is_stated) {
         Some(unit) => format!("; state log.time_unit = \"{}\"", unit.name()),
         None => "; check log.time_unit, too".to_owned(),

@@ -20,6 +20,7 @@ mod source;
 mod wrap;
 
 pub use clock::Jitter;
+pub(crate) use clock::usual_steps;
 pub use csv::{Table, TableColumn};
 pub use error::LogError;
 pub use even::Clock;

@@ -2,7 +2,7 @@
 
 use super::name::{Named, Quantity, Unit, of_column};
 use super::{log_options::LogOptions, question::Question};
-use crate::log::{Table, TableColumn, extremes};
+use crate::log::{Table, TableColumn, extremes, usual_steps};
 use crate::readings::{Contest, HEARD, Order, Reading, Signals, Trial, held, kin};
 use crate::scenario::{Column, CommandUnit, LogUnits, PositionUnit, TimeUnit};
 
@@ -269,10 +269,8 @@ impl<'a> Candidates<'a> {
 
     /// The usual step of a time.
     fn step(&self, time: &Chosen) -> f64 {
-        let steps = self.table.columns[time.index].steps();
-        let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
-        steps.sort_unstable_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
+        let times = held(&self.table.columns[time.index].values);
+        usual_steps(&times).map_or(f64::NAN, |[median, _]| median)
     }
 
     /// True for a unit in which rows are as far apart as those of a log may be.
@@ -358,9 +356,7 @@ impl<'a> Candidates<'a> {
                 .collect(),
         };
         let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let mut usual: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
-        usual.sort_unstable_by(f64::total_cmp);
-        let usual = usual.get(usual.len() / 2).copied().unwrap_or(1.0);
+        let usual = usual_steps(&times).map_or(1.0, |[median, _]| median);
         let is_break = |step: &f64| *step < 0.0 || *step > GAP * usual;
         let mut begins: Vec<bool> = std::iter::once(true)
             .chain(steps.iter().map(is_break))
@@ -692,7 +688,8 @@ impl TableColumn {
 
     /// True if it advances as a time does, which may begin again a few times.
     fn runs_on(&self) -> bool {
-        const MAX_BACK: f64 = 0.02;
+        /// Late stamps go back in a quarter of the rows, a column in no order in half of them.
+        const MAX_BACK: f64 = 0.35;
         let (mut back, mut all) = (0.0, 0.0);
         for step in self.steps() {
             all += 1.0;

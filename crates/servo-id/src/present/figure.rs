@@ -44,6 +44,9 @@ pub struct Axis {
     pub is_logarithmic: bool,
     /// The range that is shown; none to fit the traces.
     pub range: Option<[f64; 2]>,
+    /// The names of its places 1, 2 and so on; none where places are numbers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<String>,
 }
 
 /// A line.
@@ -206,6 +209,7 @@ impl Axis {
             name: name.to_owned(),
             is_logarithmic: false,
             range: None,
+            names: Vec::new(),
         }
     }
 }

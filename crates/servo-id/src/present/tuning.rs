@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use host_sim::result::FeedForward;
 use host_sim::tune::{Conditions, KnownConditions, Tuned};
 use identifier_core::control::FeedForwardSettings;
-use identifier_core::tuning::{PredictedResponse, PredictedSample, Tuning, TuningError};
+use identifier_core::tuning::{
+    PredictedResponse, PredictedSample, StepMeasure, Tuning, TuningError, TuningSettings,
+};
 
 use super::number::{DASH, figure, plain, sentence};
 use super::sensitivity::sensitivity;
@@ -102,7 +104,7 @@ pub(super) fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
     // The design as known, without its form.
     if let (None, Some(last)) = (&tuned.form, samples.last()) {
         figures[0].time_spans.push(TimeSpan {
-            name: "settled within 2 %".to_owned(),
+            name: format!("settled within {}", settling_band(settings)),
             extent: [settling_time.min(last.time), last.time],
             colour: 7,
         });
@@ -209,9 +211,21 @@ fn seven_digits(value: f64) -> String {
     format!("{rounded:?}")
 }
 
+/// The band around a step's end in which it has settled: a part of the step, or counts where these are more.
+fn settling_band(settings: &TuningSettings) -> String {
+    type Measure = StepMeasure<f64>;
+    let counts = Measure::MIN_BAND_COUNTS * settings.resolution / settings.step;
+    let per_cent = plain(100.0 * Measure::BAND.max(counts));
+    match counts > Measure::BAND {
+        true => format!("{per_cent} % ({} counts)", Measure::MIN_BAND_COUNTS),
+        false => format!("{per_cent} %"),
+    }
+}
+
 /// A row for each figure of the predicted response.
 fn predicted_response(tuned: &Tuned) -> Table {
     let tuning = &tuned.tuning;
+    let settling_time = format!("settling time, {}", settling_band(&tuned.settings));
     let predicted_response = &tuning.predicted_response;
     let [least, most] = predicted_response.gain_margins;
     let percent = |part: f64| figure(100.0 * part);
@@ -240,7 +254,7 @@ fn predicted_response(tuned: &Tuned) -> Table {
             percent(predicted_response.overshoot),
             "%",
         ),
-        ("settling time, 2 %", settling, "ms"),
+        (&settling_time, settling, "ms"),
         (
             "largest sensitivity Ms",
             figure(predicted_response.sensitivity),

@@ -145,6 +145,11 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
     parameters.chain(sizes).collect()
 }
 
+/// True for a log of velocities, which has no encoder.
+fn is_velocity(scenario: &Scenario) -> bool {
+    (scenario.log.as_ref()).is_some_and(|log| log.is_velocity)
+}
+
 fn logs(summary: &Summary) -> Vec<Block> {
     let notes = &summary.replay;
     let logs = notes.logs.iter();
@@ -178,6 +183,7 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
     }));
     blocks.extend(
         sensor_noise(&summary.noise, unit)
+            .filter(|_| !is_velocity(of.scenario))
             .map(|noise| Block::Text(format!("Encoder noise, standard deviation: {noise}."))),
     );
     // The model of a fit without a result shows nothing about the log.
@@ -188,7 +194,7 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
     {
         blocks.extend(fit_notes(fit, unit));
     }
-    blocks.extend(of.seen.map(|seen| Block::Text(left_by_fit(seen))));
+    blocks.extend(of.seen.map(|seen| Block::Text(left_by_fit(seen, unit.name()))));
     if let Some(residual) = &summary.residual {
         blocks.push(Block::Text(left_over(residual, summary)));
     }
@@ -266,15 +272,18 @@ fn fit_notes(fit: &FitNotes, unit: MotionUnit) -> Vec<Block> {
 }
 
 /// The residuals of a fitted model over its log.
-fn left_by_fit(seen: &Seen) -> String {
-    let counts = |error: f64| rough(error / seen.count);
+fn left_by_fit(seen: &Seen, unit: &str) -> String {
+    let sized = |error: f64| match seen.count {
+        Some(count) => format!("{} counts", rough(error / count)),
+        None => format!("{} {unit}", rough(error)),
+    };
     format!(
-        "Model beside the log: {} counts rms off from one sample to the next, autocorrelation {}; {} s ahead, by the \
-         command alone, {} counts rms.",
-        counts(seen.innovation),
+        "Model beside the log: {} rms off from one sample to the next, autocorrelation {}; {} s ahead, by the command \
+         alone, {} rms.",
+        sized(seen.innovation),
         fixed(seen.correlation, 2),
         rough(seen.window),
-        counts(seen.deviation)
+        sized(seen.deviation)
     )
 }
 

@@ -100,13 +100,15 @@ fn fitted(traces: &ExperimentTraces, seen: &Seen, unit: MotionUnit) -> Vec<Figur
         "Position; open-loop simulation over {} s",
         rough(seen.window)
     );
-    let mut residual = signal("Residual", "counts", &[("residual", &traces.output_error)]);
+    let own = seen.count.map_or((unit.name(), 1.0), |count| ("counts", count));
+    let (residual_unit, size) = own;
+    let mut residual = signal("Residual", residual_unit, &[("residual", &traces.output_error)]);
     for point in residual
         .traces
         .iter_mut()
         .flat_map(|trace| &mut trace.points)
     {
-        point.1 /= seen.count;
+        point.1 /= size;
     }
     let braking = |of: &dyn Fn(&Braking) -> f64| {
         seen.friction
@@ -151,8 +153,12 @@ fn fitted(traces: &ExperimentTraces, seen: &Seen, unit: MotionUnit) -> Vec<Figur
     ];
     if !seen.response.is_empty() {
         figures.push(over_frequency("Velocity by command", "dB", gains));
+        let source = match seen.has_reference {
+            true => "reference",
+            false => "command",
+        };
         let coherence = over_frequency(
-            "Part of the velocity that follows the command",
+            &format!("Part of the velocity that follows the {source}"),
             "coherence",
             coherence,
         );
@@ -182,9 +188,11 @@ pub(super) fn how_well_known(rows: &[Estimated]) -> Option<Figure> {
     let mut bars: Vec<Trace> = known.enumerate().map(bar).collect();
     let most = bars.iter().map(|bar| bar.band[0]).fold(0.0, f64::max);
     let last = bars.len() as f64 + 0.5;
+    let names = bars.iter().map(|bar| bar.name.clone()).collect();
     (!bars.is_empty()).then(|| {
         bars.push(Trace::new("its value", vec![(0.5, 0.0), (last, 0.0)]));
-        let figure = Figure::new("95 % interval", "estimate", "% of its value", bars);
+        let mut figure = Figure::new("95 % interval", "estimate", "% of its value", bars);
+        figure.horizontal.names = names;
         figure.within(Some([-1.2 * most, 1.2 * most]))
     })
 }

@@ -315,6 +315,10 @@ fn horizontal(figure: &Figure, width: f64) -> Scale {
     /// Shortest length of a step, points.
     const MIN_STEP: f64 = 32.0;
     let (first, last) = figure.extent();
+    let names = &figure.horizontal.names;
+    if !names.is_empty() {
+        return Scale::between(first, last, 1).named_by(names);
+    }
     match figure.horizontal.is_logarithmic && first > 0.0 {
         true => Scale::logarithmic(first, last),
         false => Scale::between(first.min(0.0), last, (width / MIN_STEP).max(1.0) as u32),

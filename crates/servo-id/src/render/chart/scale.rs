@@ -14,6 +14,8 @@ pub(super) struct Scale {
     /// Digits behind the point of a linear axis, after division by ten to the `exponent`.
     digits: usize,
     exponent: i32,
+    /// The names of places 1, 2 and so on, which then are the ticks.
+    names: Vec<String>,
 }
 
 impl Scale {
@@ -75,6 +77,7 @@ impl Scale {
             ticks: ticks.unwrap_or_else(|| vec![low.ceil(), high.floor()]),
             digits: 0,
             exponent: 0,
+            names: Vec::new(),
         }
     }
 
@@ -114,7 +117,15 @@ impl Scale {
             ticks: (first..=last).map(|k| k as f64 * step).collect(),
             digits: (-(shown_step.log10() + 1e-9).floor()).max(0.0) as usize,
             exponent,
+            names: Vec::new(),
         }
+    }
+
+    /// With names in place of figures.
+    pub(super) fn named_by(mut self, names: &[String]) -> Self {
+        self.ticks = (1..=names.len()).map(|place| place as f64).collect();
+        self.names = names.to_vec();
+        self
     }
 
     /// Place of a value: 0 at the beginning, 1 at the end.
@@ -129,9 +140,11 @@ impl Scale {
 
     /// The place of each tick, as [`part`](Self::part), and its text.
     pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, String)> {
-        self.ticks.iter().map(|&tick| {
+        self.ticks.iter().enumerate().map(|(place, &tick)| {
             let part = (tick - self.low) / (self.high - self.low);
-            let text = if self.is_logarithmic {
+            let text = if let Some(name) = self.names.get(place) {
+                name.clone()
+            } else if self.is_logarithmic {
                 self.power_or_value(tick)
             } else {
                 fixed(tick / 10_f64.powi(self.exponent), self.digits)

@@ -33,12 +33,14 @@
     return {
       abscissa: horizontal.name,
       logarithmic_abscissa: horizontal.is_logarithmic,
+      names: horizontal.names,
       range: settled?.range ?? vertical.range,
       traces: [...lines, ...constants],
       stretches,
     };
   }
-  const valueAt = (figure, place) => (figure.logarithmic_abscissa ? 10 ** place : place);
+  const placeAt = ({ names, logarithmic_abscissa }, place) =>
+    names ? (names[Math.round(place) - 1] ?? "") : shown(logarithmic_abscissa ? 10 ** place : place);
 
   // Where values of one, two or five times a power of ten stand, or the powers alone where these would stand on one
   // another, or any where none of these are shown. `decade` is its width, pixels.
@@ -191,6 +193,10 @@
         },
         axes: [
           { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, label: figure.abscissa, labelFont: font, labelSize: 20, labelGap: 0, size: 28, gap: 4,
+            ...(figure.names && {
+              splits: () => figure.names.map((_, place) => place + 1),
+              values: () => figure.names,
+            }),
             ...(figure.logarithmic_abscissa && {
               splits: ({ width }, axis, from, to) => decades(from, to, (width - 2 * LEFT) / (to - from)),
               values: (_, splits) => splits.map((place) => String(Number((10 ** place).toPrecision(3)))),
@@ -213,7 +219,7 @@
             (chart) => {
               const { left, idx, idxs } = chart.cursor;
               const is = left >= 0 && idx != null;
-              place.textContent = is ? `${figure.abscissa.split(" [")[0]} ${shown(valueAt(figure, chart.posToVal(left, "x")))}` : "";
+              place.textContent = is ? `${figure.abscissa.split(" [")[0]} ${placeAt(figure, chart.posToVal(left, "x"))}` : "";
               for (const button of buttons) {
                 const [trace] = tracesOf(button);
                 const series = first[trace];

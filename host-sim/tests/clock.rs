@@ -1,0 +1,295 @@
+//! Logs of an even drive whose rows were stamped late, or were lost, identified without a scenario.
+//!
+//! ```sh
+//! cargo test --release -p host-sim --test clock -- --ignored --nocapture
+//! ```
+
+use host_sim::log::{Clock, Log, Table};
+use host_sim::recognise::{LogOptions, recognise};
+use host_sim::scenario::{Purpose, Scenario};
+use host_sim::simulate;
+use virtual_servo::SplitMix64;
+
+const STEP: f64 = 1e-3;
+const B: f64 = 281.25;
+
+/// How stamps deviate from the clock.
+#[derive(Debug, Clone, Copy)]
+enum Deviation {
+    Normal,
+    Uniform,
+    /// Exponential.
+    Late,
+    /// The same, in a queue: no row overtakes another.
+    Queued,
+    /// A third of the rows is late by a sample.
+    Third,
+}
+
+fn uniform(random: &mut SplitMix64) -> f64 {
+    (random.next_word() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+impl Deviation {
+    /// A deviation whose root mean square is `rms`.
+    fn draw(self, rms: f64, random: &mut SplitMix64) -> f64 {
+        let one = 1.0 - uniform(random);
+        match self {
+            Self::Normal => {
+                rms * (-2.0 * one.ln()).sqrt() * (std::f64::consts::TAU * uniform(random)).cos()
+            }
+            Self::Uniform => rms * 12_f64.sqrt() * (one - 0.5),
+            Self::Late | Self::Queued => -rms * one.ln(),
+            Self::Third => f64::from(u8::from(one < 1.0 / 3.0)),
+        }
+    }
+}
+
+/// Time, position and command of a servo in closed loop, 1 ms apart.
+fn moved(seed: u64) -> [Vec<f64>; 3] {
+    let excitation = match seed % 2 {
+        0 => format!(
+            "kind = \"band-limited-white-noise\", power = 0.01, seed = {}",
+            seed + 1
+        ),
+        _ => format!(
+            "kind = \"prbs\", amplitude = 0.5, hold = {}",
+            0.15 + 0.01 * seed as f64
+        ),
+    };
+    let text = format!(
+        "plant = {{ a = 1.875, b = {B}, coulomb = 56.25, load = -18.75 }}
+         encoder = {{ counts_per_rev = 2000 }}
+         amplifier = {{ limit = 4.0 }}
+         controller = {{ kp = 9.0, kd = 0.19, ki = 4.0, sample_time = {STEP} }}
+         excitation = {{ {excitation} }}
+         run = {{ duration = 8.0 }}"
+    );
+    let scenario = Scenario::parse("clock", &text, Purpose::Run).expect("a scenario");
+    let mut columns = [const { Vec::new() }; 3];
+    simulate::run(&scenario, &mut |sample| {
+        for (column, value) in
+            (columns.iter_mut()).zip([sample.time, sample.position, sample.command])
+        {
+            column.push(value);
+        }
+    })
+    .expect("a run");
+    columns
+}
+
+/// The log of a motion whose stamps deviate and whose rows are lost by chance.
+fn stamped(
+    motion: &[Vec<f64>; 3],
+    seed: u64,
+    stamps: &mut dyn FnMut(f64, &mut SplitMix64) -> f64,
+    lost: f64,
+) -> [Vec<f64>; 3] {
+    let mut random = SplitMix64::new(seed);
+    let mut columns = [const { Vec::new() }; 3];
+    for row in 0..motion[0].len() {
+        let time = stamps(motion[0][row], &mut random);
+        if uniform(&mut random) >= lost {
+            columns[0].push(time);
+            columns[1].push(motion[1][row]);
+            columns[2].push(motion[2][row]);
+        }
+    }
+    columns
+}
+
+/// What is found in a log.
+#[derive(Debug)]
+struct Outcome {
+    log: Log,
+    /// b and its interval of 95 %, parts of the truth; none where it is not known.
+    b: Option<[f64; 2]>,
+    is_converged: bool,
+}
+
+fn read(columns: &[Vec<f64>; 3], sample_time: Option<f64>) -> Result<(Scenario, Log), String> {
+    let names = ["t_s", "q_rad", "u_A"];
+    let columns = names.iter().zip(columns);
+    let columns = columns.map(|(name, column)| ((*name).to_owned(), column.clone()));
+    let table = Table::of_columns("log", columns.collect()).map_err(|error| error.to_string())?;
+    let stated = LogOptions {
+        sample_time,
+        ..LogOptions::default()
+    };
+    let recognised = recognise(&table, &stated).map_err(|error| format!("{error:?}"))?;
+    let text = recognised.scenario("log");
+    let scenario =
+        Scenario::parse("log", &text, Purpose::Replay).map_err(|fault| fault.to_string())?;
+    let log = Log::new(&table, &scenario.log_columns(), scenario.log_sample_time());
+    Ok((scenario, log.map_err(|error| error.to_string())?))
+}
+
+fn identified(columns: &[Vec<f64>; 3], sample_time: Option<f64>) -> Result<Outcome, String> {
+    let (scenario, log) = read(columns, sample_time)?;
+    let found = host_sim::identify(scenario, std::slice::from_ref(&log), &mut |_| {});
+    let summary = found.map_err(|fault| fault.to_string())?.summary;
+    let b = &summary.estimates.b;
+    let error = b
+        .std_error
+        .filter(|error| error.is_finite() && b.value.is_finite());
+    Ok(Outcome {
+        log,
+        b: error.map(|error| [b.value / B, 2.0 * error / B]),
+        is_converged: summary.status().name() == "converged",
+    })
+}
+
+#[derive(Debug, Default)]
+struct Count {
+    all: u32,
+    inside: u32,
+    converged: u32,
+    far: u32,
+    worst: f64,
+}
+
+fn campaign(seeds: u64, sizes: &[f64], losses: &[f64]) -> Count {
+    let mut total = Count::default();
+    for deviation in [
+        Deviation::Normal,
+        Deviation::Uniform,
+        Deviation::Late,
+        Deviation::Queued,
+    ] {
+        for lost in losses {
+            for rms in sizes {
+                let mut count = Count::default();
+                let (mut even, mut widest) = (0, 0.0_f64);
+                for seed in 0..seeds {
+                    let motion = moved(seed);
+                    let mut last = f64::NEG_INFINITY;
+                    let mut stamps = |time: f64, random: &mut SplitMix64| {
+                        let late = time + STEP * deviation.draw(*rms, random);
+                        last = match deviation {
+                            Deviation::Queued => late.max(last + 1e-2 * STEP),
+                            _ => late,
+                        };
+                        last
+                    };
+                    let columns = stamped(&motion, seed + 100, &mut stamps, *lost);
+                    let found = identified(&columns, None).expect("a log");
+                    count.all += 1;
+                    even += u32::from(found.log.found.clock == Clock::Even);
+                    count.converged += u32::from(found.is_converged);
+                    let [b, interval] = found.b.unwrap_or([f64::NAN, f64::INFINITY]);
+                    let off = (b - 1.0).abs();
+                    count.inside += u32::from(off <= interval || off.is_nan());
+                    count.far += u32::from(off > 0.01 && *rms < 0.3);
+                    count.worst = count.worst.max(off);
+                    widest = widest.max(interval);
+                }
+                println!(
+                    "{:8} {rms:4} lost {:3.0} %: {even} even, {} inside, {} converged of {}, b off by {:.3} % at most, \
+                     interval {:.3} %",
+                    format!("{deviation:?}"),
+                    100.0 * lost,
+                    count.inside,
+                    count.converged,
+                    count.all,
+                    100.0 * count.worst,
+                    100.0 * widest
+                );
+                total.all += count.all;
+                total.inside += count.inside;
+                total.converged += count.converged;
+                total.far += count.far;
+                total.worst = total.worst.max(count.worst);
+            }
+        }
+    }
+    println!("{total:?}");
+    total
+}
+
+#[test]
+fn stamps_that_jitter_and_lost_rows_leave_b_right() {
+    let count = campaign(1, &[0.25], &[0.0, 0.03]);
+    assert_eq!([count.far, count.inside], [0, count.all]);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn jitter_of_every_kind_and_size() {
+    let sizes = [0.05, 0.1, 0.15, 0.18, 0.2, 0.22, 0.25, 0.3, 0.4];
+    let count = campaign(6, &sizes, &[0.0, 0.01, 0.03]);
+    assert_eq!(count.far, 0);
+    assert!(f64::from(count.inside) >= 0.93 * f64::from(count.all));
+}
+
+#[test]
+fn coarse_stamps_a_stated_sample_time_and_rows_late_by_a_sample() {
+    let motion = moved(1);
+    type Stamps<'a> = &'a mut dyn FnMut(f64, &mut SplitMix64) -> f64;
+    let milliseconds = |time: f64| (1e3 * time).floor() / 1e3;
+    let cases: [(&str, Option<f64>, f64, f64, Stamps<'_>); 6] = [
+        // Milliseconds cut to integers, of samples of 1 ms and of 1.003 ms.
+        ("whole ms", None, 0.0, 1.0, &mut |time, random| {
+            milliseconds(time + 3e-4 * STEP * Deviation::Normal.draw(1.0, random))
+        }),
+        ("whole ms of 1.003", None, 0.0, 1.003, &mut |time, _| {
+            milliseconds(1.003 * time)
+        }),
+        ("steps of 5 ms", None, 0.0, 1.0, &mut |time, _| {
+            (200.0 * time + 1e-9).floor() / 200.0
+        }),
+        ("stated", Some(STEP), 0.0, 1.0, &mut |time, random| {
+            time + STEP * Deviation::Normal.draw(0.25, random)
+        }),
+        (
+            "stated and 2 % fast",
+            Some(STEP),
+            0.0,
+            1.0,
+            &mut |time, _| 1.02 * time,
+        ),
+        ("a third late", None, 0.0, 1.0, &mut |time, random| {
+            time + STEP * Deviation::Third.draw(1.0, random)
+        }),
+    ];
+    for (name, stated, lost, rate, stamps) in cases {
+        let columns = stamped(&motion, 5, stamps, lost);
+        let found = identified(&columns, stated).unwrap_or_else(|why| panic!("{name}: {why}"));
+        println!(
+            "{name}: {:?} {:?} {:?}",
+            found.log.found, found.log.sample_time, found.b
+        );
+        assert_eq!(found.log.found.clock, Clock::Even, "{name}");
+        assert_eq!(found.log.found.bridged, 0, "{name}");
+        assert!(
+            (found.log.sample_time / STEP / rate - 1.0).abs() < 1e-4,
+            "{name}"
+        );
+        // b of samples that are longer is smaller by the square.
+        let [b, _] = found.b.unwrap_or_else(|| panic!("{name}: no b"));
+        assert!((b * rate * rate - 1.0).abs() < 0.01, "{name}: {b}");
+    }
+}
+
+#[test]
+fn the_jitter_that_is_reported_is_that_of_the_stamps() {
+    let motion = moved(0);
+    for rms in [0.1, 0.25] {
+        for deviation in [Deviation::Normal, Deviation::Uniform, Deviation::Late] {
+            let mut stamps =
+                |time: f64, random: &mut SplitMix64| time + STEP * deviation.draw(rms, random);
+            let columns = stamped(&motion, 3, &mut stamps, 0.01);
+            let (_, log) = read(&columns, None).expect("a log");
+            let jitter = log.found.jitter.rms;
+            assert!(
+                (jitter / rms - 1.0).abs() < 0.1,
+                "{deviation:?} {rms}: {jitter}"
+            );
+            let lost = (motion[0].len() - columns[0].len()) as f64;
+            let bridged = log.found.bridged as f64;
+            assert!(
+                (bridged / lost - 1.0).abs() < 0.1,
+                "{deviation:?} {rms}: {bridged} of {lost}"
+            );
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! The measured response of logs in closed loop, beside that of the model that was identified from them.
+
+use host_sim::analysis::{Seen, Summariser};
+use host_sim::scenario::{Purpose, Scenario};
+use host_sim::simulate;
+
+/// The analysis of a servo under a controller that answers the sensor's noise, with its reference or without.
+fn seen(excitation: &str, counts: u32, has_reference: bool) -> Seen {
+    let text = format!(
+        "plant = {{ a = 1.875, b = 281.25, coulomb = 20.0, load = -18.75 }}
+         encoder = {{ counts_per_rev = {counts} }}
+         amplifier = {{ limit = 4.0 }}
+         controller = {{ kp = 9.0, kd = 0.19, ki = 4.0, sample_time = 1e-3 }}
+         excitation = {{ {excitation} }}
+         identifier = {{ law = \"fit\" }}
+         run = {{ duration = 12.0 }}"
+    );
+    let scenario = Scenario::parse("response", &text, Purpose::Run).expect("a scenario");
+    let mut summariser = Summariser::new(&scenario);
+    simulate::run(&scenario, &mut |sample| {
+        let mut sample = *sample;
+        if !has_reference {
+            sample.reference = f64::NAN;
+        }
+        summariser.add(&sample);
+    })
+    .expect("a run");
+    summariser.seen(&scenario).expect("a servo")
+}
+
+#[test]
+fn the_measured_response_is_the_models_wherever_it_is_drawn() {
+    let noise = "kind = \"band-limited-white-noise\", power = 0.01";
+    let binary = "kind = \"prbs\", amplitude = 0.5, hold = 0.08";
+    for counts in [500, 1000, 2000, 5000, 20_000] {
+        for excitation in [noise, binary] {
+            for has_reference in [true, false] {
+                let seen = seen(excitation, counts, has_reference);
+                assert_eq!(seen.has_reference, has_reference);
+                let off = |measured: f64, model: f64| 20.0 * (measured / model).log10().abs();
+                let worst = seen.response.iter().map(|one| off(one.measured, one.model));
+                let worst = worst.fold(0.0, f64::max);
+                println!(
+                    "{counts} counts, {excitation}, reference {has_reference}: {} lines to {:.0} rad/s, {worst:.2} dB",
+                    seen.response.len(),
+                    seen.response.last().map_or(0.0, |one| one.frequency)
+                );
+                assert!(worst < 2.0, "{:?}", seen.response);
+                assert!(seen.response.len() >= 5);
+            }
+        }
+    }
+}
