@@ -9,7 +9,7 @@ use crate::result::Summary;
 /// The servo in the result of a run or a replay, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifiedResult {
-    /// The servo, with the standard errors of what was identified. The result contains no covariances between unknowns.
+    /// The servo, with the covariance of what was identified.
     pub servo: IdentifiedServo,
     /// The load, rad/s².
     pub load: Estimated,
@@ -61,6 +61,11 @@ impl IdentifiedResult {
             ),
         })?;
         let text = |key: &str| result.get(key).and_then(Value::as_str);
+        let names = result
+            .pointer("/covariance/names")
+            .and_then(Value::as_array);
+        let place = |name: &str| names?.iter().position(|one| one == name);
+        let matrix = result.pointer("/covariance/matrix");
         let noise = result.pointer("/noise/moving").and_then(Value::as_f64);
         let servo = Self::checked(
             text("status").ok_or_else(|| missing("status"))?,
@@ -68,6 +73,7 @@ impl IdentifiedResult {
             number(&result, "sample_time")?,
             result.pointer("/residual/rms").and_then(Value::as_f64),
             &|name| estimate(&result, name),
+            &|one, other| matrix?.get(place(one)?)?.get(place(other)?)?.as_f64(),
         )?;
         Ok(Self { noise, ..servo })
     }
@@ -96,19 +102,21 @@ impl IdentifiedResult {
                 }
                 Some(_) => Err(missing(&format!("estimates.{name}.value"))),
             },
+            &|one, other| result.covariance.as_ref()?.of(one, other),
         )?;
         let noise = result.noise.moving;
         Ok(Self { noise, ..servo })
     }
 
-    /// Checks a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
-    /// its standard error.
+    /// Checks a status and its reason, a sample time, the residual's rms, the estimates by their names, each with its
+    /// standard error, and what their errors have in common.
     fn checked(
         status: &str,
         reason: &str,
         sample_time: f64,
         residual: Option<f64>,
         estimate: &dyn Fn(&str) -> Stated,
+        common: &dyn Fn(&str, &str) -> Option<f64>,
     ) -> Result<Self, ResultError> {
         if sample_time <= 0.0 {
             return Err(refused("sample_time", sample_time, "a number above 0"));
@@ -130,19 +138,22 @@ impl IdentifiedResult {
         }
         let not_negative = [("a", a), ("coulomb", coulomb), ("delay", delay)];
         let mut covariance = [[0.0; 5]; 5];
-        for (place, [_, error]) in [
-            (IdentifiedServo::A, a),
-            (IdentifiedServo::B, b),
-            (IdentifiedServo::COULOMB, coulomb),
-            (IdentifiedServo::DELAY, delay),
-            (IdentifiedServo::LOAD, load),
-        ] {
-            // An unknown one is reported below.
-            covariance[place][place] = if error.is_finite() {
-                error * error
-            } else {
-                0.0
-            };
+        let places = [
+            (IdentifiedServo::A, "a", a),
+            (IdentifiedServo::B, "b", b),
+            (IdentifiedServo::COULOMB, "coulomb", coulomb),
+            (IdentifiedServo::DELAY, "delay", delay),
+            (IdentifiedServo::LOAD, "load", load),
+        ];
+        // An unknown one is reported below.
+        let finite = places.iter().filter(|(.., [_, error])| error.is_finite());
+        for &(row, one, [_, error]) in finite.clone() {
+            for &(column, other, _) in finite.clone() {
+                covariance[row][column] = match row == column {
+                    true => error * error,
+                    false => common(one, other).unwrap_or(0.0),
+                };
+            }
         }
         /// The standard error of b, as a part of it, up to which a partially identified servo gets gains.
         const SURE: f64 = 0.04;
@@ -241,6 +252,10 @@ mod tests {
             "load": null,
             "delay": { "value": 0.0012, "std_error": 0.00001 },
             "gravity-sine": { "value": 3.0, "std_error": 0.1 }
+        },
+        "covariance": {
+            "names": ["b", "a", "delay"],
+            "matrix": [[0.25, 0.004, null], [0.004, 0.0001, -2e-8], [null, -2e-8, 1e-10]]
         }
     }"#;
 
@@ -259,6 +274,14 @@ mod tests {
         );
         assert!((servo.standard_error(IdentifiedServo::B) - 0.5).abs() < 1e-12);
         assert!((servo.delay - 0.0012).abs() < 1e-12 && result.has_delay);
+        let of = |one: usize, other: usize| servo.covariance[one][other];
+        let [a, b, delay] = [
+            IdentifiedServo::A,
+            IdentifiedServo::B,
+            IdentifiedServo::DELAY,
+        ];
+        assert_eq!([of(a, b), of(b, a)], [0.004; 2]);
+        assert_eq!([of(a, delay), of(b, delay)], [-2e-8, 0.0]);
         assert!((result.effects.gravity[0][0] - 3.0).abs() < 1e-12);
         assert_eq!(result.reservation, None);
     }

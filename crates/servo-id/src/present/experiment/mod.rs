@@ -290,9 +290,15 @@ fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
     )];
     if rows.iter().any(Estimated::is_sure) {
         blocks.push(Block::text("± is the 95 % interval, two standard errors to either side. It includes \
-                                 quantisation, noise, the autocorrelation of the residual, and the remaining change \
-                                 of an estimate. It does not include effects that the model lacks. The wander is the \
-                                 standard deviation of an estimate over the last quarter of the run."));
+                                 quantisation, noise, the autocorrelation of the residual, and the effects that \
+                                 the data neither show nor exclude. It does not include effects that no model here \
+                                 has. What the verdict accepts is a tolerance, and no error."));
+        if rows.iter().any(|row| row.wander.is_some()) {
+            blocks.push(Block::text(
+                "The wander is the standard deviation of an estimate over the last quarter of \
+                                     the run.",
+            ));
+        }
     }
     if summary.truth.is_some() {
         blocks.push(Block::text(
