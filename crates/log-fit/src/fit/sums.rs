@@ -184,8 +184,8 @@ impl Sums {
                     robust += inverse[a][i] * scores[i][j] * inverse[a][j];
                 }
             }
-            naive[place] = inverse[a][a] * noise;
-            variances[place] = (robust * freedom).max(naive[place] * self.repeated);
+            naive[place] = inverse[a][a] * noise * self.repeated;
+            variances[place] = (robust * freedom).max(naive[place]);
         }
         Covariances {
             variances,
