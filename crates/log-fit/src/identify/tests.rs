@@ -221,3 +221,115 @@ fn a_load_that_no_command_holds_is_not_known() {
         );
     }
 }
+
+/// A servo of 6 and of 24 thousand samples, pushed at random, and what was identified of it.
+fn pushed_longer(coulomb: f64) -> [Identified; 2] {
+    let mixed = |k: usize| (k as u32).wrapping_mul(0x9e37_79b9) >> 16;
+    let random = move |k: usize| f64::from(mixed(k)) / 65536.0 - 0.5;
+    let law = move |k, error: f64, v: f64| 0.5 * random(k / 7) + 2e-4 * error - 0.05 * v;
+    [6000, 24_000].map(|count| {
+        let mut samples = controlled(count, law, coulomb, |_, _, _| 0.0, 4000.0);
+        // A sensor's noise of a count and a half, above the rounding that no length averages out.
+        for (k, sample) in samples.iter_mut().enumerate() {
+            sample.position += (5.0 * random(k + 1_000_000)).round();
+        }
+        identified(&samples)
+    })
+}
+
+/// What data leave open is less of more data: half of it of four times as many.
+#[test]
+fn an_interval_shrinks_with_the_root_of_the_time_and_holds_the_truth() {
+    for coulomb in [0.004, COULOMB, 0.06] {
+        let found = pushed_longer(coulomb);
+        for (effect, truth) in [
+            (Effect::B, GAIN),
+            (Effect::Coulomb, coulomb),
+            (Effect::Load, 0.0),
+        ] {
+            let errors = [0, 1].map(|i| std_error(&found[i], effect));
+            let ratio = errors[0] / errors[1];
+            assert!(
+                (1.4..4.0).contains(&ratio),
+                "{effect:?} {coulomb}: {errors:?}"
+            );
+            for (found, error) in found.iter().zip(errors) {
+                let off = found.values.get(effect) - truth;
+                assert!(
+                    off.abs() < 3.0 * error,
+                    "{effect:?} {coulomb}: {off} ± {error}"
+                );
+            }
+        }
+    }
+}
+
+/// What moves two estimates moves both: viscous friction takes over from Coulomb friction.
+#[test]
+fn errors_and_correlations_are_of_one_covariance() {
+    let [found, _] = pushed_longer(COULOMB);
+    let free: Vec<Effect> = found.estimated.iter().map(|(effect, _)| *effect).collect();
+    let correlation =
+        |i: usize, j: usize| found.covariance[i][j] / (found.estimated[i].1 * found.estimated[j].1);
+    for i in 0..free.len() {
+        assert!((correlation(i, i) - 1.0).abs() < 1e-12, "{:?}", free[i]);
+        for j in 0..i {
+            let one = correlation(i, j);
+            assert!(one.abs() <= 1.0, "{:?} {:?}: {one}", free[i], free[j]);
+            assert!((one - correlation(j, i)).abs() < 1e-9);
+        }
+    }
+    let place = |wanted| {
+        free.iter()
+            .position(|effect| *effect == wanted)
+            .expect("free")
+    };
+    let one = correlation(place(Effect::A), place(Effect::Coulomb));
+    assert!(one < -0.4, "{one}");
+}
+
+/// Every period of a motion that repeats itself has the same rounding. No further period averages it out.
+#[test]
+fn a_motion_that_repeats_itself_tells_no_more_than_its_first_period() {
+    const FRICTION: f64 = 5.0 * COULOMB / 6.0;
+    for (band, phase, size) in [(0.3, 0.0, 0.6), (0.3, 0.3, 1.0), (0.15, 0.3, 1.0)] {
+        let command = move |k: usize| size * (TAU * k as f64 / 60.0 + phase).sin();
+        let dead = move |k: usize, _, v: f64| -GAIN * command(k).clamp(-band, band) - 0.057 * v;
+        let found = identified(&controlled(2000, |k, _, _| command(k), FRICTION, dead, 0.0));
+        let (b, error) = (found.values.get(Effect::B), std_error(&found, Effect::B));
+        assert!(
+            (b - GAIN).abs() < 2.0 * error,
+            "{band} {phase} {size}: {b} ± {error}"
+        );
+    }
+}
+
+/// The commands of another joint with the same goals do not predict where this one goes.
+#[test]
+fn commands_that_did_not_act_predict_no_motion() {
+    let law = |_, error: f64, v: f64| (2e-3 * error - 0.1 * v).clamp(-1.0, 1.0);
+    let own = controlled(SAMPLES, law, COULOMB, |_, _, _| 0.03, 400.0);
+    let goal = |k: usize| 3e-4 * (0.011 * k as f64 * 1.3).sin();
+    let other = controlled(
+        SAMPLES,
+        law,
+        3.0 * COULOMB,
+        |k, q, _| -1e-4 * q + 100.0 * goal(k),
+        400.0,
+    );
+    let foreign: Vec<Logged> = (own.iter().zip(&other))
+        .map(|(own, other)| Logged {
+            command: -other.command,
+            ..*own
+        })
+        .collect();
+    let right = identified(&own).unpredicted;
+    let demand = ModelDemand {
+        known: Values::NONE,
+        required: Vec::new(),
+        max_effects: 4,
+    };
+    let wrong = identify(&Recording::new(&foreign, 1.0, 10_000.0), &demand, &|| true);
+    let wrong = wrong.map_or(1.0, |found| found.unpredicted);
+    assert!(right < 0.05 && wrong > 0.5, "{right} {wrong}");
+}
