@@ -126,7 +126,12 @@ fn read(columns: &[Vec<f64>; 3], sample_time: Option<f64>) -> Result<(Scenario, 
 
 fn identified(columns: &[Vec<f64>; 3], sample_time: Option<f64>) -> Result<Outcome, String> {
     let (scenario, log) = read(columns, sample_time)?;
-    let found = host_sim::identify(scenario, std::slice::from_ref(&log), &mut |_| {});
+    let found = host_sim::identify(
+        scenario,
+        std::slice::from_ref(&log),
+        &host_sim::Options::default(),
+        &mut |_, _| {},
+    );
     let summary = found.map_err(|fault| fault.to_string())?.summary;
     let b = &summary.estimates.b;
     let error = b

@@ -20,7 +20,7 @@ impl<N: Number> LeastMotion<N> {
     /// least that moves a servo. Returns how far it has come, counts.
     pub(super) fn take(&mut self, servo: &RoughModel<N>, force: N, least: N) -> N {
         let [force, least] = [force, least].map(|of| N::from_f64(0.5) * of);
-        let twice = N::from_f64(2.0) * servo.coulomb();
+        let twice = servo.coulomb() + servo.coulomb();
         let friction = if twice > least { twice } else { least };
         let motion_direction = if self.velocity == N::ZERO {
             force

@@ -83,6 +83,7 @@ pub(crate) fn obedient(
 fn status(state: State) -> Status {
     Status {
         state,
+        simulated: false,
         kept: Kept::Nothing,
         configured: true,
         ended: None,
@@ -101,6 +102,7 @@ fn status(state: State) -> Status {
         boot: BootChecks::PASSED,
         disturbed: 0,
         interrupt_cycles: None,
+        index_from_edge: None,
     }
 }
 
