@@ -359,7 +359,7 @@ mod tests {
 
     #[test]
     fn what_neither_loop_nor_encoder_nor_actuator_is_to_blame_for_is_a_controlled_stop() {
-        const CONTROLLED: [u8; 10] = [11, 15, 16, 17, 40, 50, 51, 52, 170, 171];
+        const CONTROLLED: [u8; 12] = [11, 15, 16, 17, 18, 40, 50, 51, 52, 53, 170, 171];
         for &reason in Reason::ALL {
             // A commissioning that fails by its evidence has a loop that holds.
             let ends_a_motion = reason.is_fault() || (150..180).contains(&reason.number());

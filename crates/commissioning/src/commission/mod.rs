@@ -10,7 +10,6 @@ mod gains;
 mod half_cycles;
 mod holding;
 mod isr;
-mod least_motion;
 mod limits;
 mod message;
 mod noise;

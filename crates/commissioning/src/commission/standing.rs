@@ -5,7 +5,6 @@
 //! and the commissioning continues. With a stuck encoder or a dead actuator it moves in neither direction.
 
 use super::RoughModel;
-use super::least_motion::LeastMotion;
 use super::noise::EDGE_COUNTS;
 use crate::watch::LOW_SPEED;
 use identifier_core::number::Number;
@@ -21,23 +20,10 @@ pub(super) struct StandingTest<N> {
     /// Samples for which it may be at standstill under that command, and behind a moving reference.
     least: u32,
     behind: u32,
-    /// Samples from a command to its effect.
-    delay: u32,
-    /// Samples in which a servo that was pushed is braked.
-    braking: u32,
-    /// Twice the command's limit, by which the push grows, and the growth of its growth in each sample, command units.
-    growth: [N; 2],
-}
-
-/// The motion to which a servo is ordered.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Ordered<N> {
-    /// The command that balances the load.
-    pub(super) balance: N,
-    /// Counts behind the moving reference.
-    pub(super) behind: N,
-    /// True for a step, in which friction may hold the servo for longer.
-    pub(super) is_step: bool,
+    /// Samples of the push, those before it grows, and the growth of its growth in each, command units.
+    push: u32,
+    steady: u32,
+    growth: N,
 }
 
 /// The test under way.
@@ -52,15 +38,11 @@ pub(super) struct Standing<N> {
     velocity: N,
     displacement: N,
     pushed: u32,
-    /// The motion of a servo with half of b and twice the friction, and samples since it was a motion.
-    least_motion: LeastMotion<N>,
-    missed: u32,
     /// Samples behind a moving reference.
     behind: u32,
-    /// Samples of the opposite command, that command, and its growth so far and in a sample,
+    /// Samples of the opposite command, that command and its growth,
     tried: u32,
     push: N,
-    grown: N,
     growth: N,
     /// and samples left until the servo is braked again.
     braking: u32,
@@ -80,36 +62,32 @@ impl<N: Number> StandingTest<N> {
     const LEAST: f64 = 0.015;
     const BEHIND: f64 = 0.1;
 
-    /// The push begins as large as what should move the servo, or did not. It grows by twice the command's limit once it should
-    /// have moved the servo by twice the counts of a motion: while it should move it by so many counts, or in this time, s, slowly
-    /// at first, and in no fewer samples. Friction may have risen.
-    const GROWS_COUNTS: f64 = 75.0;
-    const GROWS: f64 = 0.012;
-    const GROWS_SAMPLES: f64 = 8.0;
-
-    /// The time in which a servo that was pushed is braked, s.
-    const BRAKING: f64 = 0.018;
+    /// The push begins as large as what should move the servo. It stays so for this time, s, and until it should have moved
+    /// the servo by twice the counts of a motion.
+    const STEADY: f64 = 4e-3;
+    /// The time in which it then grows to twice the command's limit, s: slowly at first, as friction may have risen.
+    const GROWS: f64 = 0.014;
 
     /// For a command up to a limit and a travel (counts), at a sample time (s); a command may act this late (samples).
     pub(super) fn new(limit: f64, travel: [f64; 2], sample_time: f64, delay: f64) -> Self {
-        /// The fewest samples of each, and of the growing push.
+        /// The fewest samples of each.
         const FEWEST: f64 = 3.0;
         let samples = |time: f64| libm::ceil((time / sample_time).max(FEWEST));
-        let grows = samples(Self::GROWS).max(Self::GROWS_SAMPLES);
-        let twice = 2.0 * limit;
+        let [steady, grows] = [Self::STEADY, Self::GROWS].map(samples);
         Self {
             least_push: N::from_f64(Self::LEAST_PUSH * limit),
             inner: travel.map(|end| N::from_f64(Self::INNER * end)),
             least: (samples(Self::LEAST) + delay) as u32,
             behind: (samples(Self::BEHIND) + delay) as u32,
-            delay: delay as u32,
-            braking: (samples(Self::BRAKING) + delay) as u32,
-            growth: [twice, 2.0 * twice / (grows * grows)].map(N::from_f64),
+            push: (steady + grows + delay) as u32,
+            steady: steady as u32,
+            growth: N::from_f64(4.0 * limit / (grows * grows)),
         }
     }
 
-    /// Takes a sample of a servo: its position, the command that acts, and the motion to which it is ordered. For a servo
-    /// that is held, the load is unknown. The command then counts relative to the one at which the standstill began.
+    /// Takes a sample of a servo: its position, the command that acts, and its distance behind a moving reference.
+    /// For a servo that is held, the load is unknown. The command then counts relative to the one at which the
+    /// standstill began.
     ///
     /// # Errors
     /// It moves in neither direction.
@@ -119,11 +97,11 @@ impl<N: Number> StandingTest<N> {
         servo: &RoughModel<N>,
         position: N,
         command: N,
-        ordered: Option<Ordered<N>>,
+        led_behind: Option<N>,
     ) -> Result<(), Reason> {
         if (position - state.at).magnitude() > N::from_f64(EDGE_COUNTS) {
             let braking = if state.tried > 0 {
-                self.braking
+                self.push
             } else {
                 state.braking
             };
@@ -140,34 +118,25 @@ impl<N: Number> StandingTest<N> {
             (state.still, state.under) = (state.still + 1, command);
         }
         let range = N::from_f64(LOW_SPEED) * servo.coulomb();
-        let (origin, friction, error) = match ordered {
-            Some(Ordered {
-                balance, behind, ..
-            }) => (balance, range, behind),
+        let (origin, friction, error) = match led_behind {
+            Some(error) => (servo.holding(), range, error),
             // From the one edge of its friction to the other.
             None => (state.under, range + range, N::ZERO),
         };
-        let is_step = ordered.is_some_and(|ordered| ordered.is_step);
-        let push = self.least_push * servo.gain;
-        let least = friction + push;
         if state.tried == 0 {
             let force = servo.gain * (command - origin);
+            let least = friction + self.least_push * servo.gain;
             let beyond = force.magnitude() - least;
-            if beyond > N::ZERO && !is_step {
+            if beyond > N::ZERO {
                 state.velocity += beyond;
                 state.displacement += state.velocity;
                 state.pushed = state.pushed.saturating_add(1);
             }
             let missed = N::from_f64(Self::MISSED);
-            if ordered.is_some() && state.least_motion.take(servo, force, push).magnitude() > missed
-            {
-                state.missed = state.missed.saturating_add(1);
-            }
             if error.magnitude() > missed {
                 state.behind = state.behind.saturating_add(1);
             }
-            let is_pushed = state.displacement > missed && state.pushed > self.least
-                || state.missed > self.delay;
+            let is_pushed = state.displacement > missed && state.pushed > self.least;
             if !is_pushed && state.behind < self.behind {
                 return Ok(());
             }
@@ -180,36 +149,22 @@ impl<N: Number> StandingTest<N> {
             if is_outer {
                 return Ok(());
             }
-            let size = if beyond > N::ZERO {
-                force.magnitude()
-            } else {
-                least
-            };
-            let size = size * servo.per_gain;
-            state.push = origin + if force > N::ZERO { -size } else { size };
+            let least = least * servo.per_gain;
+            state.push = origin + if force > N::ZERO { -least } else { least };
             (state.velocity, state.displacement) = (N::ZERO, N::ZERO);
         }
-        state.tried = state.tried.saturating_add(1);
-        if state.tried <= self.delay {
-            return Ok(());
-        }
-        state.velocity += servo.gain * (state.push - origin).magnitude() - friction;
+        state.velocity += self.least_push * servo.gain;
         state.displacement += state.velocity;
-        if state.displacement < N::from_f64(2.0 * EDGE_COUNTS) {
-            return Ok(());
+        if state.tried >= self.steady {
+            if state.displacement < N::from_f64(2.0 * EDGE_COUNTS) {
+                return Ok(());
+            }
+            let is_up = state.push > origin;
+            state.growth += if is_up { self.growth } else { -self.growth };
+            state.push += state.growth;
         }
-        let [most, growth] = self.growth;
-        state.growth += growth;
-        let by_counts = N::from_f64(1.0 / Self::GROWS_COUNTS) * most * state.velocity;
-        let by_counts = by_counts.limited(N::ZERO, N::from_f64(1.0 / Self::GROWS_SAMPLES) * most);
-        let step = if by_counts > state.growth {
-            by_counts
-        } else {
-            state.growth
-        };
-        state.grown += step;
-        state.push += if state.push > origin { step } else { -step };
-        if self.is_final(state) {
+        state.tried += 1;
+        if state.tried > self.push {
             return Err(Reason::ActuatorDead);
         }
         Ok(())
@@ -217,8 +172,7 @@ impl<N: Number> StandingTest<N> {
 
     /// True if it moves in neither direction.
     pub(super) fn is_final(&self, state: &Standing<N>) -> bool {
-        let [most, _] = self.growth;
-        state.grown > most
+        state.tried > self.push
     }
 }
 
@@ -232,12 +186,9 @@ impl<N: Number> Standing<N> {
             velocity: N::ZERO,
             displacement: N::ZERO,
             pushed: 0,
-            least_motion: LeastMotion::NONE,
-            missed: 0,
             behind: 0,
             tried: 0,
             push: N::ZERO,
-            grown: N::ZERO,
             growth: N::ZERO,
             braking: 0,
         }
@@ -290,12 +241,7 @@ mod tests {
             let now = f64::from(sample) * time;
             let acting = state.push().unwrap_or(command).clamp(-LIMIT, LIMIT);
             let position = position(now, acting);
-            let ordered = led_behind.map(|behind| Ordered {
-                balance: servo(time).holding(),
-                behind,
-                is_step: false,
-            });
-            let taken = test.take(&mut state, &servo(time), position, acting, ordered);
+            let taken = test.take(&mut state, &servo(time), position, acting, led_behind);
             (taken == Err(Reason::ActuatorDead)).then(|| {
                 assert!(test.is_final(&state));
                 now

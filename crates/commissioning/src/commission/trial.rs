@@ -264,14 +264,6 @@ impl<N: Number> Trial<N> {
         }
     }
 
-    /// The command that balances the load, in the first half of the step and of the one back. At its end the servo may be at
-    /// standstill under another load.
-    pub(super) fn stepping_about(&self, position: N) -> Option<N> {
-        let steps = matches!(self.stage, TrialStage::Stepping | TrialStage::Returning);
-        let gone = self.motion_direction() * (position - self.from);
-        (steps && gone < N::from_f64(0.5) * self.step.magnitude()).then_some(self.balance)
-    }
-
     /// True if friction that is higher at rest may hold the servo under this command.
     pub(super) fn may_hold_still_under(&self, command: N) -> bool {
         let [_, friction] = self.friction;

@@ -87,45 +87,19 @@ fn loaded(part: f64) -> Bench {
 
 /// The end of an axis whose encoder sticks at a time, s.
 #[derive(Debug)]
-pub(crate) struct Stuck {
+struct Stuck {
     reason: Option<Reason>,
     /// From the first sample in which the axis is ordered to move to the end, s, and true if the stage is disabled then.
-    pub(crate) ended: f64,
+    ended: f64,
     is_disabled: bool,
-    /// The time from there in which half of b would move the axis by 20 counts against twice its friction, s; none if it was
-    /// not identified then, or would not.
-    pub(crate) least_motion: Option<f64>,
 }
 
-/// The time from a sample on in which half of b moves an axis at rest by 20 counts against twice its friction, s.
-fn least_motion(bench: &Bench, given: &[f64]) -> Option<f64> {
-    let (servo, time) = (&bench.servo, bench.settings.sample_time);
-    let friction = 2.0 * servo.coulomb;
-    let (mut velocity, mut moved) = (0.0_f64, 0.0_f64);
-    let samples = given.iter().position(|command| {
-        let force = 0.5 * (servo.b * command + servo.load);
-        let direction = if velocity == 0.0 { force } else { velocity };
-        let next = velocity + (force - friction.copysign(direction)) * time;
-        velocity = if next * direction > 0.0 { next } else { 0.0 };
-        moved += velocity * time;
-        moved.abs() > 20.0 * bench.settings.resolution
-    });
-    samples.map(|samples| (samples + 1) as f64 * time)
-}
-
-pub(crate) fn stuck(bench: &Bench, time: f64) -> Stuck {
+fn stuck(bench: &Bench, time: f64) -> Stuck {
     let fault = InjectedFault::lasting(FaultKind::EncoderStuck, time, 0.0);
     let course = bench.run(&[fault], &mut |_| None);
     let ordered = course.ordered_since(time).unwrap_or(time);
-    let known = course.began(Phase::FrequencyResponse);
-    let first = (ordered / bench.settings.sample_time).round() as usize;
-    let least_motion = known
-        .filter(|&known| known <= ordered)
-        .and_then(|_| least_motion(bench, &course.given[first..]));
     println!(
-        "{:?} {:.1} rad/s {time:.4} {:?} {:?} ordered {:.4} ended {:.4} {:?} disabled {:?}",
-        least_motion.map(|least| (course.ended().unwrap_or(0.0) - ordered - least) * 1e3),
-        course.speed,
+        "{time:.4} {:?} {:?} ordered {:.4} ended {:.4} {:?} disabled {:?}",
         course.state.reason(),
         course.travel,
         ordered,
@@ -139,7 +113,6 @@ pub(crate) fn stuck(bench: &Bench, time: f64) -> Stuck {
             .ended()
             .map_or(f64::INFINITY, |end| (end - ordered).max(0.0)),
         is_disabled: course.disabled.is_some(),
-        least_motion,
     }
 }
 
@@ -162,9 +135,6 @@ fn a_stuck_encoder_is_found_in_every_phase() {
                 is_named && found.is_disabled || is_unmoved || is_over,
                 "{found:?}"
             );
-            if let Some(least) = found.least_motion {
-                assert!(found.ended <= least + 0.02, "{found:?}");
-            }
             found.ended
         })
         .collect();

@@ -1,10 +1,10 @@
 //! Every sample: its command, its checks, and the end where they fail.
 
+use super::super::Phase;
 use super::super::conservative_pid::ConservativePid;
 use super::super::holding::Holding;
-use super::super::standing::{Ordered, Standing};
+use super::super::standing::Standing;
 use super::super::state::{Activity, CommissionState, Next};
-use super::super::{Phase, RoughModel};
 use super::CommissionIsr;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
@@ -72,18 +72,11 @@ impl<N: Number> CommissionIsr<N> {
         })
     }
 
-    /// Tests whether a servo at standstill can move: while it follows a reference, makes a step, moves to a position or is
-    /// held there. False during the test command, and until the servo is braked again.
+    /// Tests whether a servo at standstill can move: while it follows a reference, moves to a position or is held
+    /// there. False during the test command, and until the servo is braked again.
     pub(super) fn moves(&self, state: &mut CommissionState<N>) -> Result<bool, Reason> {
         let (position, command) = (state.position, state.command);
-        let led_by = |servo: &RoughModel<N>, behind| {
-            Some(Ordered {
-                balance: servo.holding(),
-                behind,
-                is_step: false,
-            })
-        };
-        let (servo, ordered) = match &state.activity {
+        let (servo, led) = match &state.activity {
             Activity::ResponseWindows(holding) => {
                 let error = holding.reference() - position;
                 let error = if state.response_motion.learns() {
@@ -91,33 +84,17 @@ impl<N: Number> CommissionIsr<N> {
                 } else {
                     error
                 };
-                let servo = state.response_motion.loop_plan().0;
-                (servo, led_by(servo, error))
+                (state.response_motion.loop_plan().0, Some(error))
             }
             Activity::Holding(_) if state.phase.is_end() || state.suspected_fault().is_some() => {
                 return Ok(true);
             }
-            Activity::Holding(holding) if holding.is_led() => {
-                (&state.rough, led_by(&state.rough, N::ZERO))
-            }
+            Activity::Holding(holding) if holding.is_led() => (&state.rough, Some(N::ZERO)),
             Activity::Holding(_) => (&state.rough, None),
-            Activity::OnTrial(_, trial) => {
-                match (&state.identified, trial.stepping_about(position)) {
-                    (Some(known), Some(balance)) => {
-                        let step = Ordered {
-                            balance,
-                            behind: N::ZERO,
-                            is_step: true,
-                        };
-                        (&known.rough, Some(step))
-                    }
-                    _ => return Ok(true),
-                }
-            }
             _ => return Ok(true),
         };
         if servo.is_known() {
-            (self.standing).take(&mut state.standing, servo, position, command, ordered)?;
+            (self.standing).take(&mut state.standing, servo, position, command, led)?;
         }
         Ok(!state.standing.is_at_work())
     }
