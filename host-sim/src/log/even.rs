@@ -80,7 +80,10 @@ impl EvenRows {
             return Self::as_stamped(&rows, settings, stated.unwrap_or(steps[0]));
         };
         let complete = first.row_by_row(&stamps);
-        let same = stamps.windows(2).filter(|pair| pair[0] == pair[1]).count() as f64;
+        let same = stamps
+            .windows(2)
+            .filter(|pair| pair[0].total_cmp(&pair[1]).is_eq())
+            .count() as f64;
         let is_coarse = same > COARSE * stamps.len() as f64;
         if is_coarse && settings.units.time != TimeUnit::Sample {
             return Self::on_clock(&rows, &complete, stated);
