@@ -66,17 +66,18 @@ pub(super) struct Assessment {
     pub(super) fit: Option<FitEvidence>,
     /// The usual sizes beside which unknowns act.
     pub(super) scales: Scales,
-    covariance: ErrorCovariance,
+    /// The covariance of the errors.
+    by_chance: ByChance,
 }
 
-/// The covariance of the errors of estimates, SI.
+/// The covariance of the errors of estimates by chance, SI.
 #[derive(Debug, Clone, PartialEq)]
-struct ErrorCovariance {
+struct ByChance {
     effects: Vec<Effect>,
     matrix: Vec<Vec<f64>>,
 }
 
-impl ErrorCovariance {
+impl ByChance {
     /// Of estimates in the units of a record.
     fn new(estimated: &[(Effect, f64)], matrix: &[Vec<f64>], scale: &Scale) -> Self {
         let effects: Vec<Effect> = estimated.iter().map(|(effect, _)| *effect).collect();
@@ -120,11 +121,9 @@ impl Assessment {
         self.unknowns.iter().find(|asked| asked.unknown == unknown)
     }
 
-    /// The covariance of the errors of two unknowns; none for one that was not estimated. A refit moves both.
+    /// The covariance by chance of the errors of two unknowns; none for one that was not estimated.
     pub(super) fn covariance(&self, one: Unknown, other: Unknown) -> Option<f64> {
-        let moved = |unknown| self.of(unknown).map(|asked| asked.refit_difference);
-        let known = self.covariance.of(one, other)?;
-        Some(known + moved(one)? * moved(other)?)
+        self.by_chance.of(one, other)
     }
 
     /// Assesses the estimates at the end of a run. None if the record is too short or no servo fits it.
@@ -173,13 +172,12 @@ impl Assessment {
             fit: found.profile.map(|profile| FitEvidence {
                 profile,
                 // The model of an estimator may have nothing for which that matters.
-                unpredicted: 0.0,
                 reverses: true,
                 delay_at_bound: false,
                 was_stopped: false,
             }),
             scales: scale.scales(&found.statistics, command.deviation()?),
-            covariance: ErrorCovariance::new(&found.estimated, &found.covariance, &scale),
+            by_chance: ByChance::new(&found.estimated, &found.covariance, &scale),
         })
     }
 
@@ -198,7 +196,7 @@ impl Assessment {
             finding: None,
             fit: Some(whole.evidence),
             scales: whole.scales,
-            covariance: ErrorCovariance::new(
+            by_chance: ByChance::new(
                 &whole.found.estimated,
                 &whole.found.covariance,
                 &whole.scale,

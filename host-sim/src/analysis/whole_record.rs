@@ -145,7 +145,6 @@ impl Scale {
             all: FoundServo::of_fit(&found.values, self),
             evidence: FitEvidence {
                 profile: found.profile,
-                unpredicted: found.unpredicted,
                 reverses: found.reverses,
                 delay_at_bound: found.delay_at_bound,
                 was_stopped: found.was_stopped,

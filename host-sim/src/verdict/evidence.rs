@@ -36,8 +36,6 @@ pub struct Evidence {
 pub struct FitEvidence {
     /// Increase of −2 ln L, in independent samples, at 0.8 and 1.25 times b with all else fitted again.
     pub profile: [f64; 2],
-    /// The part of the motion that the commands do not predict over several of its periods, 0 to 1.
-    pub unpredicted: f64,
     /// True if the servo moved in both directions.
     pub reverses: bool,
     /// True if the delay is the longest that was looked for.

@@ -101,13 +101,6 @@ pub enum VerdictReason {
         /// The most that chance explains, or that does not matter.
         limit: f64,
     },
-    /// The commands do not predict the motion that was fitted.
-    CommandDoesNotPredict {
-        /// Error over that of a model without a command.
-        error: f64,
-        /// The largest allowed one.
-        limit: f64,
-    },
     /// The model does not predict data that the estimates have not seen.
     NotPredicted {
         /// Error relative to the position's deviation.
@@ -119,8 +112,8 @@ pub enum VerdictReason {
 
 impl VerdictReason {
     /// All numbers in results.
-    pub const CODES: [u8; 19] = [
-        0, 10, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 40, 41, 42, 43, 44,
+    pub const CODES: [u8; 18] = [
+        0, 10, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 40, 41, 42, 43,
     ];
 
     /// Its number in results, the same in every version. 0 is converged; from 10 aborted, from 20 no information, from
@@ -146,7 +139,6 @@ impl VerdictReason {
     /// | 41 | the model lacks an effect that has no name |
     /// | 42 | a refit gives another estimate |
     /// | 43 | the model does not predict other data |
-    /// | 44 | the commands do not predict the motion |
     #[must_use]
     pub const fn code(&self) -> u8 {
         match self {
@@ -168,7 +160,6 @@ impl VerdictReason {
             Self::Lacks { cause: None, .. } => 41,
             Self::RefitDiffers { .. } => 42,
             Self::NotPredicted { .. } => 43,
-            Self::CommandDoesNotPredict { .. } => 44,
         }
     }
 
@@ -338,13 +329,6 @@ impl VerdictReason {
                 unknown.name(),
                 Quantity(refit_difference, unit.of(unknown)),
                 Quantity(limit, unit.of(unknown))
-            ),
-            Self::CommandDoesNotPredict { error, limit } => write!(
-                f,
-                "the commands leave {:.0} % of the motion unpredicted, at most {:.0} % is within tolerance: another \
-                 column may be the command that acted (--command), or the model lacks something",
-                100.0 * error,
-                100.0 * limit
             ),
             Self::NotPredicted { error, limit } => write!(
                 f,

@@ -96,10 +96,6 @@ const MAX_PREDICTION_ERROR: f64 = 0.1;
 /// accumulates.
 const MAX_ACCUMULATED_ERROR: f64 = 0.3;
 
-/// The part of its own motion that a model may leave unpredicted over several periods. For drawn logs with a right result
-/// it is below a tenth; the commands of another joint leave most of it.
-const MAX_UNPREDICTED: f64 = 0.3;
-
 impl Verdict {
     /// True if no estimate means anything.
     #[must_use]
@@ -337,14 +333,6 @@ fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
 }
 
 fn unpredicted(evidence: &Evidence) -> Option<VerdictReason> {
-    if let Some(error) = evidence.fit.map(|fit| fit.unpredicted)
-        && !within(error, MAX_UNPREDICTED)
-    {
-        return Some(VerdictReason::CommandDoesNotPredict {
-            error,
-            limit: MAX_UNPREDICTED,
-        });
-    }
     let error = evidence.prediction?;
     let beyond = evidence
         .residual

@@ -18,7 +18,6 @@ mod gain;
 mod horizons;
 mod pass;
 mod record;
-mod repetition;
 mod search;
 mod spectrum;
 mod start;

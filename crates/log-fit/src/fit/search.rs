@@ -199,8 +199,7 @@ impl Fitter<'_> {
         horizon: Horizon,
         search: Search,
     ) -> Option<Fitted> {
-        let (values, mut sums) = self.search(values, free, horizon, search)?;
-        sums.repeated = self.repeated(&values, horizon);
+        let (values, sums) = self.search(values, free, horizon, search)?;
         let covariances = sums.covariances(&self.held(&values, free, horizon, &sums));
         Some(Fitted {
             values,

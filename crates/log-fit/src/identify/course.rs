@@ -1,6 +1,6 @@
 //! A record beside the model that was identified.
 
-use crate::fit::{Effect, Fitter, Horizon, Record, Values};
+use crate::fit::{Fitter, Horizon, Record};
 
 use super::every_sample::of_samples;
 use super::{Identified, Recording};
@@ -48,59 +48,38 @@ impl Identified {
             last = row.innovation;
             rows += 1.0;
         });
-        let (errors, window) = in_windows(&fitter, &values, own)?;
-        ran.then_some(Course {
+        let shortest = fitter.statistics.shortest_horizon(record.len());
+        let window = (HORIZONS * shortest) as usize;
+        let begins: Vec<usize> = (record.motions())
+            .flat_map(|(first, end)| {
+                // No window is a short rest.
+                let count = ((end - first) / window).max(1);
+                (0..count).map(move |k| first + k * window)
+            })
+            .collect();
+        let windows = Record {
+            begins: &begins,
+            ..record
+        };
+        let free = Fitter {
+            record: &windows,
+            ..fitter
+        };
+        let horizon = Horizon {
+            white: record.len() as f64,
+            walk: own.walk,
+        };
+        let mut errors = vec![f64::NAN; record.len()];
+        let ran_free = free.pass(&values, horizon).run(&values, &[], &mut |row| {
+            if row.variance < KNOWN {
+                errors[row.sample] = row.innovation;
+            }
+        });
+        (ran && ran_free).then_some(Course {
             errors,
             window,
             innovation: f64::sqrt(squares / rows),
             correlation: lagged / squares,
         })
     }
-}
-
-/// The errors of a model that runs free in windows, NaN until its start in one is known, and the samples of a window.
-/// None if the model diverges.
-fn in_windows(fitter: &Fitter<'_>, values: &Values, horizon: Horizon) -> Option<(Vec<f64>, usize)> {
-    let record = fitter.record;
-    let shortest = fitter.statistics.shortest_horizon(record.len());
-    let window = (HORIZONS * shortest) as usize;
-    let begins: Vec<usize> = (record.motions())
-        .flat_map(|(first, end)| {
-            // No window is a short rest.
-            let count = ((end - first) / window).max(1);
-            (0..count).map(move |k| first + k * window)
-        })
-        .collect();
-    let windows = Record {
-        begins: &begins,
-        ..*record
-    };
-    let free = Fitter {
-        record: &windows,
-        ..*fitter
-    };
-    let horizon = Horizon {
-        white: record.len() as f64,
-        ..horizon
-    };
-    let mut errors = vec![f64::NAN; record.len()];
-    let ran = free.pass(values, horizon).run(values, &[], &mut |row| {
-        if row.variance < KNOWN {
-            errors[row.sample] = row.innovation;
-        }
-    });
-    ran.then_some((errors, window))
-}
-
-/// The part of the motion that the command does not predict: the errors of a model that runs free in windows, over those
-/// of the same model without its command. One if the command says nothing of the motion.
-pub(super) fn unpredicted(fitter: &Fitter<'_>, values: &Values, horizon: Horizon) -> f64 {
-    let rms = |values: &Values| {
-        let (errors, _) = in_windows(fitter, values, horizon)?;
-        let known = errors.iter().filter(|error| error.is_finite());
-        Some(known.map(|error| error * error).sum::<f64>().sqrt())
-    };
-    let without = rms(&values.with(Effect::B, 0.0));
-    let own = rms(values);
-    own.zip(without).map_or(1.0, |(own, without)| own / without)
 }

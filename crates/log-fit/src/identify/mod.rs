@@ -50,7 +50,7 @@ pub struct Identified {
     pub values: Values,
     /// The effects that were estimated, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
-    /// The covariance of their errors, in the same order.
+    /// The covariance of their errors by chance alone, in the same order.
     pub covariance: Vec<Vec<f64>>,
     /// The estimates that a command of other sizes would determine better.
     pub needs_more_amplitudes: Vec<Effect>,
@@ -66,8 +66,6 @@ pub struct Identified {
     pub lateness: Option<f64>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
     pub profile: [f64; 2],
-    /// The part of the motion that the command does not predict over several of its periods, 0 to 1.
-    pub unpredicted: f64,
     /// True if the delay is the longest that is looked for.
     pub delay_at_bound: bool,
     /// Figures of the record.
@@ -170,18 +168,16 @@ pub fn identify(
         .max(by_chance)
         .hypot(ripple_as_load(recording, &model));
     let beyond = uncertainty::ErrorBudget::ALL;
-    let (mut covariance, needs_more_amplitudes) =
-        uncertainty::covariance(&fitter, &model, load_error, &answers, beyond);
+    let (mut std_errors, needs_more_amplitudes) =
+        uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
     let profile = Profile::new(&fitter, &model);
-    profile.widen(&model, &mut covariance);
-    let unpredicted = course::unpredicted(&fitter, &model.fitted.values, model.fitted.horizon);
+    profile.widen(&model, &mut std_errors);
     let direction = recording.direction();
     let braking = direction.and_then(|direction| braking(&fitter, &model, direction));
     let load =
-        every_sample::refine(&fitter, recording, &mut model, &mut covariance).unwrap_or(load);
+        every_sample::refine(&fitter, recording, &mut model, &mut std_errors).unwrap_or(load);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
-    let delay =
-        delay.and_then(|place| effect_selection.delay(&model, covariance[place][place].sqrt()));
+    let delay = delay.and_then(|place| effect_selection.delay(&model, std_errors[place]));
     let jitter = Jitter::find(&fitter, &model.fitted);
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
     let shown = shown.chain(jitter.iter().map(Jitter::entered));
@@ -196,8 +192,12 @@ pub fn identify(
         .statistics
         .noise
         .min(innovations.max(QUANTISATION_SIGMA));
-    let (found, estimated, covariance) =
-        recording.about_zero(&values.with(Effect::Load, load), &model.free, &covariance);
+    let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
+    let (found, estimated, covariance) = recording.about_zero(
+        &values.with(Effect::Load, load),
+        &estimated,
+        &model.covariance(&fitter, &estimated),
+    );
     Some(Identified {
         values: found,
         estimated,
@@ -209,7 +209,6 @@ pub fn identify(
         jitter: jitter.map(|jitter| jitter.deviation),
         lateness: (fitter.earliest < 0.0).then(|| -values.get(Effect::Delay) * recording.block),
         profile: profile.increases,
-        unpredicted,
         delay_at_bound,
         statistics: fitter.statistics,
         horizon: model.fitted.horizon,

@@ -129,10 +129,6 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             format!("Run longer, until {} has settled.", unknown.name()),
             "If it does not, the model lacks something: see the residual.".to_owned(),
         ],
-        VerdictReason::CommandDoesNotPredict { .. } => vec![
-            "State the column of the command that acted: --command.".to_owned(),
-            "If it is the right one, the model lacks something: see the residual.".to_owned(),
-        ],
         VerdictReason::NotPredicted { .. } => vec![
             "Identify from motions like those to be predicted: speeds, loads, angles.".to_owned(),
         ],

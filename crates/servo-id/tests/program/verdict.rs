@@ -61,7 +61,6 @@ fn lacking(cause: Option<Cause>, unknown: Unknown, shift: f64) -> Evidence {
 fn fitted(change: impl Fn(&mut FitEvidence)) -> Evidence {
     let mut fit = FitEvidence {
         profile: [1e3; 2],
-        unpredicted: 0.01,
         reverses: true,
         delay_at_bound: false,
         was_stopped: false,
@@ -86,20 +85,6 @@ fn assert_verdict(evidence: &Evidence, status: Status, code: u8, unknown: Option
 fn a_fully_identified_servo_is_converged() {
     assert_verdict(&known(), Status::Converged, 0, None);
     assert_verdict(&fitted(|_| {}), Status::Converged, 0, None);
-}
-
-#[test]
-fn a_fit_whose_commands_do_not_predict_the_motion_is_not_converged() {
-    assert_verdict(
-        &fitted(|fit| fit.unpredicted = 0.2),
-        Status::Converged,
-        0,
-        None,
-    );
-    for unpredicted in [0.5, f64::NAN] {
-        let evidence = fitted(|fit| fit.unpredicted = unpredicted);
-        assert_verdict(&evidence, Status::Unexplained, 44, None);
-    }
 }
 
 #[test]
