@@ -71,7 +71,15 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let slot = self.commissioning_slot.as_mut().ok_or(Refusal::Busy)?;
         let (settings, stage) = (&self.settings, &self.stage);
         let known = self.estimates.as_ref();
-        let begun = prepare(slot, &mut self.solver, given, settings, position, known, stage);
+        let begun = prepare(
+            slot,
+            &mut self.solver,
+            given,
+            settings,
+            position,
+            known,
+            stage,
+        );
         begun.map_err(Refusal::Setting)?;
         self.channel.discard_record();
         Ok(())

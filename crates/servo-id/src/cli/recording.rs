@@ -58,9 +58,8 @@ impl Recording {
             passes,
             pass: 0,
             traces: results.show_traces().then(ExperimentTraces::default),
-            rows: (results.csv.take()).map(|csv| {
-                Streamed::begin(csv, |out| Rows::of_experiment(out, unit))
-            }),
+            rows: (results.csv.take())
+                .map(|csv| Streamed::begin(csv, |out| Rows::of_experiment(out, unit))),
             progress: Progress::of_samples(samples),
         }
     }

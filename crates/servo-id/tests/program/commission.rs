@@ -198,7 +198,6 @@ fn a_commissioning_impossible_within_its_limits_is_refused_with_the_figure_that_
             "travel",
             "identify",
         ),
-        ("speed =", "one_way = true\nspeed =", "one_way", "identify"),
         ("travel = 0.5 ", "# ", "travel", "travel = 0.5 "),
         ("speed =", "command = 12.0\nspeed =", "command", "[-10, 10]"),
         ("limit = 10.0", "# ", "command", "amplifier.limit"),

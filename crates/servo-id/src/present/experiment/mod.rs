@@ -194,7 +194,10 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
     {
         blocks.extend(fit_notes(fit, unit));
     }
-    blocks.extend(of.seen.map(|seen| Block::Text(left_by_fit(seen, unit.name()))));
+    blocks.extend(
+        of.seen
+            .map(|seen| Block::Text(left_by_fit(seen, unit.name()))),
+    );
     if let Some(residual) = &summary.residual {
         blocks.push(Block::Text(left_over(residual, summary)));
     }

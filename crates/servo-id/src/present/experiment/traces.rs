@@ -100,9 +100,15 @@ fn fitted(traces: &ExperimentTraces, seen: &Seen, unit: MotionUnit) -> Vec<Figur
         "Position; open-loop simulation over {} s",
         rough(seen.window)
     );
-    let own = seen.count.map_or((unit.name(), 1.0), |count| ("counts", count));
+    let own = seen
+        .count
+        .map_or((unit.name(), 1.0), |count| ("counts", count));
     let (residual_unit, size) = own;
-    let mut residual = signal("Residual", residual_unit, &[("residual", &traces.output_error)]);
+    let mut residual = signal(
+        "Residual",
+        residual_unit,
+        &[("residual", &traces.output_error)],
+    );
     for point in residual
         .traces
         .iter_mut()
