@@ -26,6 +26,5 @@ pub fn built_in() -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
-        brake: None,
     }
 }

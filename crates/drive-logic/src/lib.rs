@@ -20,7 +20,6 @@
 #![deny(missing_docs)]
 
 mod background_watch;
-mod brake;
 mod channel;
 mod chip;
 mod closed_loop;
@@ -31,8 +30,6 @@ mod ending;
 mod guide;
 mod homing;
 mod image;
-mod index_watch;
-mod limits;
 mod listener;
 mod messages;
 mod outside;

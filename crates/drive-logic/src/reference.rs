@@ -27,18 +27,8 @@ pub(crate) struct Reference {
     /// The way to the target: whole counts, and less than one count on top.
     at: Setpoint<f32>,
     arrived: bool,
-    progress: Progress,
-}
-
-/// Whether the reference follows its target.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Progress {
-    /// It does.
-    Follows,
-    /// It will, with this dither.
-    Waits(Option<Dither>),
     /// It stays where it is, in spite of new targets.
-    Stays,
+    stays: bool,
 }
 
 impl Reference {
@@ -65,18 +55,14 @@ impl Reference {
                 offset: 0.0,
             },
             arrived: true,
-            progress: Progress::Follows,
+            stays: false,
         })
     }
 
-    /// Stays at the servo's position, or the offset from it by which a loop without integral holds the load.
-    pub(crate) fn start(&mut self, count: i32, offset: f32) {
-        let whole = offset as i32;
-        self.target = count.wrapping_add(whole);
-        self.at = Setpoint {
-            count: self.target,
-            offset: offset - whole as f32,
-        };
+    /// Stays at the servo's position.
+    pub(crate) fn start(&mut self, count: i32) {
+        self.target = count;
+        self.at = Setpoint { count, offset: 0.0 };
         self.arrived = true;
     }
 
@@ -88,9 +74,9 @@ impl Reference {
 
     /// Sends the servo elsewhere.
     pub(crate) fn send(&mut self, target: i32) {
-        if !self.stays() {
+        if !self.stays {
             self.target = target;
-            self.arrived &= self.waits();
+            self.arrived = false;
         }
     }
 
@@ -132,25 +118,7 @@ impl Reference {
 
     /// True if it stays where it is, in spite of new targets.
     pub(crate) fn stays(&self) -> bool {
-        self.progress == Progress::Stays
-    }
-
-    /// True if it waits where it is, in spite of its target.
-    pub(crate) fn waits(&self) -> bool {
-        matches!(self.progress, Progress::Waits(_))
-    }
-
-    /// Waits where it is, without dither, until [`go`](Self::go).
-    pub(crate) fn wait(&mut self) {
-        self.progress = Progress::Waits(self.dither.take());
-    }
-
-    /// Follows its target after it has waited.
-    pub(crate) fn go(&mut self) {
-        if let Progress::Waits(dither) = self.progress {
-            (self.dither, self.progress) = (dither, Progress::Follows);
-            self.arrived = self.target == self.at.count;
-        }
+        self.stays
     }
 
     /// Stays where it is from now on, without dither.
@@ -159,7 +127,7 @@ impl Reference {
     pub(crate) fn stay(&mut self) {
         self.dither = None;
         self.send(self.at.count);
-        self.progress = Progress::Stays;
+        self.stays = true;
     }
 
     /// The setpoint of this sample.
@@ -198,7 +166,7 @@ impl Reference {
 
 #[cfg(test)]
 mod tests {
-    use super::{Progress, Reference, Setpoint};
+    use super::{Reference, Setpoint};
     use proptest::prelude::*;
 
     proptest! {
@@ -215,9 +183,9 @@ mod tests {
                 target: 0,
                 at: Setpoint { count: 0, offset: 0.0 },
                 arrived: true,
-                progress: Progress::Follows,
+                stays: false,
             };
-            reference.start(start, 0.0);
+            reference.start(start);
             let target = start.wrapping_add(away);
             reference.send(target);
             let needed = f64::from(away.abs()) / f64::from(pace);

@@ -11,7 +11,6 @@
 #![deny(missing_docs)]
 
 mod backlash;
-mod brake;
 mod effects;
 mod encoder;
 mod equation;
@@ -27,7 +26,6 @@ mod sensor_errors;
 mod servo;
 mod wander;
 
-pub use brake::VirtualBrake;
 pub use effects::{EffectError, Effects};
 pub use encoder::Encoder;
 pub use identifier_core::parameters::ServoParameters;

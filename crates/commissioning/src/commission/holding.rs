@@ -87,9 +87,9 @@ impl<N: Number> Holding<N> {
         self.rest.begin();
     }
 
-    /// Counts as at rest after this many samples, if they are more than otherwise.
+    /// Sets the samples after which it counts as at rest.
     pub(super) fn rest_for(&mut self, samples: u32) {
-        self.rest.needed = self.rest.needed.max(samples);
+        self.rest.needed = samples;
     }
 
     /// Brings the servo to a place.

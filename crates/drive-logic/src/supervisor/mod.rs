@@ -1,6 +1,5 @@
 //! The background's half: everything that may take its time.
 
-mod begun;
 mod changes;
 mod commission;
 mod memory;
@@ -19,7 +18,6 @@ use drive_link::{
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::reason::Reason;
 
-use self::begun::Begun;
 pub use self::memory::Memory;
 use self::memory::Slot;
 use self::solver::Solver;
@@ -27,10 +25,9 @@ use crate::channel::{BackgroundEnd, Heard};
 use crate::chip::OutputStage;
 use crate::closed_loop::ClosedLoop;
 use crate::commissioning::Commissioning;
-use crate::ending::Coasting;
-use crate::guide::{Origin, TargetsFrom};
-use crate::limits::AllowedRange;
+use crate::guide::Origin;
 use crate::messages::{Mode, Order};
+use crate::protection::reach;
 use crate::run::Run;
 use crate::store::Store;
 use crate::telemetry::Counts;
@@ -67,9 +64,6 @@ pub struct Supervisor<'a, F> {
     outcome: Option<Outcome>,
     /// The origin of targets and travel, by the last report.
     origin: Origin,
-    /// The distance of the index pulse from the edge of the home switch, counts, by the last homing that found both.
-    index_from_edge: Option<i32>,
-    begun: Begun,
     /// A commissioning is over and holds the servo for a run to resume.
     awaits_resume: bool,
     /// The settings in force are saved as soon as the servo is disabled, and at standstill if that takes erasing.
@@ -78,9 +72,8 @@ pub struct Supervisor<'a, F> {
     commissioned: Option<Commissioned>,
     fault: Option<Fault>,
     ended: Option<Ended>,
-    /// The stops that the interrupt has obeyed, and whether it holds the servo until its brake has closed.
+    /// The stops that the interrupt has obeyed.
     stops: u32,
-    closes_brake: bool,
     counts: Counts,
     /// Samples of the interrupt that were not reported for want of room on the line.
     reports_dropped: u32,
@@ -119,16 +112,12 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// On its own, for its stack to be free again.
     #[inline(never)]
     fn open(flash: F, start: u32, stage: &OutputStage) -> (Store<F>, Option<Record>, Kept) {
-        let own = stage.build();
-        let read = |bytes: &[u8]| Record::from_bytes(own, bytes);
-        let (store, read, kept) = Store::open(flash, start, Record::VERSION, read);
-        match read {
-            Some(Ok(record)) if Run::check(&record.settings, stage).is_ok() => {
-                (store, Some(record), kept)
+        let (store, record, kept) = Store::open(flash, start, Record::VERSION, Record::from_bytes);
+        match record {
+            Some(record) if Run::check(&record.settings, stage).is_err() => {
+                (store, None, Kept::OtherVersion)
             }
-            Some(Ok(_)) => (store, None, Kept::OtherVersion),
-            Some(Err(stored)) => (store, None, Kept::OtherBuild { stored, own }),
-            None => (store, None, kept),
+            record => (store, record, kept),
         }
     }
 
@@ -162,14 +151,11 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             phase: Phase::Idle,
             outcome: record.and_then(Self::outcome_in),
             origin: Origin::Start,
-            index_from_edge: None,
-            begun: Begun::default(),
             awaits_resume: false,
             save_pending: false,
             commissioned: record.and_then(|record| record.commissioned),
             fault: found_at_boot.err(),
             ended: None,
-            closes_brake: false,
             counts: Counts::default(),
             reports_dropped: 0,
             garbled: 0,
@@ -180,8 +166,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             // Reported once. If it cannot be saved, it is reported again.
             supervisor.save_pending = supervisor.keep(false).is_err();
         }
-        let patience = supervisor.disabled_patience();
-        supervisor.channel.set_disabled_patience(patience);
+        supervisor.set_disabled_patience(DISABLED_PATIENCE);
         supervisor
     }
 
@@ -192,17 +177,14 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
 
     /// Sets the test of the board, which a request reports.
     pub fn set_board_test(&mut self, test: BoardTest) {
-        let servo_on_chip = self.stage.is_simulated;
-        self.board_test = BoardTest {
-            servo_on_chip,
-            ..test
-        };
+        self.board_test = test;
     }
 
-    /// Samples for which the background may not run while the servo is disabled.
-    fn disabled_patience(&self) -> u32 {
+    /// Sets the time for which the background may not run while the servo is disabled, s.
+    fn set_disabled_patience(&self, time: f64) {
         // A cast saturates.
-        (DISABLED_PATIENCE / self.sample_time()) as u32
+        let samples = (time / self.sample_time()) as u32;
+        self.channel.set_disabled_patience(samples);
     }
 
     /// The sample time that holds, s: the firmware's timer follows it while the stage is disabled.
@@ -232,9 +214,9 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.commissioning_slot.is_none()
     }
 
-    /// True until the interrupt has reported that it has obeyed a stop, and until the brake has closed at an end.
+    /// True until the interrupt has reported that it has obeyed a stop.
     fn is_stopping(&self) -> bool {
-        self.closes_brake || self.stops != self.channel.stops()
+        self.stops != self.channel.stops()
     }
 
     /// Estimates of the last run, or of the one that was saved.
@@ -275,16 +257,12 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// The same, but listens to the line before motion is ordered. Building a loop and saving a record take many times
     /// as long as a stop, which may have come meanwhile.
     pub fn answer_after(&mut self, request: &Request, listen: impl FnOnce()) -> Report {
-        if request.command.keeps_alive() {
-            self.channel.count_host_frame();
-        }
+        self.channel.count_host_frame();
         let id = request.id;
         let refused = |refusal| Report::Refused { id, refusal };
-        let done = self.obey(request, listen);
-        self.begun.count_request();
-        match done {
+        match self.obey(&request.command, listen) {
             Ok(()) => match request.command {
-                Command::Hello | Command::KeepAlive => self.status(Some(id)),
+                Command::Hello => self.status(Some(id)),
                 Command::Show => Report::Settings {
                     id,
                     settings: self.settings,
@@ -307,14 +285,12 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
     }
 
-    fn obey(&mut self, request: &Request, listen: impl FnOnce()) -> Result<(), Refusal> {
-        let Request { id, command } = *request;
+    fn obey(&mut self, command: &Command, listen: impl FnOnce()) -> Result<(), Refusal> {
         if command.may_move() {
             self.must_be_last()?;
         }
-        match command {
+        match *command {
             Command::Hello
-            | Command::KeepAlive
             | Command::Show
             | Command::Outcome
             | Command::MotionRecord(_)
@@ -339,25 +315,24 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 }
                 self.settings = settings;
                 self.configured = true;
-                self.channel.set_disabled_patience(self.disabled_patience());
+                self.set_disabled_patience(DISABLED_PATIENCE);
             }
             Command::Start => {
                 // Repeated, it is done already.
                 if self.state() == State::Running && !self.is_stopping() {
                     return Ok(());
                 }
-                self.begun.check(id)?;
                 self.start(listen)?;
-                self.begun.take(id);
             }
             Command::Target(radians) => {
-                let from = match self.settings.homing {
-                    Some(_) => TargetsFrom::Home,
-                    None => TargetsFrom::Start,
-                };
-                self.target(from, radians)?;
+                self.must_be_running()?;
+                if self.settings.source != TargetSource::Line {
+                    return Err(Refusal::TargetsFromOutside);
+                }
+                self.must_not_be_homing()?;
+                let target = Order::Target(self.counts(radians)?);
+                self.order(target)?;
             }
-            Command::RelativeTarget(radians) => self.target(TargetsFrom::Start, radians)?,
             Command::Home => {
                 self.must_be_running()?;
                 if self.settings.homing.is_none() {
@@ -385,7 +360,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 self.must_be_disabled()?;
                 self.keep(false)?;
             }
-            Command::Commission(settings) => self.commission(id, &settings, listen)?,
+            Command::Commission(settings) => self.commission(&settings, listen)?,
         }
         Ok(())
     }
@@ -428,44 +403,6 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.must_be_disabled()
     }
 
-    /// The axis hardly moves, within the travel: a run may start.
-    fn must_be_startable(&self) -> Result<(), Refusal> {
-        /// Part of the largest speed that an axis may have at a start: the loop needs room to brake it.
-        const SPEED_AT_START: f64 = 0.8;
-        let most = SPEED_AT_START * self.settings.protection.speed;
-        let speed = self.coasting_speed();
-        if speed > most {
-            return Err(Refusal::Moves { speed, most });
-        }
-        let (position, travel) = (self.position(), self.settings.protection.travel);
-        if AllowedRange::new(travel).contains(position) {
-            Ok(())
-        } else {
-            Err(Refusal::OutsideTravel { position, travel })
-        }
-    }
-
-    /// The speed of the disabled axis, rad/s.
-    fn coasting_speed(&self) -> f64 {
-        let window = f64::from(Coasting::window(self.disabled_patience()));
-        let distance = f64::from(self.channel.coasted()) * self.resolution();
-        distance / (window * self.sample_time())
-    }
-
-    /// The position of the axis, rad from the origin.
-    fn position(&self) -> f64 {
-        let origin = match self.origin {
-            Origin::Found(home) => home,
-            Origin::Start | Origin::Sought => self.channel.started_at(),
-        };
-        f64::from(self.channel.count().wrapping_sub(origin)) * self.resolution()
-    }
-
-    /// Position of a count, rad.
-    fn resolution(&self) -> f64 {
-        self.settings.closed_loop.core.resolution
-    }
-
     /// Disabled or faulted, as the interrupt has reported.
     fn must_be_disabled(&self) -> Result<(), Refusal> {
         if self.is_driven() || self.is_stopping() {
@@ -499,15 +436,12 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
     }
 
-    /// Sends the servo to a target.
-    fn target(&mut self, from: TargetsFrom, radians: f64) -> Result<(), Refusal> {
-        self.must_be_running()?;
-        if self.settings.source != TargetSource::Line {
-            return Err(Refusal::TargetsFromOutside);
+    fn counts(&self, radians: f64) -> Result<i32, Refusal> {
+        let most = reach(&self.settings);
+        if !radians.is_finite() || radians.abs() > most {
+            return Err(Refusal::TooFar { most });
         }
-        let base = self.origin.base(from, self.channel.started_at())?;
-        let reach = AllowedRange::of_targets(&self.settings);
-        let target = base.target(radians, self.resolution(), reach)?;
-        self.order(Order::Target(target))
+        // Within what 32 bits hold, as the travel is.
+        Ok((radians / self.settings.closed_loop.core.resolution) as i32)
     }
 }

@@ -97,8 +97,6 @@ impl SimulatedDrive {
             // The servo moves in steps of that.
             period: core.sample_time,
             command_delay: COMMAND_DELAY,
-            board: "simulated",
-            is_simulated: true,
         };
         Ok(Self {
             listener,
@@ -189,7 +187,8 @@ impl Board<'_> {
         let memory = Box::leak(Box::new(Memory::new()));
         let mut supervisor =
             Supervisor::new(background, memory, (flash, 0), built_in, stage, Ok(()));
-        let (board_test, _) = self_test(stage.board, || 0);
+        let (mut board_test, _) = self_test("simulated", || 0);
+        board_test.servo_on_chip = true;
         supervisor.set_board_test(board_test);
         if let Some(settings) = configured {
             let command = Command::Configure(settings);
@@ -245,6 +244,5 @@ fn example(core: identifier_core::Settings) -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
-        brake: None,
     }
 }

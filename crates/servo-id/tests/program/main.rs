@@ -31,7 +31,6 @@ mod replay;
 mod report;
 mod report_in_browser;
 mod scenario_reader;
-mod stop;
 mod support;
 #[cfg(target_os = "linux")]
 mod terminal;

@@ -22,7 +22,6 @@
 //!
 //! A fifth of the travel and a quarter of the speed are kept in reserve.
 
-mod command_ramp;
 mod experiment;
 mod half_cycle;
 mod observer;
@@ -31,7 +30,6 @@ mod ramp;
 mod settings;
 mod state;
 
-pub use command_ramp::CommandRamp;
 pub(crate) use experiment::Probing;
 pub use settings::LargestMotion;
 pub(crate) use settings::ProbingSettings;
