@@ -3,7 +3,7 @@
 use crate::analysis::{Seen, Summariser};
 use crate::experiment::Sample;
 use crate::found_servo::FoundServo;
-use crate::log::Log;
+use identifier_log::log::Log;
 use crate::replay::{fitted, replay};
 use crate::result::{LogReading, ReplayNotes, Summary};
 use crate::scenario::{Fault, Scenario};

@@ -36,17 +36,11 @@ pub mod compare;
 pub mod drift;
 pub mod experiment;
 mod found_servo;
-pub mod gone;
 mod identify;
-pub mod log;
 pub mod loops;
-pub mod nearest;
-pub mod physical;
 pub mod predict;
 #[cfg(feature = "experiments")]
 pub mod provenance;
-mod readings;
-pub mod recognise;
 pub mod replay;
 pub mod result;
 mod scaled_recording;
@@ -55,7 +49,6 @@ pub mod simulate;
 #[cfg(feature = "experiments")]
 pub mod sweep;
 pub mod tune;
-pub mod verdict;
 
 pub use found_servo::FoundServo;
 pub use identify::{Identified, identify};

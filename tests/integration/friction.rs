@@ -3,7 +3,7 @@
 use host_sim::analysis::Status;
 use host_sim::result::Summary;
 use host_sim::scenario::Scenario;
-use host_sim::verdict::Cause;
+use identifier_log::verdict::Cause;
 use integration_tests::{parse, run};
 
 /// A scenario with friction c, a load of 20 rad/s² and |u| ≤ limit.

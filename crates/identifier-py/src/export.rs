@@ -1,6 +1,6 @@
 //! Robot models from results.
 
-use host_sim::physical::Scale;
+use identifier_log::physical::Scale;
 use pyo3::prelude::*;
 use servo_id::export::{Format, Identified};
 

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::log::{Log, Table};
+use identifier_log::log::{Log, Table};
 use host_sim::provenance::{LogFile, Task};
-use host_sim::recognise::{LogOptions, Recognised, Unrecognised, recognise};
+use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use host_sim::scenario::{Purpose, Scenario};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

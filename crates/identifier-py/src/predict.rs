@@ -1,7 +1,7 @@
 //! Prediction of a log by a servo that was identified.
 
 use host_sim::FoundServo;
-use host_sim::log::Row;
+use identifier_log::log::Row;
 use host_sim::replay::fitted;
 use host_sim::result::Prediction;
 use host_sim::scenario::Purpose;

@@ -3,8 +3,8 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use host_sim::log::{Log, Table};
-use host_sim::recognise::{LogOptions, Recognised, Unrecognised, recognise};
+use identifier_log::log::{Log, Table};
+use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use host_sim::result::Summary;
 use host_sim::scenario::{Estimator, Fault, Purpose, Scenario};
 use host_sim::tune::Tuned;

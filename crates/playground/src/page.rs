@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::fmt::Write;
 
-use host_sim::recognise::{LogOptions, Recognised};
+use identifier_log::recognise::{LogOptions, Recognised};
 use host_sim::result::Summary;
 use host_sim::tune::{Conditions, Tuned};
 use identifier_core::parameters::Parameter;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use host_sim::log::Table;
-use host_sim::recognise::{LogOptions, recognise};
+use identifier_log::log::Table;
+use identifier_log::recognise::{LogOptions, recognise};
 use host_sim::scenario::{Purpose, Scenario};
 use playground::log;
 use playground::settings::Settings;

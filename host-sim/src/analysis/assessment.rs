@@ -11,7 +11,7 @@ use crate::experiment::TermEstimate;
 use crate::result::{Finding, Residual};
 use crate::scaled_recording::{Scale, ScaledRecording, effect, unit};
 use crate::scenario::Scenario;
-use crate::verdict::FitEvidence;
+use identifier_log::verdict::FitEvidence;
 use log_fit::{Estimated, Lacking, Logged, MAX_SAMPLES, effects, examine};
 
 /// The run that is judged.

@@ -2,7 +2,7 @@
 
 use super::statistics::Statistics;
 use crate::result::Estimate;
-use crate::verdict::State;
+use identifier_log::verdict::State;
 
 /// The distances from the truth within which an estimate is settled: b̂ within this fraction, â within this value in
 /// 1/s.

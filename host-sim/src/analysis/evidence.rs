@@ -1,6 +1,6 @@
 //! The evidence for the estimates of a run, as the core's verdict asks for it.
 
-use crate::verdict::{Evidence, MissingEffect, Motion, Residual, UnknownEvidence, Verdict};
+use identifier_log::verdict::{Evidence, MissingEffect, Motion, Residual, UnknownEvidence, Verdict};
 use identifier_core::parameters::{Parameter, Term, Terms, Unknown};
 use identifier_core::stability::SampledLoop;
 

@@ -14,7 +14,7 @@ mod summary;
 mod tail_buffer;
 mod whole_record;
 
-pub use crate::verdict::Status;
+pub use identifier_log::verdict::Status;
 pub use closed_loop::{LoopFigures, Response};
 pub use seen::{Braking, FoundResponse, Seen};
 pub use statistics::Statistics;

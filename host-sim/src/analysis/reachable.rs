@@ -6,7 +6,7 @@ use super::closed_loop::Response;
 use super::information::Information;
 use crate::experiment::Sample;
 use crate::scenario::Scenario;
-use crate::verdict::MIN_TRAVEL_COUNTS;
+use identifier_log::verdict::MIN_TRAVEL_COUNTS;
 
 /// Gathers it along a run of a simulated servo, in the same memory for a run of any length.
 #[derive(Debug, Clone)]

@@ -4,7 +4,7 @@ use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 
 use log_fit::GoesOn;
 
-use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
+use identifier_log::verdict::{Motion, State, Status, Verdict, VerdictReason};
 
 use super::assessment::{Assessment, Effort, VerifiedEstimate};
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};

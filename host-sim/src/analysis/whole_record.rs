@@ -9,7 +9,7 @@ use crate::found_servo::FoundServo;
 use crate::result::{BrakingForce, EnteredEffect, FitNotes};
 use crate::scaled_recording::{Scale, ScaledRecording, effect, term};
 use crate::scenario::Scenario;
-use crate::verdict::{Cause, FitEvidence};
+use identifier_log::verdict::{Cause, FitEvidence};
 use log_fit::{GoesOn, Identified, Logged, ModelDemand, identify};
 
 /// The servo of a record.

@@ -13,7 +13,7 @@ use crate::analysis::Summariser;
 use crate::result::{CaseResult, ComparisonResult, Method, MethodErrors, Summary};
 use crate::scenario::{Arithmetic, Estimator, Fault, LoopKind, Scenario, range_around};
 use crate::simulate::{Simulation, operations};
-use crate::verdict::Status;
+use identifier_log::verdict::Status;
 
 /// The scenario with another estimator and the most parameters that it estimates, in the loop that the estimator
 /// closes.

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::frozen_servo::{FrozenServo, State};
 use super::squares::Squares;
-use crate::log::Row;
+use identifier_log::log::Row;
 use crate::replay::DeclaredPid;
 use crate::scenario::{Fault, Scenario};
 

@@ -17,7 +17,7 @@ pub use open_loop::OpenLoop;
 use open_loop::open_loop;
 
 use crate::found_servo::FoundServo;
-use crate::log::Log;
+use identifier_log::log::Log;
 use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Fault, Scenario};
 

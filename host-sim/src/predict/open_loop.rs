@@ -2,7 +2,7 @@ use log_fit::Logged;
 
 use super::squares::Squares;
 use crate::found_servo::FoundServo;
-use crate::log::Row;
+use identifier_log::log::Row;
 use crate::scenario::Scenario;
 
 /// Deviation of an open-loop simulation from the recorded positions.

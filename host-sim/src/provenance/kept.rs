@@ -9,7 +9,6 @@ use serde_json::Value;
 
 use super::difference::differences;
 use super::{LogFile, Origin};
-use crate::gone;
 
 /// A kept result.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,9 +69,6 @@ impl Kept {
         File::open(file)
             .and_then(|opened| opened.take(Self::MAX_SIZE).read_to_end(&mut bytes))
             .map_err(KeptError::Unreadable)?;
-        if let Some(instead) = gone::file(&bytes) {
-            return Err(KeptError::Gone(instead));
-        }
         let Ok(Value::Object(mut result)) = serde_json::from_slice(&bytes) else {
             return Err(KeptError::NoResult);
         };

@@ -7,7 +7,7 @@ use super::passes::sampled_every;
 use super::progress::{InSegment, Progress};
 use super::recorded::RecordedReference;
 use super::settling::settling_in_motion;
-use crate::log::Row;
+use identifier_log::log::Row;
 use crate::scenario::{Fault, LogQuantity, Scenario};
 use crate::simulate::identifier;
 

@@ -11,7 +11,7 @@ use super::progress::{InSegment, Progress};
 use super::recorded::RecordedReference;
 use super::settling::{MIN_SETTLING, settling_in_motion};
 use crate::experiment::{Outcome, Sample};
-use crate::log::{Log, Segment};
+use identifier_log::log::{Log, Segment};
 use crate::scenario::dispatch::with_velocity;
 use crate::scenario::{Fault, LoopKind, Scenario};
 use crate::simulate::identifier;

@@ -7,7 +7,7 @@ use super::declared::Declared;
 use super::scaled::RowScaler;
 use super::settling::settling_in_motion;
 use crate::experiment::{Outcome, Sample};
-use crate::log::Row;
+use identifier_log::log::Row;
 use crate::loops::DynIdentifier;
 use crate::scenario::Scenario;
 

@@ -1,6 +1,6 @@
 //! The rows of a log in position units, as identifier and controller take them.
 
-use crate::log::Row;
+use identifier_log::log::Row;
 use crate::scenario::Scenario;
 
 /// A row of a log in position units.

@@ -13,7 +13,7 @@ use serde::{Serialize, Serializer};
 use super::Gains;
 use crate::commission::{Excursion, FrequencyResponse, Outcome, PhaseSpan};
 use crate::scenario::Scenario;
-use crate::verdict::Cause;
+use identifier_log::verdict::Cause;
 
 /// The end of a commissioning, simulated or of a drive.
 #[derive(Debug, Clone, Serialize)]

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use crate::verdict::{State, Status, Verdict};
+use identifier_log::verdict::{State, Status, Verdict};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
 use serde::{Serialize, Serializer};
 
 use super::{Finding, FitNotes, LogReading, Prediction, Residual, SensorNoise};
 use crate::experiment::Outcome;
-use crate::physical::{Physical, Ratios, VoltageGains};
+use identifier_log::physical::{Physical, Ratios, VoltageGains};
 use crate::replay::Agreement;
 
 /// The result of a run or a replay.

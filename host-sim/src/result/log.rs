@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::log::{Clock, Log};
+use identifier_log::log::{Clock, Log};
 use crate::predict::{ClosedLoop, Predicted};
 
 /// Properties of a log.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use identifier_core::parameters::Unknown;
 use serde::{Serialize, Serializer};
 
-use crate::verdict::Cause;
+use identifier_log::verdict::Cause;
 
 /// The output error of the model over the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -27,7 +27,7 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn parse(name: &str, text: &str, purpose: Purpose) -> Result<Self, ScenarioError> {
-        Self::read(name, text, purpose, built_for(purpose))
+        Self::read_for(name, text, purpose, built_for(purpose))
     }
 
     /// The same scenario with what follows from its values, checked for a purpose as one that is read.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use host_sim::analysis::Status;
-use host_sim::log::Log;
+use identifier_log::log::Log;
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;

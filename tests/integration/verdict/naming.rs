@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use host_sim::analysis::Status;
 use host_sim::result::Summary;
 use host_sim::scenario::Scenario;
-use host_sim::verdict::Cause;
+use identifier_log::verdict::Cause;
 use integration_tests::{in_parallel, run};
 
 use super::campaign::{ALL_FOUR, KINDS, Kind, factor};

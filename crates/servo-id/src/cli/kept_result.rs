@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use host_sim::nearest;
+use identifier_log::nearest;
 
 use super::fault::Fault;
 

@@ -1,6 +1,6 @@
 //! The library's inputs as options of the same names.
 
-use host_sim::recognise::LogOptions;
+use identifier_log::recognise::LogOptions;
 use host_sim::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
 use host_sim::tune::{Conditions, Form};
 

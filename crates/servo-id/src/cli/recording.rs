@@ -7,7 +7,7 @@ use host_sim::analysis::{Seen, Status, Summariser};
 use host_sim::experiment::{Outcome, Sample};
 use host_sim::result::ReplayNotes;
 use host_sim::scenario::Scenario;
-use host_sim::verdict::VerdictReason;
+use identifier_log::verdict::VerdictReason;
 
 use super::call;
 use super::fault::Fault;

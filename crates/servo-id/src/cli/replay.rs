@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use host_sim::FoundServo;
 use host_sim::analysis::Status;
-use host_sim::log::{Log, Table};
+use identifier_log::log::{Log, Table};
 use host_sim::predict;
 use host_sim::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
 use host_sim::replay;

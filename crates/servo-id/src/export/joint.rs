@@ -1,4 +1,4 @@
-use host_sim::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
+use identifier_log::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
 use host_sim::provenance;
 use host_sim::scenario::Scenario;
 use host_sim::tune::{IdentifiedResult, KnownConditions, ResultError};

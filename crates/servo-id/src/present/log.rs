@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use host_sim::recognise::Finding;
+use identifier_log::recognise::Finding;
 use host_sim::result::{LogReading, Prediction};
 
 /// A log and how it is taken.

@@ -1,7 +1,7 @@
 //! Remedies for a verdict that keeps estimates from being relied on.
 
 use host_sim::result::Summary;
-use host_sim::verdict::VerdictReason;
+use identifier_log::verdict::VerdictReason;
 
 use super::number::sentence;
 
@@ -138,7 +138,7 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_sim::verdict::Cause;
+    use identifier_log::verdict::Cause;
     use identifier_core::parameters::Unknown;
 
     #[test]

@@ -7,7 +7,7 @@ use std::fs;
 use crate::monitor::Bench;
 use crate::support::{assert_done, folder, servo_id, standard_error};
 #[cfg(unix)]
-use host_sim::verdict::Cause;
+use identifier_log::verdict::Cause;
 use identifier_core::reason::Reason;
 use serde_json::Value;
 

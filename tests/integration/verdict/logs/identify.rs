@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use host_sim::log::Log;
+use identifier_log::log::Log;
 use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use integration_tests::logs::RecordedLog;

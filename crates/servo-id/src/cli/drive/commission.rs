@@ -7,7 +7,7 @@ use commissioning::{HoldingGains, Phase};
 use drive_link::{Command, Commissioning, Outcome, Progress, State, Status};
 use host_sim::provenance::ScenarioText;
 use host_sim::result::{CommissioningEnd, DriveCommissioningResult};
-use host_sim::verdict::Cause;
+use identifier_log::verdict::Cause;
 
 use super::fault;
 use super::follow::{Event, follow, samples_in};

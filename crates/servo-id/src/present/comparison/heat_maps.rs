@@ -1,7 +1,7 @@
 //! The pictures of a comparison.
 
 use host_sim::result::{ComparisonResult, MethodErrors};
-use host_sim::verdict::Status;
+use identifier_log::verdict::Status;
 
 use crate::present::number::{DASH, power_of_ten};
 use crate::present::{HeatCell, HeatMap, HeatMaps, Tint};

@@ -5,7 +5,7 @@ mod heat_maps;
 pub use heat_maps::heat_maps;
 
 use host_sim::result::{CaseResult, ComparisonResult, MethodErrors};
-use host_sim::verdict::Status;
+use identifier_log::verdict::Status;
 
 use super::estimates::{dash, settled};
 use super::number::{figure, fixed, per_cent, signed};

@@ -4,7 +4,7 @@ use host_sim::analysis::{LoopFigures, Response, Seen};
 use host_sim::result::{BrakingForce, FitNotes, OutputError, Residual, Summary};
 use host_sim::scenario::Scenario;
 use host_sim::tune::Tuned;
-use host_sim::verdict::{State, Status};
+use identifier_log::verdict::{State, Status};
 use identifier_core::parameters::{Parameter, Unknown};
 
 mod traces;

@@ -2,7 +2,7 @@
 
 use identifier_core::parameters::Parameter;
 
-use super::{Identification, Scenario};
+use super::{Identification, Options};
 
 /// The core's parameter sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +30,7 @@ impl Identification {
     }
 }
 
-impl Scenario {
+impl Options {
     /// True if the model may have optional terms.
     #[must_use]
     pub fn has_terms(&self) -> bool {

@@ -1,25 +1,29 @@
 //! A key of a scenario: the columns of the table `KEYS`.
 
+use super::Document;
 use super::kind::{Choice, Default, Key, Kind};
 
-impl Key {
+impl<S> Key<S> {
     /// The path of its table, empty for a table of the file, and its name in it.
     #[must_use]
     pub fn place(&self) -> (&'static str, &'static str) {
         self.path.rsplit_once('.').unwrap_or(("", self.path))
     }
+}
 
+impl<S: Document> Key<S> {
     /// The heading of its table in a file, for a key that is one.
     #[must_use]
     pub fn heading(&self) -> String {
-        match self.kind {
+        match &self.kind {
             Kind::Tables(_) => format!("[[{}]]", self.path),
             _ => format!("[{}]", self.path),
         }
     }
 
     /// True for a table of further keys.
-    pub(super) fn is_table(&self) -> bool {
+    #[must_use]
+    pub fn is_table(&self) -> bool {
         matches!(self.kind, Kind::Table(_))
     }
 
@@ -65,7 +69,7 @@ impl Key {
 }
 
 /// Lines to copy, for those of some keys that are required; empty if none is.
-pub(super) fn examples(keys: impl Iterator<Item = &'static Key>) -> String {
+pub fn examples<S: Document>(keys: impl Iterator<Item = &'static Key<S>>) -> String {
     let lines: String = keys
         .filter_map(Key::example)
         .map(|line| format!("  {line}\n"))

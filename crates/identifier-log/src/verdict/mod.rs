@@ -4,7 +4,7 @@
 //! same evidence leads to the same verdict wherever the estimates began.
 //!
 //! ```
-//! use host_sim::verdict::{Evidence, Motion, Status, UnknownEvidence, Verdict};
+//! use identifier_log::verdict::{Evidence, Motion, Status, UnknownEvidence, Verdict};
 //! use identifier_core::parameters::Unknown;
 //!
 //! let motion = Motion { samples: 60_000, counts_travelled: 4e5 };

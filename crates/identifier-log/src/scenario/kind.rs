@@ -11,74 +11,74 @@ use toml::de::{DeArray, DeValue};
 
 use super::error::{Fault, shown};
 use super::range::Range;
-use super::{Column, Scenario};
-use crate::gone::{self, Place};
+use super::{Column, Document};
 
 pub(super) type Value<'a> = Spanned<DeValue<'a>>;
 
 /// Sines that a multisine and levels that a staircase may have.
-pub(crate) const MAX_ENTRIES: usize = 16;
+pub const MAX_ENTRIES: usize = 16;
 
 /// Ranges of time that may be left out of a log.
 const MAX_RANGES: usize = 100;
 
 /// The most columns of a log.
-pub(crate) const MAX_COLUMNS: u32 = 1000;
+pub const MAX_COLUMNS: u32 = 1000;
 
-type Set<T> = fn(&mut Scenario, T);
-type TrySet<T> = fn(&mut Scenario, T) -> Result<(), String>;
+type Set<S, T> = fn(&mut S, T);
+type TrySet<S, T> = fn(&mut S, T) -> Result<(), String>;
 
 /// The kind of value of a key, with the place of the value in the scenario.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Kind {
+#[derive(Debug)]
+pub enum Kind<S> {
     /// Further keys.
     Table(When),
     /// Further keys in each of many tables.
-    Tables(Entries),
+    Tables(Entries<S>),
     /// One of these names; it is set by its index.
-    Choice(&'static [Choice], Set<usize>),
+    Choice(&'static [Choice], Set<S, usize>),
     /// A number.
-    Number(Range, Set<f64>),
+    Number(Range, Set<S, f64>),
     /// Lowest and highest.
-    Pair(Range, Set<[f64; 2]>),
+    Pair(Range, Set<S, [f64; 2]>),
     /// Two numbers of which neither bounds the other.
-    Two(Range, Set<[f64; 2]>),
+    Two(Range, Set<S, [f64; 2]>),
     /// A list of numbers, at most [`MAX_ENTRIES`].
-    Numbers(Range, TrySet<Vec<f64>>),
+    Numbers(Range, TrySet<S, Vec<f64>>),
     /// A list of pairs of lowest and highest, at most [`MAX_RANGES`].
-    Pairs(Range, TrySet<Vec<[f64; 2]>>),
+    Pairs(Range, TrySet<S, Vec<[f64; 2]>>),
     /// A whole number from the first to the second.
-    Whole([u32; 2], Set<u32>),
+    Whole([u32; 2], Set<S, u32>),
     /// The name of a column, or its number.
-    Column(Set<Column>),
+    Column(Set<S, Column>),
     /// The limit of the command: a number, or lowest and highest.
-    Limit(Set<[f64; 2]>),
+    Limit(Set<S, [f64; 2]>),
     /// Travel to either side: a number, or lowest and highest, one of which may be zero.
-    Reach(Set<[f64; 2]>),
+    Reach(Set<S, [f64; 2]>),
     /// True or false.
-    Flag(Set<bool>),
+    Flag(Set<S, bool>),
     /// A list of parameters.
-    Parameters(TrySet<Vec<Parameter>>),
+    Parameters(TrySet<S, Vec<Parameter>>),
     /// A list of optional terms of the model.
-    Terms(Set<Terms>),
+    Terms(Set<S, Terms>),
     /// The rows of a matrix, or its diagonal.
-    Matrix(TrySet<Vec<Vec<f64>>>),
+    Matrix(TrySet<S, Vec<Vec<f64>>>),
 }
 
 /// Tables of which there may be many.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Entries {
+#[derive(Debug)]
+pub struct Entries<S> {
     /// The most of them.
-    pub(super) max: usize,
+    pub max: usize,
     /// Makes room for the keys of the next table.
-    pub(super) begin: fn(&mut Scenario),
+    pub begin: fn(&mut S),
     /// Checks that the keys of the last table go together.
-    pub(super) check: fn(&Scenario) -> Result<(), OutOfRange>,
+    pub check: fn(&S) -> Result<(), OutOfRange>,
 }
 
 /// The cases in which the defaults of a table's keys hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum When {
+pub enum When {
+    /// Wherever it is not stated.
     Always,
     /// In a run and in the replay of its own log, and otherwise where the table is stated.
     InRun,
@@ -90,21 +90,22 @@ pub(super) enum When {
 
 /// A name that a key can hold, and the keys of its table that belong to it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Choice {
-    pub(super) name: &'static str,
+pub struct Choice {
+    /// The name.
+    pub name: &'static str,
     /// Keys beside that other choices do not take, unless they name them too.
-    pub(super) takes: &'static [&'static str],
+    pub takes: &'static [&'static str],
 }
 
 /// A key: a line of the table.
-#[derive(Debug, Clone, Copy)]
-pub struct Key {
+#[derive(Debug)]
+pub struct Key<S> {
     /// Its path, table and key.
     pub path: &'static str,
     /// The kind of its value, and the place of the value in the scenario.
-    pub(super) kind: Kind,
+    pub kind: Kind<S>,
     /// The default.
-    pub(super) default: Default,
+    pub default: Default,
     /// Its unit; empty where it has none.
     pub unit: &'static str,
     /// Its meaning, in one sentence.
@@ -113,7 +114,7 @@ pub struct Key {
 
 /// The value of an absent key.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Default {
+pub enum Default {
     /// Nothing: the key is required; this value is shown as an example.
     Required(&'static str),
     /// This number.
@@ -126,7 +127,7 @@ pub(super) enum Default {
     Derived(&'static str),
 }
 
-impl Kind {
+impl<S: Document> Kind<S> {
     /// The choices of a key that has some.
     pub(super) fn choices(&self) -> &'static [Choice] {
         match self {
@@ -138,9 +139,9 @@ impl Kind {
     /// Reads a value into the scenario; tables and choices are the reader's own.
     pub(super) fn read(
         &self,
-        key: &Key,
+        key: &Key<S>,
         value: &Value<'_>,
-        to: &mut Scenario,
+        to: &mut S,
     ) -> Result<(), Fault> {
         let fault = |fault: String| Fault::new(key.path, fault).at(value.span().start);
         match self {
@@ -179,7 +180,7 @@ impl Kind {
     }
 
     /// Puts a number into the scenario.
-    pub(super) fn set_number(&self, number: f64, to: &mut Scenario) {
+    pub(super) fn set_number(&self, number: f64, to: &mut S) {
         match self {
             Self::Number(_, set) => set(to, number),
             Self::Whole(_, set) => set(to, number as u32),
@@ -188,13 +189,13 @@ impl Kind {
     }
 
     /// The allowed values, in words, of a key.
-    pub(super) fn allowed(&self, key: &Key) -> String {
+    pub(super) fn allowed(&self, key: &Key<S>) -> String {
         let unit = |text: String| match key.unit {
             "" => text,
             unit => format!("{text}, {unit}"),
         };
         let names = || {
-            let names: Vec<_> = Key::children(key.path).map(|key| key.place().1).collect();
+            let names: Vec<_> = Key::<S>::children(key.path).map(|key| key.place().1).collect();
             names.join(", ")
         };
         match self {
@@ -296,12 +297,12 @@ fn either(names: impl Iterator<Item = &'static str>) -> String {
     }
 }
 
-fn refused(key: &Key, value: &Value<'_>, why: impl std::fmt::Display) -> Fault {
+fn refused<S>(key: &Key<S>, value: &Value<'_>, why: impl std::fmt::Display) -> Fault {
     Fault::new(key.path, why).at(value.span().start)
 }
 
 /// A value of another kind than belongs there.
-pub(super) fn other(key: &Key, value: &Value<'_>, belongs: &str) -> Fault {
+pub(super) fn other<S>(key: &Key<S>, value: &Value<'_>, belongs: &str) -> Fault {
     let stands = match value.get_ref() {
         DeValue::String(_) => "this is a text",
         DeValue::Integer(_) | DeValue::Float(_) => "this is a number",
@@ -314,29 +315,26 @@ pub(super) fn other(key: &Key, value: &Value<'_>, belongs: &str) -> Fault {
 }
 
 /// A name that is not among those known.
-fn unknown<'n>(
-    key: &Key,
+fn unknown<'n, S>(
+    key: &Key<S>,
     value: &Value<'_>,
     what: &str,
     name: &str,
     known: impl Iterator<Item = &'n str>,
 ) -> Fault {
-    if let Some(instead) = gone::replacement(Place::Value, &format!("{} = {name}", key.path)) {
-        return refused(key, value, format!("\"{name}\" is gone: {instead}"));
-    }
     let near = nearest(name, known);
     refused(key, value, format!("there is no {what}\"{}\"", shown(name)))
         .advising(near.map_or(String::new(), |near| format!("did you mean \"{near}\"?")))
 }
 
-fn text<'v>(key: &Key, value: &'v Value<'_>, belongs: &str) -> Result<&'v str, Fault> {
+fn text<'v, S>(key: &Key<S>, value: &'v Value<'_>, belongs: &str) -> Result<&'v str, Fault> {
     value
         .get_ref()
         .as_str()
         .ok_or_else(|| other(key, value, belongs))
 }
 
-fn number(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<f64, Fault> {
+fn number<S>(key: &Key<S>, value: &Value<'_>, allowed: Allowed) -> Result<f64, Fault> {
     let number = match value.get_ref() {
         DeValue::Float(float) => float.as_str().parse().ok(),
         DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
@@ -350,11 +348,11 @@ fn number(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<f64, Fault> 
     checked.map_err(|error| refused(key, value, error))
 }
 
-fn too_large(key: &Key, value: &Value<'_>) -> Fault {
+fn too_large<S>(key: &Key<S>, value: &Value<'_>) -> Fault {
     refused(key, value, "this number has too many digits")
 }
 
-fn whole(key: &Key, value: &Value<'_>, [low, high]: [u32; 2]) -> Result<u32, Fault> {
+fn whole<S>(key: &Key<S>, value: &Value<'_>, [low, high]: [u32; 2]) -> Result<u32, Fault> {
     let DeValue::Integer(integer) = value.get_ref() else {
         return Err(other(key, value, "a whole number"));
     };
@@ -374,8 +372,8 @@ fn whole(key: &Key, value: &Value<'_>, [low, high]: [u32; 2]) -> Result<u32, Fau
 }
 
 /// The entries of a list, at least one and at most `max`.
-pub(super) fn list<'v, 'a>(
-    key: &Key,
+pub(super) fn list<'v, 'a, S>(
+    key: &Key<S>,
     value: &'v Value<'a>,
     max: usize,
 ) -> Result<&'v DeArray<'a>, Fault> {
@@ -389,7 +387,7 @@ pub(super) fn list<'v, 'a>(
     Ok(list)
 }
 
-fn pair(key: &Key, value: &Value<'_>, allowed: Allowed, belongs: &str) -> Result<[f64; 2], Fault> {
+fn pair<S>(key: &Key<S>, value: &Value<'_>, allowed: Allowed, belongs: &str) -> Result<[f64; 2], Fault> {
     let DeValue::Array(list) = value.get_ref() else {
         return Err(other(key, value, belongs));
     };
@@ -401,13 +399,13 @@ fn pair(key: &Key, value: &Value<'_>, allowed: Allowed, belongs: &str) -> Result
 }
 
 /// A pair of which the first is no larger than the second.
-fn interval(key: &Key, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Fault> {
+fn interval<S>(key: &Key<S>, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Fault> {
     let [low, high] = pair(key, value, allowed, "[min, max]")?;
     Interval::new(key.place().1, low, high).map_err(|error| refused(key, value, error))?;
     Ok([low, high])
 }
 
-fn limit(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
+fn limit<S>(key: &Key<S>, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     let limit = match value.get_ref() {
         DeValue::Array(_) => {
             let [low, high] = pair(key, value, Allowed::Finite, "[low, high]")?;
@@ -419,7 +417,7 @@ fn limit(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     Ok([limit.low(), limit.high()])
 }
 
-fn reach(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
+fn reach<S>(key: &Key<S>, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     let DeValue::Array(_) = value.get_ref() else {
         let reach = number(key, value, Allowed::Above(0.0))?;
         return Ok([-reach, reach]);
@@ -432,7 +430,7 @@ fn reach(key: &Key, value: &Value<'_>) -> Result<[f64; 2], Fault> {
     Ok([low, high])
 }
 
-fn column(key: &Key, value: &Value<'_>) -> Result<Column, Fault> {
+fn column<S>(key: &Key<S>, value: &Value<'_>) -> Result<Column, Fault> {
     if let DeValue::Integer(_) = value.get_ref() {
         return Ok(Column::Number(whole(key, value, [1, MAX_COLUMNS])?));
     }
@@ -445,14 +443,14 @@ fn column(key: &Key, value: &Value<'_>) -> Result<Column, Fault> {
 }
 
 /// The index of the choice that a value names.
-pub(super) fn choice(key: &Key, value: &Value<'_>, choices: &[Choice]) -> Result<usize, Fault> {
+pub(super) fn choice<S>(key: &Key<S>, value: &Value<'_>, choices: &[Choice]) -> Result<usize, Fault> {
     let name = text(key, value, "a text")?;
     let index = choices.iter().position(|choice| choice.name == name);
     let names = choices.iter().map(|choice| choice.name);
     index.ok_or_else(|| unknown(key, value, "", name, names))
 }
 
-fn parameters(key: &Key, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {
+fn parameters<S>(key: &Key<S>, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {
     let mut parameters = Vec::new();
     for entry in list(key, value, Parameter::ALL.len())? {
         let name = text(key, entry, "the name of a parameter")?;
@@ -471,7 +469,7 @@ fn parameters(key: &Key, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {
     Ok(parameters)
 }
 
-fn terms(key: &Key, value: &Value<'_>) -> Result<Terms, Fault> {
+fn terms<S>(key: &Key<S>, value: &Value<'_>) -> Result<Terms, Fault> {
     let mut terms = Terms::NONE;
     for entry in list(key, value, Term::ALL.len())? {
         let name = text(key, entry, "the name of a term")?;
@@ -483,7 +481,7 @@ fn terms(key: &Key, value: &Value<'_>) -> Result<Terms, Fault> {
 }
 
 /// The rows of a matrix; of a diagonal, with zeros beside it.
-fn matrix(key: &Key, value: &Value<'_>) -> Result<Vec<Vec<f64>>, Fault> {
+fn matrix<S>(key: &Key<S>, value: &Value<'_>) -> Result<Vec<Vec<f64>>, Fault> {
     let entries = list(key, value, Parameter::ALL.len())?;
     let row = |(i, entry): (usize, &Value<'_>)| match entry.get_ref() {
         DeValue::Array(_) => {

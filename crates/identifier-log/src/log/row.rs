@@ -30,7 +30,8 @@ pub struct Row {
 
 impl Row {
     /// A row at a time, s, without its other quantities.
-    pub(crate) fn at(line: u64, time: f64) -> Self {
+    #[must_use]
+    pub fn at(line: u64, time: f64) -> Self {
         Self {
             line,
             time,

@@ -65,7 +65,7 @@ macro_rules! laws {
             pub const ALL: &'static [Self] = &[$(Self::$law),*];
 
             /// Their names and keys, in the same order.
-            pub(super) const CHOICES: &'static [Choice] = &[$(Choice { name: $name, takes: $keys }),*];
+            pub const CHOICES: &'static [Choice] = &[$(Choice { name: $name, takes: $keys }),*];
 
             const fn row(self) -> Row {
                 match self {
@@ -170,7 +170,7 @@ impl Estimator {
     ///
     /// # Errors
     /// Why not, and which it can.
-    pub(super) fn check_parameters(self, parameters: &[Parameter]) -> Result<(), String> {
+    pub fn check_parameters(self, parameters: &[Parameter]) -> Result<(), String> {
         let finds = self.finds();
         if let Some(foreign) = parameters.iter().find(|wanted| !finds.contains(wanted)) {
             let names: Vec<_> = finds
@@ -212,7 +212,7 @@ pub struct RivalSettings {
 
 impl RivalSettings {
     /// Default values, the same for every servo and case.
-    pub(super) const TYPICAL: Self = Self {
+    pub const TYPICAL: Self = Self {
         relay: 1.0,
         // One second at 1 kHz, the paper's.
         forgetting: 0.999,
@@ -233,7 +233,8 @@ impl Identification {
     }
 
     /// The controller of the loop that the estimator closes, from the declared one.
-    pub(super) fn controller(&self, declared: ControllerSettings) -> ControllerSettings {
+    #[must_use]
+    pub fn controller(&self, declared: ControllerSettings) -> ControllerSettings {
         match self.law.closing() {
             LoopKind::Pd => ControllerSettings {
                 ki: 0.0,

@@ -5,7 +5,6 @@ use std::path::Path;
 use super::super::{LogError, other};
 use super::cell::is_value;
 use super::line::{bare, squeezed, uncommented};
-use crate::gone;
 
 /// The dialect of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,8 +32,7 @@ impl Dialect {
             return Err(LogError::in_file(path, fault));
         }
         if let Some(place) = memchr::memchr(0, beginning) {
-            let gone = || gone::file(beginning).map(str::to_owned);
-            let fault = other::fault(path, beginning).or_else(gone);
+            let fault = other::fault(path, beginning);
             let fault = fault.unwrap_or_else(|| {
                 format!(
                     "this is not text (byte {} is zero): save the log as comma-separated text in UTF-8",

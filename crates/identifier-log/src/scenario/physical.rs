@@ -3,7 +3,7 @@
 use super::error::Fault;
 use super::log_units::PositionUnit;
 use super::names::named;
-use super::{Purpose, Scenario};
+use super::Options;
 use crate::physical::Scale;
 
 /// The physical quantities that turn a result's ratios into physical units, where they are stated.
@@ -74,7 +74,7 @@ impl PhysicalSettings {
     }
 }
 
-impl Scenario {
+impl Options {
     /// True for an axis in m, for which m is read for rad everywhere.
     #[must_use]
     pub fn is_linear(&self) -> bool {
@@ -84,8 +84,8 @@ impl Scenario {
     }
 }
 
-/// Checks that the keys go together.
-pub(super) fn check(scenario: &Scenario, purpose: Purpose) -> Result<(), Fault> {
+/// Checks that the keys go together. `is_log`: they are a log's.
+pub(super) fn check(scenario: &Options, is_log: bool) -> Result<(), Fault> {
     let physical = &scenario.physical;
     let stated = [
         (
@@ -132,7 +132,7 @@ pub(super) fn check(scenario: &Scenario, purpose: Purpose) -> Result<(), Fault> 
         CommandUnit::NewtonMetre => is_in_m,
         _ => false,
     };
-    if is_wrong && purpose == Purpose::Replay {
+    if is_wrong && is_log {
         return Err(Fault::new(
             "physical.command_unit",
             "\"N\" belongs to an axis in m, \"Nm\" to one in rad: correct this or log.position_unit",

@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, ScenarioError, shown};
 use super::key::examples;
+use super::Document;
 use super::kind::{Default, Key};
 use crate::nearest;
 
@@ -15,7 +16,10 @@ use crate::nearest;
 const MAX_LENGTH: u64 = 1 << 20;
 
 /// The text of a file.
-pub(crate) fn fetch(path: &Path) -> Result<String, ScenarioError> {
+///
+/// # Errors
+/// It cannot be read, is no text, or is too long for a scenario.
+pub fn fetch(path: &Path) -> Result<String, ScenarioError> {
     let name = path.display().to_string();
     let refused = |line, fault| ScenarioError::new(&name, line, None, fault);
     let unreadable = |error: std::io::Error| {
@@ -87,9 +91,9 @@ impl<'a> Source<'a> {
     }
 
     /// A fault of the contents with its place: the line of its key, or of the nearest table around it in the file.
-    pub(super) fn locate(&self, fault: Fault) -> ScenarioError {
+    pub(super) fn locate<S: Document>(&self, fault: Fault) -> ScenarioError {
         let mut advice = String::new();
-        if let Some(key) = Key::at(&fault.key) {
+        if let Some(key) = Key::<S>::at(&fault.key) {
             advice += &format!("allowed: {}\n", key.allowed());
             if fault.at.is_none() && self.value(&fault.key).is_none() {
                 advice += &what_to_write(key);
@@ -181,11 +185,11 @@ fn begins_with_a_point(text: &str) -> bool {
 }
 
 /// The text to add for a key that a file does not have.
-fn what_to_write(key: &Key) -> String {
+fn what_to_write<S: Document>(key: &Key<S>) -> String {
     match key.default {
         Default::Value(_) | Default::Initial(_) | Default::FirstChoice => {
             format!("not in the file: the default is {}\n", key.default())
         }
-        _ => examples(Key::children(key.path)).replacen('\n', &format!("\n  [{}]\n", key.path), 1),
+        _ => examples(Key::<S>::children(key.path)).replacen('\n', &format!("\n  [{}]\n", key.path), 1),
     }
 }

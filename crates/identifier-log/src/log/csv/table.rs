@@ -55,7 +55,7 @@ impl Table {
     ///
     /// # Errors
     /// The file that cannot be read or is no table; the row that cannot be read.
-    #[cfg(feature = "experiments")]
+    #[cfg(feature = "files")]
     pub fn read(path: &Path) -> Result<Self, LogError> {
         Self::of_text(path, super::super::source::open(path)?)
     }

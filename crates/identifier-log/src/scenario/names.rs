@@ -2,6 +2,7 @@
 
 /// Declares an enumeration with the names of its values in scenarios and results. The default is first. Each has the
 /// keys of its table that belong to it alone.
+#[macro_export]
 macro_rules! named {
     (
         $(#[$meta:meta])*
@@ -20,10 +21,10 @@ macro_rules! named {
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
             /// Their names and keys, in the same order.
-            pub(in crate::scenario) const CHOICES: &'static [$crate::scenario::kind::Choice] = &[$(
-                $crate::scenario::kind::Choice {
+            pub const CHOICES: &'static [$crate::scenario::Choice] = &[$(
+                $crate::scenario::Choice {
                     name: $name,
-                    takes: $crate::scenario::names::named!(@keys $($keys)?),
+                    takes: $crate::named!(@keys $($keys)?),
                 }
             ),*];
 
@@ -50,4 +51,4 @@ macro_rules! named {
     (@keys) => { &[] };
     (@keys $keys:expr) => { $keys };
 }
-pub(super) use named;
+pub(super) use crate::named;

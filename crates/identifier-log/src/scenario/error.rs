@@ -1,7 +1,5 @@
 use std::fmt;
 
-use virtual_servo::EffectError;
-
 /// Where a scenario is wrong, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScenarioError {
@@ -52,8 +50,10 @@ impl std::error::Error for ScenarioError {}
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{key}: {fault}")]
 pub struct Fault {
-    pub(crate) key: String,
-    pub(crate) fault: String,
+    /// The path of the key.
+    pub key: String,
+    /// What is wrong.
+    pub fault: String,
     /// Its byte in the file, if that is not simply its key's.
     pub(super) at: Option<usize>,
     pub(super) advice: String,
@@ -68,11 +68,6 @@ impl Fault {
             at: None,
             advice: String::new(),
         }
-    }
-
-    /// An effect that the servo of a scenario cannot have, at its key.
-    pub(crate) fn in_effect(error: &EffectError) -> Self {
-        Self::new(format!("plant.{}", error.parameter()), error)
     }
 
     pub(super) fn at(self, byte: usize) -> Self {

@@ -35,7 +35,7 @@ pub(super) fn fault(path: &Path, beginning: &[u8]) -> Option<String> {
 }
 
 /// The fault of a folder.
-#[cfg(feature = "experiments")]
+#[cfg(feature = "files")]
 pub(super) fn of_folder(path: &Path) -> String {
     match path.join("metadata.yaml").is_file() {
         true => in_python(path, BAG, ROS),

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Scenario;
+use super::Options;
 use super::error::Fault;
 use super::inner::InnerLoop;
 use super::log_quantity::LogQuantity;
@@ -165,7 +165,7 @@ impl LogSettings {
     }
 
     /// Keeps ranges of time to be left out, in their order.
-    pub(super) fn leave_out(&mut self, mut ranges: Vec<[f64; 2]>) -> Result<(), String> {
+    pub fn leave_out(&mut self, mut ranges: Vec<[f64; 2]>) -> Result<(), String> {
         ranges.sort_by(|one, other| one[0].total_cmp(&other[0]));
         for pair in ranges.windows(2) {
             let ([from, to], [next, end]) = (pair[0], pair[1]);
@@ -181,7 +181,7 @@ impl LogSettings {
     }
 }
 
-impl Scenario {
+impl Options {
     /// The columns of a log to replay: those of the tool's own traces unless others are stated.
     #[must_use]
     pub fn log_columns(&self) -> LogSettings {
@@ -202,7 +202,7 @@ impl Scenario {
 }
 
 /// Checks that columns, units and ranges of a log go together.
-pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
+pub(super) fn check(scenario: &Options) -> Result<(), Fault> {
     let log = scenario.log_columns();
     if !log.has_sample_time() && scenario.log_sample_time().is_none() {
         let why = match log.time {
@@ -273,7 +273,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
 }
 
 /// Checks that a known torque can be added to a command.
-fn check_known_torque(scenario: &Scenario, log: &LogSettings) -> Result<(), Fault> {
+fn check_known_torque(scenario: &Options, log: &LogSettings) -> Result<(), Fault> {
     let fault = if log.known_torque.is_none() {
         return Ok(());
     } else if log.units.torque_constant.is_none() {

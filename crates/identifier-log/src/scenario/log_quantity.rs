@@ -16,7 +16,8 @@ pub enum LogQuantity {
 
 impl LogQuantity {
     /// The key that states its column.
-    pub(super) const fn key(self) -> &'static str {
+    #[must_use]
+    pub const fn key(self) -> &'static str {
         match self {
             Self::Time => "log.time",
             Self::Reference => "log.reference",

@@ -13,7 +13,7 @@ mod file;
 mod inner;
 mod other;
 mod row;
-#[cfg(feature = "experiments")]
+#[cfg(feature = "files")]
 mod source;
 mod wrap;
 
@@ -21,7 +21,7 @@ pub use clock::Jitter;
 pub use csv::{Table, TableColumn};
 pub use error::LogError;
 pub use even::Clock;
-pub use file::{Found, Log};
-pub(crate) use file::{Segment, extremes};
+pub(crate) use file::extremes;
+pub use file::{Found, Log, Segment};
 pub use row::Row;
 pub(crate) use wrap::{Jumps, Period};

@@ -6,39 +6,35 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{Fault, shown};
 use super::key::examples;
-use super::keys::KEYS;
-use super::kind::{self, Choice, Entries, Kind, Value, When};
+use super::kind::{self, Choice, Entries, Kind, Value};
 use super::kind::{Default, Key, nearest};
 use super::range::Range;
 use super::source::Source;
-use super::{Purpose, Scenario};
-use crate::gone::{self, Place};
+use super::Document;
 
-/// The scenario that a file states; keys that it does not state have their defaults.
-pub(super) fn scenario(source: &Source<'_>, purpose: Purpose) -> Result<Scenario, Fault> {
-    refuse_unknown(&source.root, "")?;
+/// A blank document with what a file states; keys that it does not state have their defaults.
+pub(super) fn document<S: Document>(source: &Source<'_>, blank: S) -> Result<S, Fault> {
+    refuse_unknown::<S>(&source.root, "")?;
     let mut reading = Reading {
         source,
-        purpose,
-        scenario: Scenario::blank(),
+        document: blank,
         tables: vec![""],
         choices: Vec::new(),
         entry: None,
     };
-    for key in KEYS {
+    for key in S::keys() {
         reading.read(key)?;
     }
     if !reading.tables.contains(&"controller") {
-        reading.scenario.stated.controller = None;
+        reading.document.as_mut().stated.controller = None;
     }
-    Ok(reading.scenario)
+    Ok(reading.document)
 }
 
 /// A file that is being read.
-struct Reading<'a, 'b> {
+struct Reading<'a, 'b, S> {
     source: &'b Source<'a>,
-    purpose: Purpose,
-    scenario: Scenario,
+    document: S,
     /// Tables whose keys hold.
     tables: Vec<&'static str>,
     /// The choices made, each with its table and its alternatives.
@@ -47,8 +43,8 @@ struct Reading<'a, 'b> {
     entry: Option<(&'static str, &'b DeTable<'a>)>,
 }
 
-impl<'a, 'b> Reading<'a, 'b> {
-    fn read(&mut self, key: &'static Key) -> Result<(), Fault> {
+impl<'a, 'b, S: Document> Reading<'a, 'b, S> {
+    fn read(&mut self, key: &'static Key<S>) -> Result<(), Fault> {
         if !self.tables.contains(&key.place().0) {
             return Ok(());
         }
@@ -63,7 +59,7 @@ impl<'a, 'b> Reading<'a, 'b> {
     }
 
     /// The value of a key in the file.
-    fn value(&self, key: &Key) -> Option<&'b Value<'a>> {
+    fn value(&self, key: &Key<S>) -> Option<&'b Value<'a>> {
         let (table, name) = key.place();
         match self.entry {
             Some((path, entry)) if path == table => entry.get(name),
@@ -72,7 +68,7 @@ impl<'a, 'b> Reading<'a, 'b> {
     }
 
     /// The choice that leaves a key without meaning, if one does.
-    fn refusing(&self, key: &Key) -> Option<&'static Choice> {
+    fn refusing(&self, key: &Key<S>) -> Option<&'static Choice> {
         let mut made = self.choices.iter();
         made.find_map(|(table, choice, choices)| {
             let foreign = *table == key.place().0 && key.is_foreign_to(choice, choices);
@@ -81,7 +77,7 @@ impl<'a, 'b> Reading<'a, 'b> {
     }
 
     /// A key that the file states.
-    fn take(&mut self, key: &'static Key, value: &'b Value<'a>) -> Result<(), Fault> {
+    fn take(&mut self, key: &'static Key<S>, value: &'b Value<'a>) -> Result<(), Fault> {
         match &key.kind {
             Kind::Table(_) => {
                 check_table(key, value)?;
@@ -89,47 +85,34 @@ impl<'a, 'b> Reading<'a, 'b> {
             }
             Kind::Tables(entries) => self.entries(key, value, entries)?,
             Kind::Choice(choices, _) => self.choose(key, kind::choice(key, value, choices)?),
-            kind => kind.read(key, value, &mut self.scenario)?,
+            kind => kind.read(key, value, &mut self.document)?,
         }
         Ok(())
     }
 
     /// A key that the file does not state.
-    fn take_default(&mut self, key: &'static Key) -> Result<(), Fault> {
+    fn take_default(&mut self, key: &'static Key<S>) -> Result<(), Fault> {
         match (key.default, &key.kind) {
             (Default::Required(_), _) => return Err(self.missing(key)),
-            (Default::Initial(_), _) if self.scenario.identifier.law.fits() => {}
+            (Default::Initial(_), _) if self.document.as_ref().identifier.law.fits() => {}
             (Default::Value(number) | Default::Initial(number), kind) => {
                 let most = match kind {
-                    Kind::Number(Range::BelowNyquist, _) => PI / self.scenario.stated.sample_time,
+                    Kind::Number(Range::BelowNyquist, _) => PI / self.document.as_ref().stated.sample_time,
                     _ => f64::INFINITY,
                 };
                 let number = if number < most { number } else { 0.5 * most };
-                kind.set_number(number, &mut self.scenario);
+                kind.set_number(number, &mut self.document);
             }
             (_, Kind::Choice(..)) => self.choose(key, 0),
-            (_, Kind::Table(when)) if self.holds(*when) => self.tables.push(key.path),
+            (_, Kind::Table(when)) if self.document.holds(*when, self.source.value("log").is_some()) => self.tables.push(key.path),
             _ => {}
         }
         Ok(())
     }
 
-    /// True if the defaults of a table hold that the file does not state.
-    fn holds(&self, when: When) -> bool {
-        match (when, self.purpose) {
-            (When::Always, _) | (When::Simulated, Purpose::Commission) => true,
-            (When::Stated, _) | (When::InRun, Purpose::Commission) => false,
-            (When::InRun | When::Simulated, Purpose::Run) => true,
-            // A run's own log has the defaults of the run.
-            (When::InRun | When::Simulated, Purpose::Replay) => {
-                self.scenario.plant.is_some() && self.source.value("log").is_none()
-            }
-        }
-    }
-
-    fn choose(&mut self, key: &'static Key, index: usize) {
-        if let Kind::Choice(choices, set) = key.kind {
-            set(&mut self.scenario, index);
+    fn choose(&mut self, key: &'static Key<S>, index: usize) {
+        if let Kind::Choice(choices, set) = &key.kind {
+            set(&mut self.document, index);
             self.choices.push((key.place().0, &choices[index], choices));
         }
     }
@@ -137,9 +120,9 @@ impl<'a, 'b> Reading<'a, 'b> {
     /// Tables of which there may be many, one after the other.
     fn entries(
         &mut self,
-        key: &'static Key,
+        key: &'static Key<S>,
         value: &'b Value<'a>,
-        entries: &Entries,
+        entries: &Entries<S>,
     ) -> Result<(), Fault> {
         if let DeValue::Table(_) = value.get_ref() {
             return Err(kind::other(key, value, "a list of tables")
@@ -149,14 +132,14 @@ impl<'a, 'b> Reading<'a, 'b> {
             let DeValue::Table(table) = entry.get_ref() else {
                 return Err(kind::other(key, entry, "a table"));
             };
-            (entries.begin)(&mut self.scenario);
+            (entries.begin)(&mut self.document);
             self.tables.push(key.path);
             self.entry = Some((key.path, table));
-            for key in Key::children(key.path) {
+            for key in Key::<S>::children(key.path) {
                 self.read(key)
                     .map_err(|fault| fault.or_at(entry.span().start))?;
             }
-            (entries.check)(&self.scenario).map_err(|error| {
+            (entries.check)(&self.document).map_err(|error| {
                 let stated = table.get(error.parameter).unwrap_or(entry);
                 let key = format!("{}.{}", key.path, error.parameter);
                 Fault::new(key, error).at(stated.span().start)
@@ -169,16 +152,16 @@ impl<'a, 'b> Reading<'a, 'b> {
     }
 
     /// The fault of a required key that is missing, with all those beside it that are missing too.
-    fn missing(&self, key: &'static Key) -> Fault {
+    fn missing(&self, key: &'static Key<S>) -> Fault {
         let (table, name) = key.place();
         let mut made = self.choices.iter();
         let owner =
             made.find(|(within, choice, _)| *within == table && choice.takes.contains(&name));
         let needed = match owner {
             Some((_, choice, _)) => format!("\"{}\"", choice.name),
-            None => Key::at(table).map_or(String::new(), Key::heading),
+            None => Key::<S>::at(table).map_or(String::new(), Key::heading),
         };
-        let beside = Key::children(table)
+        let beside = Key::<S>::children(table)
             .filter(|other| self.value(other).is_none())
             .filter(|other| self.refusing(other).is_none());
         let fault = format!("this value is missing: {needed} needs it");
@@ -187,7 +170,7 @@ impl<'a, 'b> Reading<'a, 'b> {
 }
 
 /// Refuses the first key of a table, in the order of the file, that no line of [`KEYS`] has.
-fn refuse_unknown(table: &DeTable<'_>, path: &str) -> Result<(), Fault> {
+fn refuse_unknown<S: Document>(table: &DeTable<'_>, path: &str) -> Result<(), Fault> {
     let inside = |name: &str| match path {
         "" => name.to_owned(),
         path => format!("{path}.{name}"),
@@ -196,19 +179,19 @@ fn refuse_unknown(table: &DeTable<'_>, path: &str) -> Result<(), Fault> {
     entries.sort_by_key(|(name, _)| name.span().start);
     for (name, value) in entries {
         let full = inside(name.get_ref());
-        match (Key::at(&full), value.get_ref()) {
-            (Some(_), DeValue::Table(inner)) => refuse_unknown(inner, &full)?,
+        match (Key::<S>::at(&full), value.get_ref()) {
+            (Some(_), DeValue::Table(inner)) => refuse_unknown::<S>(inner, &full)?,
             (Some(key), DeValue::Array(list)) if matches!(key.kind, Kind::Tables(_)) => {
                 for inner in list.iter().filter_map(|entry| entry.get_ref().as_table()) {
-                    refuse_unknown(inner, &full)?;
+                    refuse_unknown::<S>(inner, &full)?;
                 }
             }
             (Some(_), _) => {}
             (None, _) => {
-                let fault = gone::replacement(Place::Key, &full).unwrap_or("there is no such key");
+                let fault = "there is no such key";
                 return Err(Fault::new(inside(&shown(name.get_ref())), fault)
                     .at(name.span().start)
-                    .advising(advice(path, name.get_ref())));
+                    .advising(advice::<S>(path, name.get_ref())));
             }
         }
     }
@@ -216,10 +199,10 @@ fn refuse_unknown(table: &DeTable<'_>, path: &str) -> Result<(), Fault> {
 }
 
 /// The nearest key to an unknown one, and the keys of its table.
-fn advice(table: &str, unknown: &str) -> String {
-    let names: Vec<_> = Key::children(table).map(|key| key.place().1).collect();
+fn advice<S: Document>(table: &str, unknown: &str) -> String {
+    let names: Vec<_> = Key::<S>::children(table).map(|key| key.place().1).collect();
     let near = nearest(unknown, names.iter().copied());
-    let meant = near.or_else(|| Key::nearest(unknown).map(|key| key.path));
+    let meant = near.or_else(|| Key::<S>::nearest(unknown).map(|key| key.path));
     let mut lines = meant.map_or(String::new(), |meant| format!("did you mean {meant}?\n"));
     if !names.is_empty() {
         lines += &format!("allowed: the keys {}\n", names.join(", "));
@@ -231,7 +214,7 @@ fn advice(table: &str, unknown: &str) -> String {
 
 /// The fault of a key that has no meaning beside a choice. If it were accepted, the user would rely on a setting
 /// without effect.
-fn key_not_applicable(key: &Key, choice: &Choice) -> Fault {
+fn key_not_applicable<S: Document>(key: &Key<S>, choice: &Choice) -> Fault {
     let takes = match choice.takes {
         [] => "nor any other of its kind".to_owned(),
         takes => format!("but {}", takes.join(", ")),
@@ -242,7 +225,7 @@ fn key_not_applicable(key: &Key, choice: &Choice) -> Fault {
     )
 }
 
-fn check_table(key: &Key, value: &Value<'_>) -> Result<(), Fault> {
+fn check_table<S: Document>(key: &Key<S>, value: &Value<'_>) -> Result<(), Fault> {
     match value.get_ref() {
         DeValue::Table(_) => Ok(()),
         DeValue::Array(_) => Err(kind::other(key, value, "one table")
@@ -253,7 +236,7 @@ fn check_table(key: &Key, value: &Value<'_>) -> Result<(), Fault> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Purpose, Scenario};
+    use crate::scenario::Options;
 
     #[test]
     fn the_usual_cut_off_suits_a_slow_loop() {
@@ -262,7 +245,7 @@ mod tests {
                 "[encoder]\ncounts_per_rev = 1771\n[controller]\nsample_time = {sample_time}\n[identifier]\nlaw = \"fit\"\n\
                  [log]\ntime = \"t\"\nposition = \"q\"\ncommand = \"u\"\n"
             );
-            let read = Scenario::parse("slow.toml", &text, Purpose::Replay).expect("a scenario");
+            let read = Options::parse("slow.toml", &text).expect("a scenario");
             assert!((read.stated.cutoff - cutoff).abs() < 0.01, "{sample_time}");
         }
     }

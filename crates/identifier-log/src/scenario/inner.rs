@@ -1,6 +1,6 @@
 //! The keys of `[inner]`: the position loop of a servo that takes goals.
 
-use super::Scenario;
+use super::Options;
 use super::error::Fault;
 use super::names::named;
 
@@ -73,7 +73,7 @@ impl InnerLoop {
 }
 
 /// Checks that the loop and the log's columns go together.
-pub(super) fn check(scenario: &Scenario) -> Result<(), Fault> {
+pub(super) fn check(scenario: &Options) -> Result<(), Fault> {
     let log = scenario.log_columns();
     let Some(inner) = &log.inner else {
         let needless = Fault::new(

@@ -8,7 +8,7 @@ use super::inner::Inner;
 use super::row::{Row, rows};
 use super::wrap::{Jumps, Period, Unwrap};
 use super::{Jitter, LogError, Table};
-use crate::scenario::{LogQuantity, LogSettings, MAX_SIMULATED, PositionUnit};
+use crate::scenario::{LogQuantity, LogSettings, PositionUnit};
 
 /// A recorded log.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,16 +53,19 @@ pub struct Found {
 
 /// A part of a log without a break.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Segment {
+pub struct Segment {
     /// True for the log's first.
     begins_the_log: bool,
     /// The first two steps of the position.
     beginning: Vec<f64>,
     /// Its samples.
-    pub(crate) samples: u64,
+    pub samples: u64,
 }
 
 impl Log {
+    /// The most samples of a reference that are kept: those that a Γ is chosen from.
+    pub const MAX_REFERENCES: usize = 200_000;
+
     /// The fewest samples of a log: fewer do not separate the four parameters from the motion at its
     /// beginning.
     const MIN_SAMPLES: usize = 10;
@@ -72,7 +75,7 @@ impl Log {
     ///
     /// # Errors
     /// The line and column that is wrong.
-    #[cfg(feature = "experiments")]
+    #[cfg(feature = "files")]
     pub fn read(
         path: &Path,
         settings: &LogSettings,
@@ -204,7 +207,7 @@ impl Log {
             was_bridged = row.bridged;
         }
         let references = self.rows.iter().filter_map(|row| row.reference);
-        self.references = references.take(MAX_SIMULATED).collect();
+        self.references = references.take(Self::MAX_REFERENCES).collect();
         Ok(())
     }
 
@@ -240,7 +243,8 @@ impl Log {
     }
 
     /// Its segments, one or more.
-    pub(crate) fn segments(&self) -> &[Segment] {
+    #[must_use]
+    pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
@@ -250,7 +254,7 @@ impl Log {
         self.samples as f64 * self.sample_time
     }
 
-    /// The reference at the beginning, up to the samples that a choice of Γ simulates. Empty if the log has none.
+    /// The reference at the beginning, at most [`Log::MAX_REFERENCES`] samples. Empty if the log has none.
     #[must_use]
     pub fn references(&self) -> &[f64] {
         &self.references
@@ -418,7 +422,8 @@ impl Segment {
     /// sample. It counts as zero if quantisation (at most half a resolution for each of three positions) or a changed
     /// command explains it. Behind a break a servo is assumed to be in motion, because it mostly is and a slow motion
     /// cannot be detected.
-    pub(crate) fn begins_at_rest(&self, resolution: f64) -> bool {
+    #[must_use]
+    pub fn begins_at_rest(&self, resolution: f64) -> bool {
         const REST_TOLERANCE: f64 = 4.0;
         const COMMAND_CHANGE: f64 = 0.5;
         if !self.begins_the_log {
