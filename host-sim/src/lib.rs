@@ -34,21 +34,10 @@ pub mod commission;
 pub mod compare;
 #[cfg(feature = "experiments")]
 pub mod drift;
-pub mod experiment;
-mod found_servo;
-mod identify;
 pub mod loops;
-pub mod predict;
-#[cfg(feature = "experiments")]
-pub mod provenance;
 pub mod replay;
 pub mod result;
-mod scaled_recording;
 pub mod scenario;
 pub mod simulate;
 #[cfg(feature = "experiments")]
 pub mod sweep;
-pub mod tune;
-
-pub use found_servo::FoundServo;
-pub use identify::{Identified, identify};

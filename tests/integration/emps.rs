@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 use host_sim::FoundServo;
 use host_sim::analysis::Summariser;
 use host_sim::experiment::TermEstimate;
-use identifier_log::log::Log;
 use host_sim::predict::predict;
 use host_sim::replay::{Replayed, fitted, replay};
 use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, LogSettings, Purpose, Scenario};
-use identifier_log::verdict::Status;
 use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_log::log::Log;
+use identifier_log::verdict::Status;
 use integration_tests::{Random, environment, in_parallel, skipped};
 
 /// Force per command, N/V: known.

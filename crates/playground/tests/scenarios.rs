@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use host_sim::scenario::{Purpose, Scenario};
 use identifier_log::log::Table;
 use identifier_log::recognise::{LogOptions, recognise};
-use host_sim::scenario::{Purpose, Scenario};
 use playground::log;
 use playground::settings::Settings;
 

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use log_fit::Logged;
 
-use crate::experiment::Sample;
+use identifier_log::experiment::Sample;
 
 /// The last samples of a run: position and the command that acted from there on. A shorter run is kept whole. A longer
 /// one is judged by its end, where the estimates are best.

@@ -59,8 +59,19 @@ const FAULT_SIZE: Range = Described(Allowed::Finite, || {
 
 /// The tables in the order in which they are read: what a later one needs stands before it.
 const TABLES: [&str; 13] = [
-    "plant", "encoder", "amplifier", "controller", "excitation", "identifier", "run", "fault", "compare", "commission",
-    "inner", "physical", "log",
+    "plant",
+    "encoder",
+    "amplifier",
+    "controller",
+    "excitation",
+    "identifier",
+    "run",
+    "fault",
+    "compare",
+    "commission",
+    "inner",
+    "physical",
+    "log",
 ];
 
 /// All keys of a scenario, in the order in which they are read.
@@ -304,4 +315,3 @@ fn set_frequencies(s: &mut Scenario, frequencies: Vec<f64>) -> Result<(), String
     s.excitation.frequencies = frequencies;
     Ok(())
 }
-

@@ -184,14 +184,14 @@ impl Document for Scenario {
         &keys::KEYS
     }
 
-    fn holds(&self, when: When, is_log_stated: bool) -> bool {
+    fn holds(&self, when: When, states: &dyn Fn(&str) -> bool) -> bool {
         match (when, self.purpose) {
             (When::Always, _) | (When::Simulated, Purpose::Commission) => true,
             (When::Stated, _) | (When::InRun, Purpose::Commission) => false,
             (When::InRun | When::Simulated, Purpose::Run) => true,
             // A run's own log has the defaults of the run.
             (When::InRun | When::Simulated, Purpose::Replay) => {
-                self.plant.is_some() && !is_log_stated
+                self.plant.is_some() && !states("log")
             }
         }
     }

@@ -90,6 +90,4 @@ impl Scenario {
             Fault::new(format!("excitation.{key}"), error)
         })
     }
-
 }
-

@@ -230,6 +230,15 @@ impl Log {
         &self.path
     }
 
+    /// True if another log is of the same file.
+    #[must_use]
+    pub fn is_same_file(&self, other: &Self) -> bool {
+        match (self.path.canonicalize(), other.path.canonicalize()) {
+            (Ok(one), Ok(other)) => one == other,
+            _ => self.path == other.path,
+        }
+    }
+
     /// Its columns and units.
     #[must_use]
     pub fn settings(&self) -> &LogSettings {

@@ -7,13 +7,16 @@ use super::{Fault, Options, ScenarioError};
 
 /// Settings that are read from a text: [`Options`], or these and more.
 pub trait Document: AsRef<Options> + AsMut<Options> + 'static {
+    /// False if a text may have keys that are not among these.
+    const IS_WHOLE: bool = true;
+
     /// All keys, in the order in which they are read.
     fn keys() -> &'static [Key<Self>]
     where
         Self: Sized;
 
-    /// True if the defaults of a table hold that the text does not state. `is_log_stated`: it states the columns of a log.
-    fn holds(&self, when: When, is_log_stated: bool) -> bool;
+    /// True if the defaults of a table hold that the text does not state. `states` tells which tables it does.
+    fn holds(&self, when: When, states: &dyn Fn(&str) -> bool) -> bool;
 
     /// Reads a text into this document, of which nothing is stated yet, and checks it by `complete`. Errors show `name`
     /// as the file.

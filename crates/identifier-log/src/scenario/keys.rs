@@ -349,7 +349,8 @@ fn inner<S: AsMut<Options>>(s: &mut S) -> &mut InnerLoop {
 }
 
 fn log<S: AsMut<Options>>(s: &mut S) -> &mut LogSettings {
-    s.as_mut().log
+    s.as_mut()
+        .log
         .get_or_insert_with(|| LogSettings::with_position(Column::Number(1)))
 }
 

@@ -137,12 +137,7 @@ impl<S: Document> Kind<S> {
     }
 
     /// Reads a value into the scenario; tables and choices are the reader's own.
-    pub(super) fn read(
-        &self,
-        key: &Key<S>,
-        value: &Value<'_>,
-        to: &mut S,
-    ) -> Result<(), Fault> {
+    pub(super) fn read(&self, key: &Key<S>, value: &Value<'_>, to: &mut S) -> Result<(), Fault> {
         let fault = |fault: String| Fault::new(key.path, fault).at(value.span().start);
         match self {
             Self::Table(_) | Self::Tables(_) | Self::Choice(..) => {}
@@ -195,7 +190,9 @@ impl<S: Document> Kind<S> {
             unit => format!("{text}, {unit}"),
         };
         let names = || {
-            let names: Vec<_> = Key::<S>::children(key.path).map(|key| key.place().1).collect();
+            let names: Vec<_> = Key::<S>::children(key.path)
+                .map(|key| key.place().1)
+                .collect();
             names.join(", ")
         };
         match self {
@@ -387,7 +384,12 @@ pub(super) fn list<'v, 'a, S>(
     Ok(list)
 }
 
-fn pair<S>(key: &Key<S>, value: &Value<'_>, allowed: Allowed, belongs: &str) -> Result<[f64; 2], Fault> {
+fn pair<S>(
+    key: &Key<S>,
+    value: &Value<'_>,
+    allowed: Allowed,
+    belongs: &str,
+) -> Result<[f64; 2], Fault> {
     let DeValue::Array(list) = value.get_ref() else {
         return Err(other(key, value, belongs));
     };
@@ -443,7 +445,11 @@ fn column<S>(key: &Key<S>, value: &Value<'_>) -> Result<Column, Fault> {
 }
 
 /// The index of the choice that a value names.
-pub(super) fn choice<S>(key: &Key<S>, value: &Value<'_>, choices: &[Choice]) -> Result<usize, Fault> {
+pub(super) fn choice<S>(
+    key: &Key<S>,
+    value: &Value<'_>,
+    choices: &[Choice],
+) -> Result<usize, Fault> {
     let name = text(key, value, "a text")?;
     let index = choices.iter().position(|choice| choice.name == name);
     let names = choices.iter().map(|choice| choice.name);

@@ -6,6 +6,7 @@
 //! with further tables has a document of its own, whose keys are [`keys::of_log`] and its own.
 
 mod check;
+mod dispatch;
 mod document;
 mod error;
 mod estimator;
@@ -17,6 +18,7 @@ mod log;
 mod log_quantity;
 mod log_units;
 mod names;
+mod of_origin;
 mod options;
 mod physical;
 mod range;

@@ -91,7 +91,7 @@ impl Document for Options {
         &KEYS
     }
 
-    fn holds(&self, when: When, _: bool) -> bool {
+    fn holds(&self, when: When, _: &dyn Fn(&str) -> bool) -> bool {
         when == When::Always
     }
 }
@@ -247,4 +247,3 @@ fn bound_by_the_range(settings: &mut Settings) {
     bounds.coulomb.get_or_insert([0.0, most]);
     bounds.load.get_or_insert([-most, most]);
 }
-

@@ -1,9 +1,9 @@
 //! The keys of `[physical]`: the scale of torques, and the unit of the command.
 
+use super::Options;
 use super::error::Fault;
 use super::log_units::PositionUnit;
 use super::names::named;
-use super::Options;
 use crate::physical::Scale;
 
 /// The physical quantities that turn a result's ratios into physical units, where they are stated.

@@ -4,17 +4,19 @@ use std::f64::consts::PI;
 
 use toml::de::{DeTable, DeValue};
 
+use super::Document;
 use super::error::{Fault, shown};
 use super::key::examples;
 use super::kind::{self, Choice, Entries, Kind, Value};
 use super::kind::{Default, Key, nearest};
 use super::range::Range;
 use super::source::Source;
-use super::Document;
 
 /// A blank document with what a file states; keys that it does not state have their defaults.
 pub(super) fn document<S: Document>(source: &Source<'_>, blank: S) -> Result<S, Fault> {
-    refuse_unknown::<S>(&source.root, "")?;
+    if S::IS_WHOLE {
+        refuse_unknown::<S>(&source.root, "")?;
+    }
     let mut reading = Reading {
         source,
         document: blank,
@@ -97,14 +99,22 @@ impl<'a, 'b, S: Document> Reading<'a, 'b, S> {
             (Default::Initial(_), _) if self.document.as_ref().identifier.law.fits() => {}
             (Default::Value(number) | Default::Initial(number), kind) => {
                 let most = match kind {
-                    Kind::Number(Range::BelowNyquist, _) => PI / self.document.as_ref().stated.sample_time,
+                    Kind::Number(Range::BelowNyquist, _) => {
+                        PI / self.document.as_ref().stated.sample_time
+                    }
                     _ => f64::INFINITY,
                 };
                 let number = if number < most { number } else { 0.5 * most };
                 kind.set_number(number, &mut self.document);
             }
             (_, Kind::Choice(..)) => self.choose(key, 0),
-            (_, Kind::Table(when)) if self.document.holds(*when, self.source.value("log").is_some()) => self.tables.push(key.path),
+            (_, Kind::Table(when))
+                if self
+                    .document
+                    .holds(*when, &|table| self.source.value(table).is_some()) =>
+            {
+                self.tables.push(key.path)
+            }
             _ => {}
         }
         Ok(())

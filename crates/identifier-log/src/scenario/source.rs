@@ -6,9 +6,9 @@ use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 
+use super::Document;
 use super::error::{Fault, ScenarioError, shown};
 use super::key::examples;
-use super::Document;
 use super::kind::{Default, Key};
 use crate::nearest;
 
@@ -190,6 +190,10 @@ fn what_to_write<S: Document>(key: &Key<S>) -> String {
         Default::Value(_) | Default::Initial(_) | Default::FirstChoice => {
             format!("not in the file: the default is {}\n", key.default())
         }
-        _ => examples(Key::<S>::children(key.path)).replacen('\n', &format!("\n  [{}]\n", key.path), 1),
+        _ => examples(Key::<S>::children(key.path)).replacen(
+            '\n',
+            &format!("\n  [{}]\n", key.path),
+            1,
+        ),
     }
 }

@@ -1,8 +1,8 @@
 //! The library's inputs as options of the same names.
 
-use identifier_log::recognise::LogOptions;
 use host_sim::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
 use host_sim::tune::{Conditions, Form};
+use identifier_log::recognise::LogOptions;
 
 /// Declares the options that the fields of a type are.
 macro_rules! options {

@@ -2,12 +2,12 @@ use std::path::{Path, PathBuf};
 
 use host_sim::FoundServo;
 use host_sim::analysis::Status;
-use identifier_log::log::{Log, Table};
 use host_sim::predict;
 use host_sim::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
 use host_sim::replay;
 use host_sim::result::{LogReading, Prediction, ReplayNotes};
 use host_sim::scenario::{Purpose, Scenario};
+use identifier_log::log::{Log, Table};
 
 use super::call;
 use super::fault::Fault;

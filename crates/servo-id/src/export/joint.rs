@@ -1,7 +1,7 @@
-use identifier_log::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
 use host_sim::provenance;
 use host_sim::scenario::Scenario;
 use host_sim::tune::{IdentifiedResult, KnownConditions, ResultError};
+use identifier_log::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
 use serde::Serialize;
 use serde_json::Value;
 

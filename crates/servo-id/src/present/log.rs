@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
-use identifier_log::recognise::Finding;
 use host_sim::result::{LogReading, Prediction};
+use identifier_log::recognise::Finding;
 
 /// A log and how it is taken.
 #[must_use]

@@ -138,8 +138,8 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identifier_log::verdict::Cause;
     use identifier_core::parameters::Unknown;
+    use identifier_log::verdict::Cause;
 
     #[test]
     fn only_a_good_verdict_asks_for_nothing() {

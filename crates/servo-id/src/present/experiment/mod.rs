@@ -4,8 +4,8 @@ use host_sim::analysis::{LoopFigures, Response, Seen};
 use host_sim::result::{BrakingForce, FitNotes, OutputError, Residual, Summary};
 use host_sim::scenario::Scenario;
 use host_sim::tune::Tuned;
-use identifier_log::verdict::{State, Status};
 use identifier_core::parameters::{Parameter, Unknown};
+use identifier_log::verdict::{State, Status};
 
 mod traces;
 

@@ -1,0 +1,24 @@
+//! Results: the findings of an identification, serialised unchanged. Its fields are the keys of `--json`, documented in
+//! docs/results.md; its numbers are what every page shows.
+
+mod experiment;
+mod fit;
+mod form;
+mod log;
+mod reason;
+mod residual;
+mod sensor_noise;
+mod tuning;
+
+pub use experiment::{
+    Covariance, Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
+};
+pub use fit::{BrakingForce, EnteredEffect, FitNotes};
+pub use form::{FormMargins, FormParameter, FormResult, FormStep};
+pub use log::{LogReading, OpenLoopError, Prediction};
+pub use reason::serialize_reason;
+pub use residual::{Finding, Residual};
+pub use sensor_noise::SensorNoise;
+pub use tuning::{
+    DelayedServo, FeedForward, Gains, KnownForces, StiffPrediction, TuningConditions, TuningResult,
+};
