@@ -11,6 +11,8 @@ const element = (name, properties = {}, ...children) => {
 const NAMES = ['a', 'b', 'coulomb', 'load', 'load_step', 'delay', 'resonance', 'inertia_ratio', 'counts', 'limit',
   'kp', 'ki', 'kd', 'sample_time', 'cutoff', 'reference', 'amplitude', 'period', 'duration', 'seed'];
 const COLUMNS = 13;
+// Standard errors to either side that are an interval of 95 %, as in the program.
+const SIDES = 2;
 // Time after which the address has the settings, ms.
 const LINK_REST = 300;
 
@@ -256,7 +258,7 @@ function drawTile([name, , , of, floor], place) {
   const count = rows.length / COLUMNS, end = column(0)(count - 1) + settings.sample_time;
   const estimate = column(5 + place), error = column(9 + place);
   const stepped = name === 'load' && settings.load_step !== 0;
-  const target = truth(name), now = estimate(count - 1), bound = 1.96 * error(count - 1);
+  const target = truth(name), now = estimate(count - 1), bound = SIDES * error(count - 1);
   const put = (part, text) => { tile.querySelector(part).textContent = text; };
   const line = (part, value, known, target) => {
     const off = value - target, share = target ? Math.abs((100 * off) / target) : Infinity;
@@ -270,14 +272,14 @@ function drawTile([name, , , of, floor], place) {
   line('online', now, bound, target);
   // The mean of a load that steps is what one value for the whole record can be.
   const whole = verdict?.estimates[name];
-  line('record', whole ? whole.value : NaN, whole ? 1.96 * whole.error : NaN, stepped ? settings.load + settings.load_step / 2 : target);
+  line('record', whole ? whole.value : NaN, whole ? SIDES * whole.error : NaN, stepped ? settings.load + settings.load_step / 2 : target);
   put('h3 small', `${tile.dataset.meaning}, ${of()}`);
 
   // As far as the estimates and their bands reach behind the beginning, but for a tenth of the time.
   const reach = [];
   const step = Math.max(1, Math.floor(count / 400));
   for (let i = Math.floor(0.15 * count); i < count; i += step) {
-    const one = Math.abs(estimate(i) - target) + 1.96 * (error(i) || 0);
+    const one = Math.abs(estimate(i) - target) + SIDES * (error(i) || 0);
     if (Number.isFinite(one)) reach.push(one);
   }
   reach.sort((one, other) => one - other);
@@ -290,7 +292,7 @@ function drawTile([name, , , of, floor], place) {
   canvas.setAttribute('aria-label', `${tile.dataset.meaning} over time: true ${plain(target)}, estimate ${shown(now, bound)}`);
   const curve = { colour: '--estimate', count, x: column(0), y: estimate };
   draw(canvas, { x: [0, end], y: [target - half, target + half], unit: 's', levels, until,
-    band: { ...curve, width: (i) => 1.96 * error(i) }, curves: [curve] });
+    band: { ...curve, width: (i) => SIDES * error(i) }, curves: [curve] });
 }
 
 function drawAll() {
@@ -602,7 +604,7 @@ function showLog(file, stated) {
   const { findings, estimates, none, command, columns, chosen, window: [free] = [] } = recording;
   const small = (textContent) => element('small', { textContent });
   const numbers = Object.entries(estimates).map(([name, { value, error, unit: own }]) => element('p', {}, small(MEANINGS[name] ?? name),
-    element('b', { textContent: `${shown(value, 1.96 * error)} ± ${Number.isFinite(error) ? plain(Number((1.96 * error).toPrecision(2))) : '?'}` }), small(own)));
+    element('b', { textContent: `${shown(value, SIDES * error)} ± ${Number.isFinite(error) ? plain(Number((SIDES * error).toPrecision(2))) : '?'}` }), small(own)));
   const figure = (id, label, ...caption) => {
     const canvas = element('canvas', { className: 'wide', id: `log-${id}` });
     canvas.setAttribute('role', 'img');

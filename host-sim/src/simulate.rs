@@ -9,8 +9,6 @@ mod build;
 mod checked;
 #[cfg(not(feature = "experiments"))]
 mod one_estimator;
-#[cfg(feature = "experiments")]
-mod operations;
 mod rig_of_scenario;
 mod sensor;
 mod simulated_axis;
@@ -19,8 +17,6 @@ mod simulated_axis;
 pub(crate) use build::{closed_by_pid, identifier};
 #[cfg(not(feature = "experiments"))]
 pub(crate) use one_estimator::identifier;
-#[cfg(feature = "experiments")]
-pub use operations::operations;
 pub(crate) use simulated_axis::SimulatedAxis;
 
 use std::fmt;

@@ -61,8 +61,6 @@ pub(crate) fn identify_log<'py>(
     let (json, samples, picture, servo) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
-        let is_file = table.path.is_file();
-        let files = is_file.then(|| LogFile::read(&table.path).map_err(value_error));
         let mut samples = Vec::new();
         let found = host_sim::identify(read.scenario.clone(), &[log], &mut |sample| {
             samples.extend(trace.then_some(*sample));
@@ -76,7 +74,7 @@ pub(crate) fn identify_log<'py>(
         let picture = picture(&scenario, &summary, seen.as_ref(), &mut samples);
         let task = Task::Replay {
             passes: 1,
-            logs: files.transpose()?.into_iter().collect(),
+            logs: LogFile::of_tables(std::slice::from_ref(&table)),
             predict: Vec::new(),
         };
         PyResult::Ok((read.json(task, &summary)?, samples, picture, found))
@@ -167,13 +165,8 @@ fn recognised(table: &Table, options: &BTreeMap<String, String>) -> PyResult<Rec
     recognise(table, &stated).map_err(|error| match error {
         Unrecognised::Log(error) => value_error(error),
         Unrecognised::Unknown(questions) => {
-            let missing = |flag: &str, text: &str| {
-                format!("{}: --{flag} is missing: {text}", table.path.display())
-            };
-            let all: Vec<_> = (questions.iter())
-                .map(|question| missing(question.flag, &question.text))
-                .collect();
-            value_error(all.join("\n"))
+            let refusals = questions.iter().map(|open| open.refusal(&stated, table));
+            value_error(refusals.collect::<Vec<_>>().join("\n"))
         }
     })
 }

@@ -305,6 +305,9 @@ class Identification(unittest.TestCase):
 
     def test_samples_and_residuals_come_as_they_are_measured(self):
         result = servo_id.identify(LOG)
+        for function in (servo_id.tune, servo_id.export):
+            with self.assertRaisesRegex(TypeError, "no Result"):
+                function("res.json")
         known = result.residuals[np.isfinite(result.residuals)]
         self.assertGreater(len(known), 7000)
         self.assertLess(known.std(), 1e-3)
@@ -450,6 +453,9 @@ class Presentation(unittest.TestCase):
         result = servo_id.identify(LOG)
         self.assertIn("converged", repr(result))
         self.assertIn("rad/s² per command unit", result._repr_html_())
+        interval = f"{2.0 * result.std_errors['b']:.2g}"
+        self.assertIn(f"± {interval} rad/s² per command unit", repr(result))
+        self.assertIn(f"<td>{interval}</td>", result._repr_html_())
         self.assertIn("<table>", result._repr_html_())
         self.assertIn("<img", result._repr_html_())
         self.assertNotIn("<img", servo_id.identify(LOG, trace=False)._repr_html_())

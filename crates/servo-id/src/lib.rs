@@ -18,8 +18,6 @@ pub mod csv;
 pub mod drive;
 pub mod export;
 #[cfg(feature = "program")]
-pub mod init;
-#[cfg(feature = "program")]
 pub mod monitor;
 #[cfg(feature = "pages")]
 pub mod paper;

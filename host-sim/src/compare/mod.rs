@@ -14,7 +14,7 @@ use identifier_log::result::Summary;
 
 use crate::result::{CaseResult, ComparisonResult, Method, MethodErrors};
 use crate::scenario::{Arithmetic, Estimator, Fault, LoopKind, Scenario, range_around};
-use crate::simulate::{Simulation, operations};
+use crate::simulate::Simulation;
 use identifier_log::verdict::Status;
 
 /// The scenario with another estimator and the most parameters that it estimates, in the loop that the estimator
@@ -77,15 +77,12 @@ pub fn compare(base: &Scenario, done: &(dyn Fn() + Sync)) -> Result<ComparisonRe
     }
     let cases = Case::all(&base)?;
     let laws = compared();
-    let methods: Vec<Method> = laws
-        .par_iter()
-        .map(|&law| method(law, cases.first()))
-        .collect();
+    let methods: Vec<Method> = laws.iter().map(|&law| method(law)).collect();
     let found: Vec<MethodErrors> = cases
         .par_iter()
-        .flat_map(|case| laws.par_iter().zip(&methods).map(move |pair| (case, pair)))
-        .map(|(case, (&law, method))| {
-            let found = run(&with_estimator(&case.scenario, law), method);
+        .flat_map(|case| laws.par_iter().map(move |&law| (case, law)))
+        .map(|(case, law)| {
+            let found = run(&with_estimator(&case.scenario, law));
             done();
             found
         })
@@ -112,7 +109,7 @@ fn assumed_range(base: &Scenario) -> Result<Option<ParameterRangeSettings>, Faul
     Ok((!is_known).then(|| range_around(&servo)))
 }
 
-fn method(law: Estimator, case: Option<&Case>) -> Method {
+fn method(law: Estimator) -> Method {
     Method {
         name: law.name(),
         source: law.source(),
@@ -122,17 +119,12 @@ fn method(law: Estimator, case: Option<&Case>) -> Method {
             LoopKind::Pd => "PD",
             LoopKind::Relay => "relay",
         },
-        operations: case.and_then(|case| {
-            operations(&with_estimator(&case.scenario, law))
-                .ok()
-                .flatten()
-        }),
     }
 }
 
-fn run(scenario: &Scenario, method: &Method) -> MethodErrors {
+fn run(scenario: &Scenario) -> MethodErrors {
     let refused = MethodErrors {
-        law: method.name,
+        law: scenario.identifier.law.name(),
         status: None,
         reason: String::new(),
         error_a: None,
@@ -141,7 +133,6 @@ fn run(scenario: &Scenario, method: &Method) -> MethodErrors {
         error_load: None,
         settling_a: None,
         settling_b: None,
-        operations: method.operations,
         true_b: scenario.plant.map_or(1.0, |plant| plant.b),
     };
     let simulation = match Simulation::build(scenario) {

@@ -29,9 +29,6 @@ pub struct Method {
     pub prior: &'static str,
     /// The controller that closes its loop.
     pub closing: &'static str,
-    /// Arithmetic operations per sample; none if it is computed after the experiment, or cannot be built for this
-    /// servo.
-    pub operations: Option<f64>,
 }
 
 /// One case.
@@ -67,8 +64,6 @@ pub struct MethodErrors {
     pub settling_a: Option<f64>,
     /// Settling time of b, s.
     pub settling_b: Option<f64>,
-    /// Arithmetic operations per sample.
-    pub operations: Option<f64>,
     /// The true b, rad/s² per command unit.
     #[serde(skip)]
     pub true_b: f64,

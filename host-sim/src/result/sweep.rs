@@ -78,9 +78,6 @@ pub struct Spread {
     /// The quantiles of these.
     #[serde(flatten)]
     pub quantiles: Quantiles,
-    /// The values in ascending order.
-    #[serde(skip)]
-    pub sorted: Vec<f64>,
 }
 
 /// Quantiles.
@@ -174,7 +171,6 @@ fn spread(
         unit,
         count: sorted.len(),
         quantiles: Quantiles::from_sorted(&sorted),
-        sorted,
     })
 }
 

@@ -10,6 +10,8 @@ mod csv;
 mod error;
 mod even;
 mod file;
+#[cfg(feature = "files")]
+mod fingerprint;
 mod inner;
 mod other;
 mod row;

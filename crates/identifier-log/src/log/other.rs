@@ -1,6 +1,8 @@
-//! Logs that are no text, which the Python package reads.
+//! Files that are no table of text: logs that the Python package reads, and files of this program.
 
 use std::path::Path;
+
+use toml::de::DeTable;
 
 /// A kind of file, the extra of the Python package that reads it, and the test of its first bytes.
 type Kind = (&'static str, &'static str, fn(&[u8]) -> bool);
@@ -34,6 +36,34 @@ pub(super) fn fault(path: &Path, beginning: &[u8]) -> Option<String> {
     kinds.find_map(|(what, extra, is_it)| is_it(beginning).then(|| in_python(path, what, extra)))
 }
 
+/// The fault of a text that is JSON or a scenario. None for another text.
+pub(super) fn of_text(path: &Path, beginning: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(beginning);
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    let begins = |outer: char, inner: char| {
+        let inside = text.strip_prefix(outer).map(str::trim_start);
+        inside.is_some_and(|inside| inside.starts_with(inner))
+    };
+    // A row of units may begin with a bracket too.
+    if begins('{', '"') || begins('[', '{') {
+        // The keys of a result begin with its estimator and its status.
+        return Some(
+            match ["\"law\":", "\"status\":"]
+                .iter()
+                .all(|key| text.contains(key))
+            {
+                true => "this is a result, not a log: the verbs tune and export read it".to_owned(),
+                false => in_python(path, "JSON", ""),
+            },
+        );
+    }
+    let stated = DeTable::parse(text).ok()?;
+    let is_scenario = stated.get_ref().values().any(|value| value.get_ref().is_table());
+    is_scenario.then(|| {
+        "this is a scenario, not a log: state it with --scenario, beside the log".to_owned()
+    })
+}
+
 /// The fault of a folder.
 #[cfg(feature = "files")]
 pub(super) fn of_folder(path: &Path) -> String {
@@ -45,14 +75,15 @@ pub(super) fn of_folder(path: &Path) -> String {
 
 fn in_python(path: &Path, what: &str, extra: &str) -> String {
     format!(
-        "this is {what}: use the Python package (pip install 'servo-id{extra}'): python -m servo_id identify \"{}\"",
+        "this is {what}: use the Python package: python -m servo_id identify \"{}\" (in the project's folder: pip install \
+         './crates/identifier-py{extra}')",
         path.display()
     )
 }
 
 #[cfg(test)]
 mod tests {
-    use super::fault;
+    use super::{fault, of_text};
 
     #[test]
     fn files_that_python_reads_are_known_by_their_bytes() {
@@ -76,7 +107,7 @@ mod tests {
             (b"\x89PNG", None),
         ] {
             let found = fault("a b/log".as_ref(), bytes);
-            let command = |extra| format!("'servo-id{extra}'");
+            let command = |extra| format!("'./crates/identifier-py{extra}'");
             assert_eq!(found.is_some(), extra.is_some(), "{bytes:?}");
             let named = extra.zip(found.as_ref());
             assert!(
@@ -84,6 +115,35 @@ mod tests {
                     && text.contains("python -m servo_id identify \"a b/log\"")),
                 "{found:?}"
             );
+        }
+    }
+
+    #[test]
+    fn files_of_the_program_and_json_are_named_and_a_table_is_not() {
+        let named = |text: &str| of_text("log.csv".as_ref(), text.as_bytes());
+        for (text, name) in [
+            (
+                "{\n  \"law\": \"fit\",\n  \"status\": \"converged\"",
+                "a result",
+            ),
+            ("{\"t\": [0.0], \"q\": [0.0]}", "JSON"),
+            ("[{\"t\": 0.0, \"q\": 0.0}]", "JSON"),
+            ("# a servo\n[plant]\na = 1.0\n", "a scenario"),
+            ("[log]\nposition = \"q\"\n", "a scenario"),
+        ] {
+            let found = named(text);
+            assert!(
+                found.as_ref().is_some_and(|found| found.contains(name)),
+                "{text}: {found:?}"
+            );
+        }
+        for text in [
+            "[s],[rad],[V]\n0,0,0\n",
+            "t,q,u\n0,0,0\n",
+            "[Header]\nkey = 1\n",
+            "0 0 0\n",
+        ] {
+            assert_eq!(named(text), None, "{text}");
         }
     }
 }

@@ -214,7 +214,7 @@ impl KnownConditions {
             largest_command: Option<f64>,
         }
         let stated = serde_json::from_str(json).ok();
-        let (Some(Stated { logs }), Some((origin, scenario))) = (stated, Origin::of_result(json))
+        let (Some(Stated { logs }), Ok((origin, scenario))) = (stated, Origin::of_result(json))
         else {
             return Self::default();
         };

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from . import _frames, _native, _read, _scenario
 from ._keywords import Conditions, Form, JointOptions, LogOptions, keywords
-from ._results import Columns, Commissioning, Gains, Prediction, Result, Sweep, columns
+from ._results import Columns, Commissioning, Gains, Prediction, Result, Sweep, columns, text_of
 from ._scenario import Scenario
 
 if TYPE_CHECKING:
@@ -256,7 +256,7 @@ def tune(
     if {"response_time", "bandwidth"} <= conditions.keys():
         raise ValueError("response_time and bandwidth are two goals: state only one")
     stated = {name: float(value) for name, value in conditions.items()}
-    text, assumptions = _native.tune(result.text, stated, form, accept_unconverged)
+    text, assumptions = _native.tune(text_of(result), stated, form, accept_unconverged)
     return Gains(text, tuple(assumptions))
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from . import _native
-from ._results import Result
+from ._results import Result, text_of
 
 
 def export(
@@ -30,7 +30,7 @@ def export(
         raise ValueError(
             "the scale of torques is stated twice: state one of torque_constant, inertia and ratios=True"
         )
-    if isinstance(joints, Result):
+    if not isinstance(joints, Mapping):
         joints = {"joint": joints}
 
     def of(value: float | Mapping[str, float] | None, name: str) -> float | None:
@@ -41,7 +41,7 @@ def export(
         return value[name]
 
     stated = [
-        (name, result.text, of(torque_constant, name), of(inertia, name), of(link_inertia, name), limit)
+        (name, text_of(result), of(torque_constant, name), of(inertia, name), of(link_inertia, name), limit)
         for name, result in joints.items()
     ]
     return _native.export(stated, format, ratios, resistance, accept_unconverged)

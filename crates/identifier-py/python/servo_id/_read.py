@@ -64,7 +64,7 @@ def columns_of(log: Any, joint: str | int | None, stated: Collection[str]) -> Co
 
 
 def _of_file(path: Path) -> list[Series]:
-    reader, extra, library = _KINDS.get(path.suffix.lower(), _KINDS[".db3"])
+    reader, library = _KINDS.get(path.suffix.lower(), _KINDS[".db3"])
     if not path.exists():
         raise Fault("the log cannot be read: there is no such file or folder")
     if path.is_file() and path.stat().st_size == 0:
@@ -72,7 +72,7 @@ def _of_file(path: Path) -> list[Series]:
     try:
         return list(reader(path))
     except ImportError as error:
-        raise ImportError(f"{path}: this log needs {library}: pip install 'servo-id[{extra}]'") from error
+        raise ImportError(f"{path}: this log needs {library}: pip install {library}") from error
     except Fault:
         raise
     except Exception as error:
@@ -304,20 +304,22 @@ def _json(path: Path) -> list[Series]:
     if isinstance(read, list) and all(isinstance(row, dict) for row in read):
         names = dict.fromkeys(name for row in read for name in row)
         read = {name: [row.get(name) for row in read] for name in names}
+    if isinstance(read, dict) and {"law", "status"} <= read.keys():
+        raise Fault("this is a result, not a log: Result(text) has it again")
     if not isinstance(read, dict):
         raise Fault("it is neither a list of records nor an object of lists: write one of these, with one record per sample")
     return _table(read)
 
 
-_KINDS: dict[str, tuple[Callable[[Path], Iterable[Series]], str, str]] = {
-    ".bag": (_ros, "ros", "rosbags"),
-    ".db3": (_ros, "ros", "rosbags"),
-    ".mcap": (_ros, "ros", "rosbags"),
-    ".wpilog": (_wpilog, "wpilog", "robotpy-wpiutil"),
-    ".ulg": (_ulog, "ulog", "pyulog"),
-    ".parquet": (_parquet, "parquet", "pyarrow"),
-    ".mat": (_mat, "mat", "scipy"),
-    ".npz": (_npz, "", "numpy"),
-    ".json": (_json, "", ""),
+_KINDS: dict[str, tuple[Callable[[Path], Iterable[Series]], str]] = {
+    ".bag": (_ros, "rosbags"),
+    ".db3": (_ros, "rosbags"),
+    ".mcap": (_ros, "rosbags"),
+    ".wpilog": (_wpilog, "robotpy-wpiutil"),
+    ".ulg": (_ulog, "pyulog"),
+    ".parquet": (_parquet, "pyarrow"),
+    ".mat": (_mat, "scipy"),
+    ".npz": (_npz, "numpy"),
+    ".json": (_json, ""),
 }
-"""Readers by the ends of files, each with its extra of this package and its library. A folder is a bag."""
+"""Readers by the ends of files, each with its library. A folder is a bag."""

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
     from ._experiments import Log
 
+_SIDES = 2.0
+"""Standard errors to either side of an estimate that are its interval of 95 %, as everywhere else."""
+
 Columns: TypeAlias = dict[str, npt.NDArray[np.float64]]
 
 
@@ -146,14 +149,10 @@ class Result:
         return self.json["truth"]
 
     def _rows(self) -> list[tuple[str, str, str, str]]:
-        errors = self.std_errors
-        return [
-            (name, f"{value:.6g}", f"{errors[name]:.2g}", self.units[name])
-            for name, value in self.estimates.items()
-        ] + [
-            (name, f"{one.value:.6g}", f"{one.std_error:.2g}", one.unit)
-            for name, one in (self.physical | self.voltage_gains).items()
-        ]
+        errors, units = self.std_errors, self.units
+        known = [(name, value, errors[name], units[name]) for name, value in self.estimates.items()]
+        known += [(name, *one) for name, one in (self.physical | self.voltage_gains).items()]
+        return [(name, f"{value:.6g}", f"{_SIDES * error:.2g}", unit) for name, value, error, unit in known]
 
     def __repr__(self) -> str:
         rows = [f"  {name} = {value} ± {error} {unit}" for name, value, error, unit in self._rows()]
@@ -162,7 +161,7 @@ class Result:
     def _repr_html_(self) -> str:
         cells = lambda tag, row: "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in row)
         rows = "".join(f"<tr>{cells('td', row)}</tr>" for row in self._rows())
-        heading = cells("th", ("quantity", "estimate", "standard error", "unit"))
+        heading = cells("th", ("quantity", "estimate", "± (95 %)", "unit"))
         return (
             f"<p><b>{html.escape(self.verdict)}</b>: {html.escape(self.reason)}</p>"
             f"<table><tr>{heading}</tr>{rows}</table>"
@@ -176,6 +175,16 @@ class Result:
         if not self.picture:
             raise ValueError("there is no trace to plot: identify or simulate with trace=True")
         return Picture(self.picture)
+
+
+def text_of(result: Result) -> str:
+    """The text of a result, which its functions take."""
+    if not isinstance(result, Result):
+        raise TypeError(
+            f"{result!r} is no Result: pass what identify or simulate returned, or Result(text) with the text of a file that "
+            "servo-id wrote with --json"
+        )
+    return result.text
 
 
 @dataclass(frozen=True, repr=False)

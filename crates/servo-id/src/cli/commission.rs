@@ -1,7 +1,7 @@
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use host_sim::commission::{Commissioning, Recorded, Sample};
-use host_sim::provenance::{Kept, Origin, ScenarioText, Task};
+use host_sim::provenance::{Origin, ScenarioText, Task};
 use host_sim::result::CommissioningResult;
 use host_sim::scenario::Purpose;
 
@@ -44,28 +44,13 @@ impl Choices {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
-    let Arguments {
-        scenario,
-        choices,
-        outputs,
-    } = arguments;
-    let text = choices.stated_in(ScenarioText::read(scenario)?);
-    experiment(&text, outputs, scenario, None)
-}
-
-/// Commissions the servo of a scenario; a `kept` result is to be reproduced. No output may be `input`.
-pub(super) fn experiment(
-    text: &ScenarioText,
-    outputs: &Outputs,
-    input: &Path,
-    kept: Option<&Kept>,
-) -> Result<(), Fault> {
+    let file = arguments.scenario.as_path();
+    let text = (arguments.choices).stated_in(ScenarioText::read(file)?);
     let scenario = text.scenario(Purpose::Commission)?;
-    let file = Path::new(&text.file);
     let of_scenario = |fault| Fault::of_file(file, fault);
-    let origin = Origin::new(VERSION, Task::Commission, text, &scenario);
+    let origin = Origin::new(VERSION, Task::Commission, &text, &scenario);
     let machine = Commissioning::new(&scenario).map_err(of_scenario)?;
-    let mut results = outputs.begin(&[input], origin, kept)?;
+    let mut results = arguments.outputs.begin(&[file], origin)?;
     let mut rows = (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_commissioning));
     let mut traces = results.show_traces().then(CommissionTraces::default);
 
@@ -112,9 +97,7 @@ pub(super) fn experiment(
     });
     let written = [rows.map(|rows| rows.finish(Rows::finish))];
     let applied = outcome.is_applied();
-    results.publish(&page, applied, &result, written, |plot| {
-        plot.figures("", 1, &page)
-    })?;
+    results.publish(&page, 1, applied, &result, written)?;
     if applied {
         return Ok(());
     }

@@ -5,6 +5,7 @@ use host_sim::scenario::{Purpose, Scenario};
 
 use super::call;
 use super::fault::Fault;
+use super::files::Drawing;
 use super::output::Documents;
 use super::progress::Progress;
 use crate::present;
@@ -19,7 +20,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
-    let results = arguments.documents.begin(&[&arguments.scenario], None)?;
+    let results = (arguments.documents).begin(&[&arguments.scenario], &Drawing::default(), None)?;
     let of_scenario = |fault| Fault::of_file(&arguments.scenario, fault);
     let runs = compare::runs(&scenario).map_err(of_scenario)?;
     let progress = Progress::of_items(runs as u64, "runs");
@@ -31,7 +32,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         &result,
         scenario.duration,
     );
-    results.publish(&page, false, &result, [], |picture| {
-        picture.heat_maps(&present::heat_maps(&result))
-    })
+    results.publish(&page, 1, false, &result, [])
 }

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use super::fault::Fault;
 use super::output_file::Output;
 use super::place::Place;
-use crate::present::{HeatMaps, Page};
-use crate::render::chart::{self, Canvas, Format, Size};
+use crate::present::Page;
+use crate::render::chart::{self, Format, Size};
 
 /// The files of one call. Every output is claimed before any work is done.
 #[derive(Debug)]
@@ -175,18 +175,13 @@ pub(super) fn commit(
 
 impl Picture {
     /// Draws the figures of a page, row by row.
-    pub(super) fn figures(self, title: &str, columns: usize, page: &Page) -> Result<Output, Fault> {
+    pub(super) fn figures(
+        mut self,
+        title: &str,
+        columns: usize,
+        page: &Page,
+    ) -> Result<Output, Fault> {
         let canvas = chart::figures(self.size, title, columns, page.figures());
-        self.drawn(&canvas)
-    }
-
-    /// Draws heat maps side by side.
-    pub(super) fn heat_maps(self, maps: &HeatMaps) -> Result<Output, Fault> {
-        let canvas = chart::heat_maps(self.size, maps);
-        self.drawn(&canvas)
-    }
-
-    fn drawn(mut self, canvas: &Canvas) -> Result<Output, Fault> {
         self.output.bytes(&canvas.bytes(self.format))?;
         Ok(self.output)
     }

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::provenance::{Kept, Task};
+use host_sim::provenance::Origin;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::tune::IdentifiedResult;
 
@@ -54,7 +54,7 @@ impl FirmwareOptions {
                  digits and _ only, and begin with a letter"
             )));
         }
-        let (scenario, place) = self.scenario(result, &of_result)?;
+        let (scenario, place) = self.scenario(&text, &of_result)?;
         let built = Firmware::new(scenario, &identified, language);
         let built = built.map_err(|fault| Fault::Input(format!("{place}: {fault}")))?;
         let origin = format!(
@@ -73,26 +73,18 @@ impl FirmwareOptions {
     /// The scenario of the firmware, and where it stands.
     fn scenario(
         &self,
-        result: &Path,
+        result: &str,
         of_result: &dyn Fn(&dyn std::fmt::Display) -> Fault,
     ) -> Result<(Scenario, String), Fault> {
         if let Some(path) = &self.scenario {
             let scenario = Scenario::load(path, Purpose::Replay)?;
             return Ok((scenario, format!("scenario {}", path.display())));
         }
-        let kept = Kept::read(result).map_err(|error| {
+        let (origin, scenario) = Origin::of_result(result).map_err(|error| {
             of_result(&format!(
                 "{error}; or state the firmware's scenario, --scenario FIRMWARE.toml"
             ))
         })?;
-        let purpose = match kept.origin.task {
-            Task::Run => Purpose::Run,
-            Task::Replay { .. } | Task::Commission => Purpose::Replay,
-        };
-        let scenario = kept.origin.scenario.scenario(purpose)?;
-        Ok((
-            scenario,
-            format!("its scenario {}", kept.origin.scenario.file),
-        ))
+        Ok((scenario, origin.scenario.file))
     }
 }

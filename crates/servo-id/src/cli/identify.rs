@@ -15,7 +15,7 @@ use crate::present::introduction;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The log, .csv or .csv.gz, with the measured position and the command that acted. Several logs of one servo with
+    /// The log, .csv or .csv.gz, or `-` for standard input, with the measured position and the command that acted. Several logs of one servo with
     /// the same columns are identified together, each under any controller. An online estimator starts each from the
     /// estimates of the previous one.
     #[arg(required = true, value_name = "LOG")]
@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             passes: arguments.passes,
             introduction: None,
         }
-        .experiment(outputs, scenario, None)?;
+        .experiment(outputs, scenario)?;
         return arguments.required.check(status);
     }
     let all = Table::joined(&logs).map_err(|error| Fault::Input(error.to_string()))?;
@@ -86,14 +86,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         passes: 1,
         introduction: Some(&introduction),
     }
-    .experiment(outputs, log, None)
+    .experiment(outputs, log)
     .map_err(in_options)?;
     arguments.required.check(status)
 }
 
 /// The log, recognised with the answers to all questions.
 fn recognised(log: &Table, mut stated: LogOptions) -> Result<Recognised, Fault> {
-    let refused = |text: &str| in_options(Fault::of_file(&log.path, text));
     let is_asked = io::stdin().is_terminal() && io::stderr().is_terminal();
     loop {
         let questions = match recognise(log, &stated) {
@@ -104,13 +103,9 @@ fn recognised(log: &Table, mut stated: LogOptions) -> Result<Recognised, Fault> 
             Err(Unrecognised::Unknown(questions)) => questions,
         };
         if !is_asked {
-            let all: Vec<_> = questions
-                .iter()
-                .map(|Question { flag, text }| {
-                    refused(&format!("--{flag} is missing: {text}")).to_string()
-                })
-                .collect();
-            return Err(Fault::Input(all.join("\n")));
+            let refusals = questions.iter().map(|open| open.refusal(&stated, log));
+            let refusals = refusals.collect::<Vec<_>>().join("\n");
+            return Err(in_options(Fault::Input(refusals)));
         }
         for Question { flag, text } in &questions {
             while let Err(allowed) = stated.answer(flag, ask(&format!("{text}: "))?.trim()) {

@@ -11,7 +11,6 @@ mod files;
 mod firmware;
 mod formats;
 mod identify;
-mod init;
 mod interruption;
 mod kept_result;
 mod keys;
@@ -23,10 +22,8 @@ mod place;
 mod progress;
 mod recording;
 mod replay;
-mod reproduce;
 mod required;
 mod run;
-mod same_result;
 mod standard_output;
 mod streamed;
 mod sweep;
@@ -35,94 +32,68 @@ mod tune;
 
 use std::process::ExitCode;
 
-use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ArgAction, Parser, Subcommand};
 use fault::Fault;
-use host_sim::gone::{self, Place};
-use host_sim::scenario::keys::listing;
 
 use crate::program;
 use crate::render::terminal::style::FAULT;
 
-/// Simulates the on-line identification of a servo under PID control.
-///
-/// Exit status: 0 done; 2 bad input; 3 not converged, if --require was stated; 130 interrupted; 1 anything else.
+/// Identifies a servo from a recorded log and computes its gains; simulates servos, and operates drives.
 #[derive(Debug, Parser)]
-#[command(name = program::NAME, version = program::VERSION, max_term_width = 100)]
+#[command(
+    name = program::NAME,
+    version = program::VERSION,
+    max_term_width = 100,
+    disable_help_flag = true,
+    after_help = "Exit status: 0 done; 2 bad input; 3 not converged, if --require was stated; 130 interrupted; 1 \
+                  anything else."
+)]
 struct Arguments {
     #[command(subcommand)]
     verb: Option<Verb>,
     /// Print only errors and the output requested on `-`.
     #[arg(long, short, global = true)]
     quiet: bool,
+    /// Print help.
+    #[arg(long, short, global = true, action = ArgAction::HelpShort)]
+    help: Option<bool>,
 }
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Run the paper's experiment: both methods, balanced and unbalanced (without a verb, only its table is printed).
-    Paper(paper::Arguments),
-    /// Run one experiment on the simulated servo.
-    Run(run::Arguments),
-    /// Write a scenario from the data sheet of a motor.
-    Init(init::Arguments),
     /// Identify the servo of a recorded log: columns, units and sample time are found, or a scenario states them.
     Identify(Box<identify::Arguments>),
-    /// Reproduce a result from its provenance and compare the two, to the last bit.
-    Reproduce(reproduce::Arguments),
-    /// Commission the simulated drive: probe, identify, verify, tune, test, then apply or roll back.
-    Commission(commission::Arguments),
-    /// Run every method on the same servo, in cases that each violate one assumption.
-    Compare(compare::Arguments),
-    /// Operate a drive over its serial line.
-    Drive(drive::Arguments),
     /// Compute gains for an identified servo, with margins and the predicted response.
     Tune(tune::Arguments),
     /// Write an identified servo as a joint of a robot's model, in physical units.
     Export(export::Arguments),
+    /// Operate a drive over its serial line.
+    Drive(drive::Arguments),
+    /// Run one experiment on the simulated servo.
+    Run(run::Arguments),
+    /// Commission the simulated drive: probe, identify, verify, tune, test, then apply or roll back.
+    Commission(commission::Arguments),
+    /// Run every method on the same servo, in cases that each violate one assumption.
+    Compare(compare::Arguments),
     /// Identify many random servos: the distribution of the errors.
     Sweep(sweep::Arguments),
+    /// Run the paper's experiment: both methods, balanced and unbalanced (without a verb, only its table is printed).
+    Paper(paper::Arguments),
     /// List the keys of a scenario: meaning, allowed values and defaults.
     Keys(keys::Arguments),
     /// Print a shell's completion script for verbs, options and files.
     Completions(completions::Arguments),
 }
 
-/// The verbs that read a scenario, whose keys their `--help` lists.
-const SCENARIO_VERBS: [&str; 5] = ["run", "identify", "commission", "compare", "sweep"];
-
-/// The command line with the keys of a scenario in its long help. To list them takes as long as to parse
-/// a call, so this is built only where help is printed.
-fn documented() -> Command {
-    let keys = format!("Keys of a scenario:\n{}", listing());
-    let with_keys = |command: Command| command.after_long_help(keys.clone());
-    SCENARIO_VERBS
-        .into_iter()
-        .fold(Arguments::command(), |command, verb| {
-            command.mut_subcommand(verb, with_keys)
-        })
-        .mut_subcommand("drive", |drive| {
-            drive.mut_subcommand("commission", with_keys)
-        })
-}
-
 /// Parses the command line, runs the verb and returns the exit status.
 #[must_use]
 pub fn main() -> ExitCode {
-    let parsed = Arguments::command().try_get_matches();
-    let parsed = parsed.or_else(|error| match error.kind() {
-        ErrorKind::DisplayHelp => documented().try_get_matches(),
-        _ => Err(error),
-    });
-    let done = match parsed.and_then(|found| Arguments::from_arg_matches(&found)) {
+    let done = match Arguments::try_parse() {
         Ok(arguments) => arguments.run(),
         // Help and version.
         Err(page) if !page.use_stderr() => standard_output::written(page.print()),
         Err(wrong) => {
-            let text = match instead(&wrong) {
-                Some(instead) => format!("{FAULT}error:{FAULT:#} {instead}"),
-                None => wrong.render().ansi().to_string(),
-            };
-            terminal::notify(text.trim_end());
+            terminal::notify(wrong.render().ansi().to_string().trim_end());
             return ExitCode::from(2);
         }
     };
@@ -134,21 +105,6 @@ pub fn main() -> ExitCode {
             fault.exit_code()
         }
     }
-}
-
-/// The replacement of a verb or an option that is gone.
-fn instead(wrong: &clap::Error) -> Option<String> {
-    let (place, context) = match wrong.kind() {
-        ErrorKind::InvalidSubcommand => (Place::Verb, ContextKind::InvalidSubcommand),
-        ErrorKind::UnknownArgument => (Place::Option, ContextKind::InvalidArg),
-        _ => return None,
-    };
-    let ContextValue::String(word) = wrong.get(context)? else {
-        return None;
-    };
-    let word = word.split('=').next()?;
-    let instead = gone::replacement(place, word)?;
-    Some(format!("{word} is gone: {instead}"))
 }
 
 impl Arguments {
@@ -163,9 +119,7 @@ impl Arguments {
         match verb {
             Verb::Paper(arguments) => paper::run(&arguments),
             Verb::Run(arguments) => run::run(&arguments),
-            Verb::Init(arguments) => init::run(&arguments),
             Verb::Identify(arguments) => identify::run(&arguments),
-            Verb::Reproduce(arguments) => reproduce::run(&arguments),
             Verb::Commission(arguments) => commission::run(&arguments),
             Verb::Compare(arguments) => compare::run(&arguments),
             Verb::Drive(arguments) => drive::run(&arguments),

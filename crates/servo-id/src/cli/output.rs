@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use host_sim::provenance::{Kept, Origin, WithOrigin};
+use host_sim::provenance::{Origin, WithOrigin};
 use serde::Serialize;
 
 use super::fault::Fault;
 use super::files::{self, Drawing, Files, Picture};
 use super::output_file::Output;
-use super::same_result;
 use super::standard_output::show;
 use super::terminal::width;
 use crate::present::Page;
@@ -20,8 +19,6 @@ pub(super) struct Documents {
     /// Write the result as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    #[command(flatten)]
-    drawing: Drawing,
     /// Write a report, one self-contained HTML page, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -35,6 +32,8 @@ pub(super) struct Documents {
 pub(super) struct Outputs {
     #[command(flatten)]
     documents: Documents,
+    #[command(flatten)]
+    drawing: Drawing,
     /// Write the trace, one row per sample, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -59,20 +58,23 @@ struct Provenance {
     origin: Origin,
     /// The description beside a trace in CSV, which holds the origin.
     description: Option<Output>,
-    /// The result to be reproduced.
-    kept: Option<Kept>,
 }
 
 impl Documents {
-    /// Begins every requested file, and that of a table in CSV; none may be among the `inputs`.
+    /// Begins every requested file, a picture and a table in CSV among them; none may be among the `inputs`.
     ///
     /// # Errors
     /// A place where nothing can be written.
-    pub(super) fn begin(&self, inputs: &[&Path], csv: Option<&Path>) -> Result<Results, Fault> {
+    pub(super) fn begin(
+        &self,
+        inputs: &[&Path],
+        drawing: &Drawing,
+        csv: Option<&Path>,
+    ) -> Result<Results, Fault> {
         let mut files = Files::reading(inputs, self.force);
         Ok(Results {
             json: files.output(self.json.as_deref())?,
-            plot: files.picture(&self.drawing)?,
+            plot: files.picture(drawing)?,
             report: files.output(self.report.as_deref())?,
             csv: files.output(csv)?,
             scenario: None,
@@ -83,30 +85,18 @@ impl Documents {
 }
 
 impl Outputs {
-    /// Begins every requested file, none of which may be among the `inputs`, with the `origin` of the result. It
-    /// is compared with the one that is to be reproduced, if one was `kept`.
+    /// Begins every requested file, none of which may be among the `inputs`, with the `origin` of the result.
     ///
     /// # Errors
     /// A place where nothing can be written.
-    pub(super) fn begin(
-        &self,
-        inputs: &[&Path],
-        origin: Origin,
-        kept: Option<&Kept>,
-    ) -> Result<Results, Fault> {
+    pub(super) fn begin(&self, inputs: &[&Path], origin: Origin) -> Result<Results, Fault> {
         let csv = self.csv.as_deref();
-        let mut results = self.documents.begin(inputs, csv)?;
+        let mut results = self.documents.begin(inputs, &self.drawing, csv)?;
         results.provenance = Some(Provenance {
             origin,
             description: results.files.description_of(csv)?,
-            kept: kept.cloned(),
         });
         Ok(results)
-    }
-
-    /// True if an output states its origin.
-    pub(super) fn state_origin(&self) -> bool {
-        self.documents.json.is_some() || self.csv.is_some()
     }
 }
 
@@ -135,22 +125,22 @@ impl Results {
     }
 
     /// Completes every file, those that were `written` already among them, and prints the page in brief, perhaps
-    /// with its verdict.
+    /// with its verdict. A picture has so many columns.
     ///
     /// # Errors
     /// A file that could not be written completely; then none is.
     pub(super) fn publish(
         self,
         page: &Page,
+        columns: usize,
         with_verdict: bool,
         result: &impl Serialize,
         written: impl IntoIterator<Item = Option<Result<Output, Fault>>>,
-        draw: impl FnOnce(Picture) -> Result<Output, Fault>,
     ) -> Result<(), Fault> {
         let silent = self.own_standard_output();
-        let (origin, description, kept) = match self.provenance {
-            Some(known) => (Some(known.origin), known.description, known.kept),
-            None => (None, None, None),
+        let (origin, description) = match self.provenance {
+            Some(known) => (Some(known.origin), known.description),
+            None => (None, None),
         };
         let origin = origin.as_ref();
         let own = [
@@ -158,7 +148,7 @@ impl Results {
                 let result = None::<&()>;
                 description.document(&WithOrigin { result, origin })
             }),
-            self.plot.map(draw),
+            self.plot.map(|plot| plot.figures("", columns, page)),
             self.report.map(|report| report.page(page)),
             self.json.map(|json| match origin {
                 Some(origin) => {
@@ -179,9 +169,6 @@ impl Results {
             if with_verdict {
                 show!("{}", terminal::verdict(page))?;
             }
-        }
-        if let Some(kept) = &kept {
-            same_result::compare(kept, result, silent)?;
         }
         Ok(())
     }

@@ -59,7 +59,7 @@ impl<'a> Recording<'a> {
             title,
             scenario,
             passes_to_come: passes.saturating_sub(1),
-            summariser: Summariser::lasting(scenario, duration).with_reachable(scenario),
+            summariser: Summariser::lasting(scenario, duration),
             traces: results.show_traces().then(ExperimentTraces::default),
             rows: (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_experiment)),
             progress: Progress::of_samples((duration / scenario.sample_time()) as u64),
@@ -164,9 +164,7 @@ impl<'a> Recording<'a> {
             seen: seen.as_ref(),
         });
         let written = [self.rows.map(|rows| rows.finish(Rows::finish))];
-        results.publish(&page, true, &summary, written, |picture| {
-            picture.figures("", 2, &page)
-        })?;
+        results.publish(&page, 2, true, &summary, written)?;
         match summary.status() {
             _ if summary.verdict.reason == VerdictReason::Stopped => {
                 let text = "interrupted: the result has the data until then";

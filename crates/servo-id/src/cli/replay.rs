@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use host_sim::FoundServo;
 use host_sim::analysis::Status;
 use host_sim::predict;
-use host_sim::provenance::{Kept, LogFile, Origin, ScenarioText, Task};
+use host_sim::provenance::{LogFile, Origin, ScenarioText, Task};
 use host_sim::replay;
 use host_sim::result::{LogReading, Prediction, ReplayNotes};
 use host_sim::scenario::{Purpose, Scenario};
@@ -37,22 +37,24 @@ pub(super) struct Introduction<'a> {
 }
 
 impl Replay<'_> {
-    /// Replays it and returns the verdict; the result is to be the one that was `kept`, if one was. Besides the logs this reads
-    /// `input`.
-    pub(super) fn experiment(
-        self,
-        outputs: &Outputs,
-        input: &Path,
-        kept: Option<&Kept>,
-    ) -> Result<Status, Fault> {
+    /// Replays it and returns the verdict. Besides the logs this reads `input`.
+    pub(super) fn experiment(self, outputs: &Outputs, input: &Path) -> Result<Status, Fault> {
         let text = self.scenario;
         let of_replay = |error| Fault::of_file(Path::new(&text.file), error);
         let scenario = text.scenario(Purpose::Replay)?;
         let read = self.logs.iter().chain(&self.predict);
         let read: Vec<PathBuf> = read.map(|table| table.path.clone()).collect();
         let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).chain([input]).collect();
-        let title = call::title("Replay of", inputs.first().copied().unwrap_or(input));
-        let origin = Origin::new(VERSION, self.task(outputs.state_origin())?, text, &scenario);
+        let title = call::title(
+            "Identification of",
+            inputs.first().copied().unwrap_or(input),
+        );
+        let task = Task::Replay {
+            passes: self.passes,
+            logs: LogFile::of_tables(&self.logs),
+            predict: LogFile::of_tables(&self.predict),
+        };
+        let origin = Origin::new(VERSION, task, text, &scenario);
         let Self {
             logs,
             predict,
@@ -60,7 +62,7 @@ impl Replay<'_> {
             introduction,
             ..
         } = self;
-        let mut results = outputs.begin(&inputs, origin, kept)?;
+        let mut results = outputs.begin(&inputs, origin)?;
         if let Some(introduction) = introduction {
             results.save_scenario(introduction.save_scenario, &text.text)?;
             if !results.own_standard_output() {
@@ -117,29 +119,6 @@ impl Replay<'_> {
             predictions,
         };
         recording.conclude(results, replayed.outcome, notes)
-    }
-
-    /// The task, with the fingerprints of the logs where an output states the origin.
-    fn task(&self, is_stated: bool) -> Result<Task, Fault> {
-        let files = |logs: &[Table]| -> Result<Vec<LogFile>, Fault> {
-            let known = logs.iter().map(|table| &table.path);
-            let known = known.filter(|log| is_stated && log.is_file());
-            let files = known.map(|log| {
-                let unreadable = |error| {
-                    Fault::Input(format!(
-                        "{}: the log cannot be read: {error}",
-                        log.display()
-                    ))
-                };
-                LogFile::read(log).map_err(unreadable)
-            });
-            files.collect()
-        };
-        Ok(Task::Replay {
-            passes: self.passes,
-            logs: files(&self.logs)?,
-            predict: files(&self.predict)?,
-        })
     }
 }
 

@@ -7,6 +7,7 @@ use host_sim::sweep;
 
 use super::call;
 use super::fault::Fault;
+use super::files::Drawing;
 use super::interruption;
 use super::output::Documents;
 use super::progress::Progress;
@@ -37,7 +38,11 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let scenario = Scenario::load(&arguments.scenario, Purpose::Run)?;
     let documents = &arguments.documents;
-    let mut results = documents.begin(&[&arguments.scenario], arguments.csv.as_deref())?;
+    let mut results = documents.begin(
+        &[&arguments.scenario],
+        &Drawing::default(),
+        arguments.csv.as_deref(),
+    )?;
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads as usize)
@@ -67,14 +72,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let page = present::sweep(
         &call::title("Sweep around", &arguments.scenario),
         &call::command(),
-        &scenario,
         &result,
     );
     let rows = results.csv.take();
     let rows = rows.map(|rows| rows.table(|file| csv::sweep(file, &runs)));
-    results.publish(&page, true, &result, [rows], |picture| {
-        picture.figures("", 2, &page)
-    })?;
+    results.publish(&page, 1, true, &result, [rows])?;
     if stop.load(Ordering::Relaxed) && runs.len() < arguments.runs as usize {
         return Err(Fault::Other(format!(
             "stopped after {} of {} servos; the figures are for these",

@@ -7,6 +7,7 @@ use identifier_core::tuning::{Goal, TuningError};
 
 use super::call;
 use super::fault::Fault;
+use super::files::Drawing;
 use super::kept_result;
 use super::options::ConditionOptions;
 use super::output::Documents;
@@ -35,6 +36,8 @@ pub(super) struct Arguments {
     accept_unconverged: bool,
     #[command(flatten)]
     documents: Documents,
+    #[command(flatten)]
+    drawing: Drawing,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
@@ -45,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         .into_iter()
         .flatten()
         .collect();
-    let results = arguments.documents.begin(&inputs, None)?;
+    let results = (arguments.documents).begin(&inputs, &arguments.drawing, None)?;
 
     let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(&arguments.result, fault);
     let text = kept_result::text(&arguments.result)?;
@@ -82,9 +85,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     )
     .map_err(|error| Fault::Other(error.to_string()))?;
     let result = tuned.result();
-    results.publish(&page, false, &result, [], |picture| {
-        picture.figures("", 1, &page)
-    })
+    results.publish(&page, 1, false, &result, [])
 }
 
 /// The refusal of an option that is out of its range.

@@ -146,7 +146,8 @@ impl Identified {
                 .pointer(&format!("/estimates/{name}/std_error"))?
                 .as_f64()
         };
-        let scenario = provenance::Origin::of_result(json).map(|(_, scenario)| scenario);
+        let scenario = provenance::Origin::of_result(json).ok();
+        let scenario = scenario.map(|(_, scenario)| scenario);
         let found = servo.servo.parameters;
         Ok(Self {
             ratios: Ratios {

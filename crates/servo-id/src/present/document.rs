@@ -142,22 +142,16 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// The rows, with a cell for each column.
     pub rows: Vec<Vec<String>>,
-    /// Severity of each cell's value, from 0 to [`Table::WORST`]; empty for a table without severities.
-    pub levels: Vec<Vec<u8>>,
 }
 
 impl Table {
-    /// The highest severity of a cell.
-    pub const WORST: u8 = 5;
-
-    /// A table without severities.
+    /// A table.
     #[must_use]
     pub fn new(caption: &str, columns: Vec<Column>, rows: Vec<Vec<String>>) -> Self {
         Self {
             caption: caption.to_owned(),
             columns,
             rows,
-            levels: Vec::new(),
         }
     }
 }

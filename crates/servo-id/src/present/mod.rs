@@ -13,7 +13,6 @@ mod experiment;
 mod figure;
 mod form;
 mod formats;
-mod heat_map;
 mod log;
 mod noise;
 pub(crate) mod number;
@@ -29,13 +28,12 @@ pub(crate) use commissioning::why;
 pub use commissioning::{
     CommissionTraces, Commissioned, commissioning, found_servo, largest_motion, unseen_motion,
 };
-pub use comparison::{comparison, heat_maps};
+pub use comparison::comparison;
 pub use document::{Block, Column, Page, Section, Table, Tone, Verdict};
 pub use envelope::Envelope;
 pub use experiment::{Experiment, ExperimentTraces, experiment};
 pub use figure::{Axis, Figure, Level, Settled, TIME, TimeSpan, Trace};
 pub use formats::formats;
-pub use heat_map::{HeatCell, HeatMap, HeatMaps, Tint};
 pub use log::introduction;
 pub use paper::paper;
 pub use sweep::sweep;

@@ -57,7 +57,7 @@ pub fn tuning(
     let sections = [
         Section::brief("Result", found),
         Section::full("Plots", vec![Block::Figures(figures)]),
-        Section::full("Data and method", vec![conditions(tuned)]),
+        Section::full("Conditions", vec![conditions(tuned)]),
     ];
     Ok(Page::new(title, command, verdict, sections))
 }
@@ -131,12 +131,8 @@ fn conditions(tuned: &Tuned) -> Block {
 
 /// The stiffest gains for a result, with what they assume.
 pub(super) fn advice(tuned: &Tuned, known: &KnownConditions) -> Vec<Block> {
-    let text = "Use these gains. The predicted response is simulated on the identified servo, and its worst case on \
-                servos within the intervals.";
     let assumed = Conditions::default().assumptions(known).into_iter();
-    let assumed = assumed.map(Block::Warning);
-    let blocks = std::iter::once(Block::Text(text.to_owned())).chain(assumed);
-    blocks.chain(gains(tuned)).collect()
+    assumed.map(Block::Warning).chain(gains(tuned)).collect()
 }
 
 /// Gains that were found: the controller, its predicted response, the feed-forward.

@@ -266,7 +266,6 @@ fn gains_are_led_on_request_and_not_for_a_response_time() {
     let asked = ["commission", &file, "--json", &result, "--force"];
     let gains = |flags: &[&str]| {
         assert_done(&servo_id(&[&asked, flags].concat()));
-        assert_done(&servo_id(&["reproduce", &result]));
         let text = fs::read_to_string(&result).expect("it is written");
         let json: Value = serde_json::from_str(&text).expect("it is JSON");
         let rise = json["trial"]["rise_time"].as_f64().expect("s");

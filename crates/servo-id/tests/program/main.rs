@@ -14,7 +14,6 @@ mod faults;
 mod fit;
 mod guides;
 mod identify;
-mod init;
 mod log_dialects;
 #[cfg(target_os = "linux")]
 mod memory;
@@ -30,7 +29,6 @@ mod predict;
 mod replay;
 mod report;
 mod report_in_browser;
-mod reproduce;
 mod scenario_reader;
 mod support;
 #[cfg(target_os = "linux")]

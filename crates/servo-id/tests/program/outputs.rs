@@ -213,9 +213,8 @@ fn a_dash_is_standard_output_and_alone_there() {
         ("run scenario.toml --json /dev/stdout", "{", "}\n"),
         ("run scenario.toml --csv -", "time_s,", "\n"),
         ("run scenario.toml --plot -", "<svg", "</svg>\n"),
-        ("compare scenario.toml --plot -", "<svg", "</svg>\n"),
+        ("compare scenario.toml --json -", "{", "}\n"),
         ("sweep scenario.toml --runs 2 --csv -", "run,", "\n"),
-        ("sweep scenario.toml --runs 2 --plot -", "<svg", "</svg>\n"),
     ] {
         let output = call(&folder, words);
         assert_done(&output);
@@ -346,7 +345,7 @@ fn an_interruption_leaves_nothing_half_written() {
     fs::write(folder.join("old"), "precious").expect("written");
     let before = listing(&folder);
     for (verb, name) in [("run", "INT"), ("run", "TERM"), ("compare", "INT")] {
-        let words = format!("{verb} scenario.toml --json old --plot new.svg --force");
+        let words = format!("{verb} scenario.toml --json old --report new.html --force");
         let child = start(&folder, &words);
         wait_for_temporary(&folder);
         thread::sleep(Duration::from_millis(100));

@@ -1,7 +1,7 @@
 //! Replay from the command line: the committed log, and every way a log can be wrong.
 
 use std::io::Write;
-use std::process::Output;
+use std::process::{Command, Output, Stdio};
 
 use crate::support::{
     committed_log, folder, printed_json, refusal_message, servo_id, standard_error,
@@ -411,11 +411,37 @@ fn a_row_that_unpacks_without_end_is_refused() {
 }
 
 #[test]
-#[cfg(target_os = "linux")]
-fn a_log_through_a_pipe_is_refused() {
-    let output = servo_id(&["identify", "/dev/null", "--scenario", SCENARIO]);
-    let answer = standard_error(&output);
-    assert_eq!(output.status.code(), Some(2), "{answer}");
+#[cfg(unix)]
+fn a_log_through_a_pipe_gives_what_its_file_gives() {
+    let folder = folder("replay-pipe");
+    let packed = std::fs::read(LOG).expect("the log");
+    let plain = lines().join("\n") + "\n";
+    std::fs::write(folder.join("log.csv"), &plain).expect("it is written");
+    let called = |log: &str, bytes: &[u8]| {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_servo-id"))
+            .args(["identify", log, "--json", "-"])
+            .current_dir(&folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut pipe = child.stdin.take().expect("a pipe");
+        pipe.write_all(bytes).expect("it is read");
+        drop(pipe);
+        printed_json(&child.wait_with_output().expect("it ends"))
+    };
+    let from_file = called("log.csv", b"");
+    let sum = &from_file["origin"]["logs"][0]["sha256"];
+    assert_eq!(sum.as_str().map(str::len), Some(64), "{from_file}");
+    for log in ["-", "/dev/stdin"] {
+        let piped = called(log, plain.as_bytes());
+        assert_eq!(piped["estimates"], from_file["estimates"], "{log}");
+        assert_eq!(&piped["origin"]["logs"][0]["sha256"], sum, "{log}");
+    }
+    let unpacked = called("-", &packed);
+    assert_eq!(unpacked["estimates"], from_file["estimates"]);
+    let nothing = servo_id(&["identify", "/dev/null"]);
+    assert_eq!(nothing.status.code(), Some(2), "{nothing:?}");
 }
 
 #[test]

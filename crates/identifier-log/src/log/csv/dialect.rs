@@ -32,8 +32,7 @@ impl Dialect {
             return Err(LogError::in_file(path, fault));
         }
         if let Some(place) = memchr::memchr(0, beginning) {
-            let fault = other::fault(path, beginning);
-            let fault = fault.unwrap_or_else(|| {
+            let fault = other::fault(path, beginning).unwrap_or_else(|| {
                 format!(
                     "this is not text (byte {} is zero): save the log as comma-separated text in UTF-8",
                     place + 1
@@ -45,7 +44,10 @@ impl Dialect {
             let fault = "this is a packed file or a workbook: save the log as comma-separated text, .csv or .csv.gz";
             return Err(LogError::in_file(path, fault.to_owned()));
         }
-        Ok(Self::in_text(beginning))
+        match other::of_text(path, beginning) {
+            Some(fault) => Err(LogError::in_file(path, fault)),
+            None => Ok(Self::in_text(beginning)),
+        }
     }
 
     /// True for columns that any number of spaces divides.

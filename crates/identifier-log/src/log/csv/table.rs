@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::super::LogError;
 use super::super::error::shortened;
+#[cfg(feature = "files")]
+use super::super::source;
 use super::cell::Decimals;
 use super::dialect::Dialect;
 use super::{stamp, text};
@@ -16,6 +18,8 @@ use crate::scenario::{Column, MAX_COLUMNS};
 pub struct Table {
     /// The file, or its name in messages.
     pub path: PathBuf,
+    /// The SHA-256 of what was read, in hexadecimal digits; none of columns in memory.
+    pub sha256: Option<String>,
     /// Name of the separator between columns; none of columns in memory.
     pub separator: Option<&'static str>,
     /// Its columns, all as long.
@@ -51,13 +55,20 @@ impl Table {
     /// The most rows: more do not fit into the memory of a usual machine.
     const MAX_ROWS: usize = 20_000_000;
 
-    /// Reads a `.csv` or `.csv.gz` file.
+    /// Reads text, plain or packed with gzip, from a file, from a pipe or, for the name `-`, from standard input.
     ///
     /// # Errors
     /// The file that cannot be read or is no table; the row that cannot be read.
     #[cfg(feature = "files")]
     pub fn read(path: &Path) -> Result<Self, LogError> {
-        Self::of_text(path, super::super::source::open(path)?)
+        let (bytes, fingerprint) = source::open(path)?;
+        let [dash, standard_input] = source::STANDARD_INPUT.map(Path::new);
+        let name = if path == dash { standard_input } else { path };
+        let table = Self::of_text(name, bytes)?;
+        Ok(Self {
+            sha256: Some(fingerprint.digits()),
+            ..table
+        })
     }
 
     /// Reads a text, which has a `name` in messages.

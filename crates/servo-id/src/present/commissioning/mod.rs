@@ -54,9 +54,9 @@ pub fn commissioning(of: &Commissioned<'_>) -> Page {
         let figures = traces::figures(of, traces);
         sections.extend([
             Section::full("Over time", vec![Block::Figures(figures)]),
-            Section::full("Uncertainty", how_sure(of)),
-            Section::full("Data and method", rests_on(of)),
-            Section::full("Next steps", next(of)),
+            Section::full("Limits", vec![Block::Table(limits(of))]),
+            Section::full("Remedies", remedies(of.outcome)),
+            Section::full("Controller", controller_of(of)),
         ]);
     }
     Page::new(of.title, of.command, verdict(of), sections)
@@ -381,66 +381,16 @@ fn predicted_rows(tuning: &Tuning, trial: Option<&TrialResult>) -> [[String; 4];
     })
 }
 
-fn how_sure(of: &Commissioned<'_>) -> Vec<Block> {
-    let outcome = of.outcome;
-    let mut blocks = Vec::new();
-    if let Some(known) = outcome.servo() {
-        let encoder = of.scenario.stated.resolution / 12_f64.sqrt();
-        blocks.push(Block::Text(format!(
-            "± is the 95 % interval. The residual of the position is {} rad rms; quantisation alone gives {}.",
-            figure(known.unexplained),
-            figure(encoder)
-        )));
-    }
-    if outcome.tuning.is_some() {
-        blocks.push(Block::text(
-            "The predicted response is that of the identified servo; margins and overshoot hold \
-                                 for every servo within these intervals.",
-        ));
-    }
-    if outcome.trial.is_some() {
-        blocks.push(Block::text("The trial tests the new gains on the servo with a step out and back. It passes if the \
-                                 step is no faster than predicted, at most three times as slow, and overshoots by at \
-                                 most three points more."));
-    }
-    blocks
-}
-
-fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
-    let Commissioned {
-        scenario,
-        limits,
-        outcome,
-        ..
-    } = of;
-    let course = &outcome.course;
-    let seconds = course.samples() as f64 * scenario.sample_time();
-    let facts = [
-        (
-            "Motion",
-            format!(
-                "{} samples, {} s at {} Hz",
-                course.samples(),
-                plain(seconds),
-                plain(1.0 / scenario.sample_time())
-            ),
-        ),
-        (
-            "Encoder",
-            encoder(scenario.stated.resolution, outcome.noise),
-        ),
-        (
-            "Arithmetic",
-            scenario.identifier.arithmetic.name().to_owned(),
-        ),
-    ];
+/// The limits of the axis beside the largest motion.
+fn limits(of: &Commissioned<'_>) -> Table {
+    let limits = of.limits;
+    let went = of.outcome.course.excursion();
     let range = |[low, high]: [f64; 2]| format!("{} to {}", plain(low), plain(high));
-    let went = course.excursion();
     let row = |name: &str, allowed, reached, unit: &str| {
         vec![name.to_owned(), allowed, reached, unit.to_owned()]
     };
-    let kept = Table::new(
-        "Limits, and the largest motion",
+    Table::new(
+        "",
         vec![
             Column::words("limit"),
             Column::figures("allowed"),
@@ -462,36 +412,27 @@ fn rests_on(of: &Commissioned<'_>) -> Vec<Block> {
                 "command units",
             ),
         ],
-    );
-    vec![Block::facts(facts), Block::Table(kept)]
+    )
 }
 
-fn encoder(resolution: f64, noise: f64) -> String {
-    let counts = noise / resolution;
-    let rounding = format!("{} rad per count", figure(resolution));
-    if counts > 0.5 {
-        format!("{rounding}, with noise of {counts:.1} counts, the unit for detecting motion")
-    } else {
-        rounding
-    }
+/// The cause of a refusal, and what helps.
+fn remedies(outcome: &Outcome) -> Vec<Block> {
+    let Some(reason) = outcome.reason() else {
+        return Vec::new();
+    };
+    let mut steps = vec![sentence(reason.remedy())];
+    steps.extend((outcome.no_gains.as_ref()).map(|no_gains| sentence(&no_gains.to_string())));
+    vec![Block::Text(sentence(reason.cause())), Block::List(steps)]
 }
 
-fn next(of: &Commissioned<'_>) -> Vec<Block> {
-    if let Some(reason) = of.outcome.reason() {
-        let mut steps = vec![sentence(reason.remedy())];
-        if let Some(no_gains) = &of.outcome.no_gains {
-            steps.push(sentence(&no_gains.to_string()));
-        }
-        return vec![Block::Text(sentence(reason.cause())), Block::List(steps)];
-    }
-    match (of.outcome.servo(), &of.outcome.tuning) {
-        (Some(known), Some(tuning)) => keep(known, tuning, of.scenario),
-        _ => Vec::new(),
-    }
-}
-
-fn keep(known: &IdentifiedServo, tuning: &Tuning, scenario: &Scenario) -> Vec<Block> {
-    let sample_time = scenario.sample_time();
+/// The gains in force as a table of a scenario, with the feed-forward beside them.
+fn controller_of(of: &Commissioned<'_>) -> Vec<Block> {
+    let (None, Some(known), Some(tuning)) =
+        (of.outcome.reason(), of.outcome.servo(), &of.outcome.tuning)
+    else {
+        return Vec::new();
+    };
+    let sample_time = of.scenario.sample_time();
     let parameters = &known.parameters;
     let forces = KnownForces {
         constant: 0.0 - parameters.load / parameters.b,
@@ -500,14 +441,10 @@ fn keep(known: &IdentifiedServo, tuning: &Tuning, scenario: &Scenario) -> Vec<Bl
     };
     let coefficients = FeedForward::of_servo(parameters, &forces, tuning.kd, sample_time / 2.0);
     vec![
-        Block::text("The new gains are in force. To keep them, write them down."),
         Block::Code {
             caption: "Controller for a scenario".to_owned(),
             text: controller(tuning, sample_time).trim_end().to_owned(),
         },
         Block::Text(sentence(&feed_forward(&coefficients))),
-        Block::text(
-            "Commission again when load, supply or friction have changed; the drive then starts from these gains.",
-        ),
     ]
 }

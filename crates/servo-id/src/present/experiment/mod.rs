@@ -1,10 +1,10 @@
 //! The page of a run or a replay.
 
 use host_sim::analysis::{LoopFigures, Response, Seen};
-use host_sim::result::{BrakingForce, FitNotes, OutputError, Residual, Summary};
+use host_sim::result::{BrakingForce, FitNotes, Residual, Summary};
 use host_sim::scenario::Scenario;
 use host_sim::tune::Tuned;
-use identifier_core::parameters::{Parameter, Unknown};
+use identifier_core::parameters::Parameter;
 use identifier_log::verdict::{State, Status};
 
 mod traces;
@@ -57,12 +57,8 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
             figures.extend(traces::how_well_known(&rows));
             figures.extend(gains.iter().flat_map(|(_, figures)| figures.clone()));
         }
-        sections.extend([
-            Section::full(heading, vec![Block::Figures(figures)]),
-            Section::full("Uncertainty", how_sure(of.summary, &rows)),
-            Section::full("Data and method", rests_on(of)),
-        ]);
-        sections.extend(gains.map(|(blocks, _)| Section::full("Next steps", blocks)));
+        sections.push(Section::full(heading, vec![Block::Figures(figures)]));
+        sections.extend(gains.map(|(blocks, _)| Section::full("Gains", blocks)));
     }
     if !steps.is_empty() {
         let why = match of.summary.status() {
@@ -72,7 +68,7 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
             _ => "No gains: for this result they would be a guess.",
         };
         let steps = vec![Block::List(steps), Block::Text(why.to_owned())];
-        sections.push(Section::brief("Next steps", steps));
+        sections.push(Section::brief("Remedies", steps));
     }
     Page::new(of.title, of.command, verdict(of.summary, &rows), sections)
 }
@@ -198,7 +194,6 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
         predictions.map(|prediction| Block::Text(sentence(&Sentence(prediction).to_string()))),
     );
     blocks.extend(closed_loop(of.scenario).map(Block::Text));
-    blocks.extend(reachable(&summary.reachable).map(Block::Text));
     blocks
 }
 
@@ -229,24 +224,6 @@ fn closed_loop(scenario: &Scenario) -> Option<String> {
         fall.map_or_else(|| "any".to_owned(), |fall| fixed(fall, 2)),
         or_dash(rise, 1),
         or_dash(modulus_margin, 2)
-    ))
-}
-
-/// The accuracy that the motion allows.
-fn reachable(errors: &[(Unknown, f64)]) -> Option<String> {
-    let of = |(unknown, error): &(Unknown, f64)| match error.is_finite() {
-        true => format!(
-            "{} ± {} {}",
-            unknown.name(),
-            rough(crate::SIDES * error),
-            unknown.unit()
-        ),
-        false => format!("{} undetermined", unknown.name()),
-    };
-    let errors: Vec<_> = errors.iter().map(of).collect();
-    let all = (!errors.is_empty()).then(|| errors.join(", "))?;
-    Some(format!(
-        "Smallest 95 % intervals that this motion allows (Cramér–Rao bound, quantisation only): {all}."
     ))
 }
 
@@ -282,25 +259,6 @@ fn fit_notes(fit: &FitNotes) -> Vec<Block> {
         });
     }
     lines.into_iter().map(Block::Text).collect()
-}
-
-fn how_sure(summary: &Summary, rows: &[Estimated]) -> Vec<Block> {
-    let mut blocks = vec![Block::text(
-        "Model: q̈ = −a q̇ + b u + d − c sign q̇, with the optional terms shown.",
-    )];
-    if rows.iter().any(Estimated::is_sure) {
-        blocks.push(Block::text("± is the 95 % interval, two standard errors to either side. It includes \
-                                 quantisation, noise, the autocorrelation of the residual, and the remaining change \
-                                 of an estimate. It does not include effects that the model lacks. The wander is the \
-                                 standard deviation of an estimate over the last quarter of the run."));
-    }
-    if summary.truth.is_some() {
-        blocks.push(Block::text(
-            "This servo is simulated: its true values are shown beside the estimates. Neither \
-                                 estimates nor verdict use them.",
-        ));
-    }
-    blocks
 }
 
 /// The residuals of a fitted model over its log.
@@ -345,86 +303,11 @@ fn left_over(residual: &Residual, summary: &Summary) -> String {
     begin + &end
 }
 
-fn rests_on(of: &Experiment<'_>) -> Vec<Block> {
-    let Experiment {
-        scenario, summary, ..
-    } = of;
-    let outcome = &summary.outcome;
-    let mut facts = Vec::new();
-    let mut fact = |name, text| facts.push((name, text));
-    fact(
-        "Motion",
-        format!(
-            "{} samples, {} s at {} Hz",
-            outcome.samples,
-            plain(outcome.samples as f64 * summary.sample_time),
-            plain(1.0 / summary.sample_time)
-        ),
-    );
-    fact(
-        "Encoder",
-        match scenario.counts_per_rev {
-            Some(counts) => format!("{counts} counts per revolution"),
-            None => "ideal, without quantisation".to_owned(),
-        },
-    );
-    fact(
-        "Method",
-        format!("{}, computed in {}", summary.law, summary.arithmetic),
-    );
-    if let Some(OutputError { rms, max }) = summary.output_error {
-        fact(
-            "Output error",
-            format!("{} rad rms, {} rad at most", figure(rms), figure(max)),
-        );
-    }
-    fact(
-        "Stability",
-        match (outcome.certified, outcome.gain_margin) {
-            (true, Some(margin)) => format!(
-                "certified for the whole parameter range; the sampled loop has a gain margin of {}",
-                figure(margin)
-            ),
-            (true, None) => "certified for the whole parameter range".to_owned(),
-            (false, _) => "not certified: no parameter range was stated".to_owned(),
-        },
-    );
-    let events = &outcome.events;
-    for (count, name, meaning) in [
-        (events.standing, "Standstill", "samples without adaptation"),
-        (events.load_steps, "Load steps", "found, and estimated anew"),
-        (
-            events.slowed,
-            "Guard",
-            "samples in which it limited the estimator's step",
-        ),
-        (
-            events.restarted,
-            "Model",
-            "restarts after errors that were too large",
-        ),
-        (
-            events.not_following,
-            "Not following",
-            "samples in which the servo did not follow its command",
-        ),
-    ] {
-        if count > 0 {
-            fact(name, format!("{count} {meaning}"));
-        }
-    }
-    vec![Block::facts(facts)]
-}
-
 /// Gains for the servo that was found, and their predicted response as figures.
 fn gains(of: &Experiment<'_>) -> (Vec<Block>, Vec<Figure>) {
     match Tuned::stiffest(of.scenario, of.summary) {
         Ok((tuned, known)) => {
-            let mut blocks = advice(&tuned, &known);
-            blocks.push(Block::text(
-                "For another response time or less noise, write this result with --json and run \
-                                     the verb tune on it.",
-            ));
+            let blocks = advice(&tuned, &known);
             (blocks, tuning::figures(&tuned).unwrap_or_default())
         }
         Err(why) => {

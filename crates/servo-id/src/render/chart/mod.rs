@@ -3,7 +3,6 @@
 
 mod canvas;
 mod font;
-mod heat_map;
 mod legend;
 mod plot;
 mod raster;
@@ -14,7 +13,6 @@ use std::path::Path;
 
 pub use canvas::Canvas;
 use canvas::LETTER;
-pub use heat_map::heat_maps;
 use legend::Legend;
 use plot::{BELOW, Plot, RIGHT, room_at_left};
 use surface::{Align, Colour, Frame};

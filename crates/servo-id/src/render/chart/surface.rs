@@ -13,8 +13,6 @@ pub(super) enum Colour {
     Trace(usize),
     /// The stretch of this number.
     TimeSpan(usize),
-    /// A value.
-    Value([u8; 3]),
 }
 
 /// Colours of traces. (Okabe and Ito, "Color universal design", 2008: told apart by colour-blind readers too.)
@@ -44,7 +42,6 @@ impl Colour {
             Self::Grid => [228; 3],
             Self::Trace(number) => TRACES[number % TRACES.len()],
             Self::TimeSpan(number) => SPANS[number % SPANS.len()],
-            Self::Value(rgb) => rgb,
         }
     }
 
@@ -56,7 +53,6 @@ impl Colour {
             Self::Grid => "var(--grid)".to_owned(),
             Self::Trace(number) => format!("var(--trace-{})", number % TRACES.len()),
             Self::TimeSpan(number) => format!("var(--stretch-{})", number % SPANS.len()),
-            Self::Value(_) => self.hexadecimal(),
         }
     }
 

@@ -61,11 +61,11 @@ fn table(table: &Table) -> Markup {
                         th scope="col" class=[class(place)] { (column.name) }
                     }
                 } }
-                tbody { @for (number, row) in table.rows.iter().enumerate() { tr {
+                tbody { @for row in &table.rows { tr {
                     @for (place, cell) in row.iter().enumerate() {
                         @if place == 0 { th scope="row" { (cell) } }
                         @else {
-                            td class=[class(place)] data-level=[level(table, number, place)]
+                            td class=[class(place)]
                                 data-column=(table.columns.get(place).map_or("", |column| &column.name)) { (cell) }
                         }
                     }
@@ -78,10 +78,6 @@ fn table(table: &Table) -> Markup {
 /// A caption, where there is one: the heading of the section names the only table.
 fn named(caption: &str) -> Option<&str> {
     (!caption.is_empty()).then_some(caption)
-}
-
-fn level(table: &Table, row: usize, place: usize) -> Option<u8> {
-    table.levels.get(row)?.get(place).copied()
 }
 
 /// Buttons that zoom every plot; hidden where there is no script.

@@ -60,6 +60,7 @@ fn body(page: &Page) -> Markup {
         footer {
             p { "Version " (crate::VERSION) ", called as" }
             pre tabindex="0" { code { (page.command) } }
+            p { "The page docs/report.md explains its parts, docs/results.md its figures and their uncertainty." }
             p { "Plots by uPlot 1.6.32, MIT licence, © 2022 Leon Sorokin." }
         }
         @if !page.figures().is_empty() {

@@ -1,12 +1,10 @@
 //! The origin of a result.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-#[cfg(feature = "files")]
-use super::fingerprint;
+use crate::log::Table;
 use crate::scenario::{Options, ScenarioError, fetch};
 
 /// The origin of a result: all that it takes to get it again.
@@ -23,6 +21,17 @@ pub struct Origin {
     pub scenario: ScenarioText,
     /// The seed of the random effects in servo and sensor.
     pub seed: u32,
+}
+
+/// Why the scenario of a result is not known.
+#[derive(Debug, thiserror::Error)]
+pub enum OriginError {
+    /// It has no origin.
+    #[error("the file has no provenance: only results of run, identify and commission have")]
+    Missing,
+    /// Its scenario is no longer one.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
 }
 
 /// The experiment.
@@ -87,17 +96,19 @@ impl Origin {
         }
     }
 
-    /// The origin from a result's JSON, with the tables of its scenario that a log has. None without an origin, or if its
-    /// scenario is no longer one.
-    #[must_use]
-    pub fn of_result(json: &str) -> Option<(Self, Options)> {
+    /// The origin from a result's JSON, with the tables of its scenario that a log has.
+    ///
+    /// # Errors
+    /// A result without an origin, or whose scenario is no longer one.
+    pub fn of_result(json: &str) -> Result<(Self, Options), OriginError> {
         #[derive(Deserialize)]
         struct Stated {
             origin: Origin,
         }
-        let Stated { origin } = serde_json::from_str(json).ok()?;
-        let options = Options::of_origin(&origin).ok()?;
-        Some((origin, options))
+        let stated = serde_json::from_str(json).map_err(|_| OriginError::Missing);
+        let Stated { origin } = stated?;
+        let options = Options::of_origin(&origin)?;
+        Ok((origin, options))
     }
 }
 
@@ -129,16 +140,16 @@ impl ScenarioText {
     }
 }
 
-#[cfg(feature = "files")]
 impl LogFile {
-    /// Reads the present state of a log.
-    ///
-    /// # Errors
-    /// If it cannot be read.
-    pub fn read(file: &Path) -> io::Result<Self> {
-        Ok(Self {
-            sha256: fingerprint::of_file(file)?,
-            file: file.to_owned(),
-        })
+    /// Those of tables that were read, but for columns in memory.
+    #[must_use]
+    pub fn of_tables(tables: &[Table]) -> Vec<Self> {
+        let read = tables.iter().filter_map(|table| {
+            Some(Self {
+                file: table.path.clone(),
+                sha256: table.sha256.clone()?,
+            })
+        });
+        read.collect()
     }
 }
