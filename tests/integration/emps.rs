@@ -6,15 +6,15 @@
 
 use std::path::{Path, PathBuf};
 
-use host_sim::FoundServo;
 use host_sim::analysis::Summariser;
-use host_sim::experiment::TermEstimate;
-use host_sim::predict::predict;
 use host_sim::replay::{Replayed, fitted, replay};
-use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, LogSettings, Purpose, Scenario};
 use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_log::FoundServo;
+use identifier_log::experiment::TermEstimate;
 use identifier_log::log::Log;
+use identifier_log::predict::predict;
+use identifier_log::result::Summary;
 use identifier_log::verdict::Status;
 use integration_tests::{Random, environment, in_parallel, skipped};
 

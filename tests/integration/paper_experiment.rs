@@ -1,8 +1,8 @@
 //! The figures that the matched loop must reach in the paper's experiment.
 
-use host_sim::analysis::Status;
-use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, Scenario};
+use identifier_log::result::Summary;
+use identifier_log::verdict::Status;
 use integration_tests::{controller, parse, run, servo};
 use servo_id::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
 

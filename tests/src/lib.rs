@@ -5,11 +5,11 @@ pub mod logs;
 use std::io::Write;
 
 use host_sim::analysis::Summariser;
-use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
+use identifier_log::result::Summary;
 use virtual_servo::excitation::NormalSource;
 
 /// Reports that a test was skipped, past the capture of the output of tests that pass.

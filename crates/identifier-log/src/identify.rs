@@ -1,11 +1,12 @@
 //! Identification from logs: the one way from their rows to what is known of the servo.
 
 use identifier_core::measurement::VelocityEstimate;
-use identifier_core::parameters::{Parameter, ServoParameters};
+use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
+use identifier_core::stability::SampledLoopError;
 use log_fit::{GoesOn, Logged};
 
 use crate::analysis::{Ending, Method, Seen, WholeRecord};
-use crate::experiment::Outcome;
+use crate::experiment::{Outcome, Sample};
 use crate::found_servo::FoundServo;
 use crate::log::Log;
 use crate::predict::predict_logs;
@@ -54,10 +55,7 @@ pub fn identify(
 ) -> Result<Identified, Fault> {
     let options = options.clone().fitted(logs, false);
     let (recorded, agreement, outcome) = with_velocity!(options, f64 => record(&options, logs))?;
-    let samples = &recorded.samples;
-    let whole = (outcome.abort.is_none())
-        .then(|| WholeRecord::identify(&options, samples, goes_on))
-        .flatten();
+    let whole = recorded.fit(&options, &outcome, goes_on);
     let found = whole.as_ref().map(WholeRecord::found);
     let predicted = predict_logs(&options, found.as_ref(), logs, predictions)?;
     let notes = ReplayNotes {
@@ -65,32 +63,95 @@ pub fn identify(
         logs: LogReading::all(logs, predictions),
         predictions: predicted.predictions,
     };
-    let seen = (whole.as_ref()).and_then(|whole| Seen::new(&options, samples, whole));
-    let servo = (whole.as_ref()).map_or(NO_ESTIMATE, |whole| *whole.servo());
-    let course = |parameter: Parameter, _| Estimate::of_fit(parameter.value_in(&servo));
-    let mut summary = Ending {
-        options: &options,
-        method: Method::Fit(whole.as_ref()),
-        samples,
-        travelled: recorded.travelled(),
-        outcome,
-        servo,
-        course: &course,
-        prediction: predicted.largest_error,
-        truth: None,
-        output_error: None,
-        settling_time: SettlingTime { a: None, b: None },
-        unstable_loop: None,
-    }
-    .summary();
-    summary.replay = notes;
-    Ok(Identified {
+    let mut identified = Identified::new(
         options,
-        summary,
         recorded,
-        seen,
-        found,
-    })
+        outcome,
+        whole,
+        predicted.largest_error,
+        None,
+    );
+    identified.summary.replay = notes;
+    Ok(identified)
+}
+
+/// Identifies the servo of a simulated run that has ended, as one of a log. `unstable_loop` is why it may have ended
+/// early.
+#[must_use]
+pub fn identify_run(
+    options: &Options,
+    recorded: Recorded,
+    outcome: Outcome,
+    unstable_loop: Option<SampledLoopError>,
+    goes_on: GoesOn<'_>,
+) -> Identified {
+    let whole = recorded.fit(options, &outcome, goes_on);
+    Identified::new(
+        options.clone(),
+        recorded,
+        outcome,
+        whole,
+        None,
+        unstable_loop,
+    )
+}
+
+impl Identified {
+    fn new(
+        options: Options,
+        recorded: Recorded,
+        outcome: Outcome,
+        whole: Option<WholeRecord>,
+        prediction: Option<f64>,
+        unstable_loop: Option<SampledLoopError>,
+    ) -> Self {
+        let samples = &recorded.samples;
+        let seen = (whole.as_ref()).and_then(|whole| Seen::new(&options, samples, whole));
+        let servo = (whole.as_ref()).map_or(NO_ESTIMATE, |whole| *whole.servo());
+        let course = |parameter: Parameter, _| Estimate::of_fit(parameter.value_in(&servo));
+        let summary = Ending {
+            options: &options,
+            method: Method::Fit(whole.as_ref()),
+            samples,
+            travelled: recorded.travelled(),
+            outcome,
+            servo,
+            course: &course,
+            prediction,
+            truth: None,
+            output_error: None,
+            settling_time: SettlingTime { a: None, b: None },
+            unstable_loop,
+        }
+        .summary();
+        Self {
+            found: whole.as_ref().map(WholeRecord::found),
+            options,
+            summary,
+            recorded,
+            seen,
+        }
+    }
+
+    /// Its samples, each with the residual of the model where there is one.
+    pub fn samples(&self) -> impl Iterator<Item = Sample> {
+        let Recorded {
+            times,
+            references,
+            samples,
+        } = &self.recorded;
+        samples.iter().enumerate().map(move |(place, of)| Sample {
+            time: times[place],
+            begins: of.begins,
+            reference: references[place],
+            position: of.position,
+            command: of.command,
+            output_error: self.seen.as_ref().map(|seen| seen.errors[place]),
+            estimates: NO_ESTIMATE,
+            standard_errors: None,
+            at_bounds: PerParameter::default(),
+        })
+    }
 }
 
 /// The estimates where nothing explains the record.
@@ -131,6 +192,29 @@ fn record<V: VelocityEstimate<f64>>(
 }
 
 impl Recorded {
+    /// Takes in a sample of a run.
+    pub fn add(&mut self, sample: &Sample) {
+        self.times.push(sample.time);
+        self.references.push(sample.reference);
+        self.samples.push(Logged {
+            position: sample.position,
+            command: sample.command,
+            begins: sample.begins,
+        });
+    }
+
+    /// The fit of all of it; none where it ended early or nothing explains it.
+    fn fit(
+        &self,
+        options: &Options,
+        outcome: &Outcome,
+        goes_on: GoesOn<'_>,
+    ) -> Option<WholeRecord> {
+        (outcome.abort.is_none())
+            .then(|| WholeRecord::identify(options, &self.samples, goes_on))
+            .flatten()
+    }
+
     /// The distance travelled, forth and back, rad.
     fn travelled(&self) -> f64 {
         let pairs = self.samples.windows(2).filter(|pair| !pair[1].begins);

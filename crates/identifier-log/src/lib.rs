@@ -19,4 +19,4 @@ pub mod tune;
 pub mod verdict;
 
 pub use found_servo::FoundServo;
-pub use identify::{Identified, Recorded, identify};
+pub use identify::{Identified, Recorded, identify, identify_run};

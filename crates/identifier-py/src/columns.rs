@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use host_sim::experiment::Sample;
+use identifier_log::experiment::Sample;
 use identifier_log::log::Table;
 use pyo3::buffer::PyBuffer;
 use pyo3::prelude::*;

@@ -1,7 +1,7 @@
 //! Commissioning of the simulated drive.
 
 use host_sim::commission::{Commissioning, Recorded};
-use host_sim::provenance::Task;
+use identifier_log::provenance::Task;
 use host_sim::result::CommissioningResult;
 use host_sim::scenario::Purpose;
 use pyo3::prelude::*;

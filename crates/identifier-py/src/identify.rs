@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use identifier_log::log::{Log, Table};
-use host_sim::provenance::{LogFile, Task};
+use identifier_log::provenance::{LogFile, Task};
 use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use host_sim::scenario::{Purpose, Scenario};
 use pyo3::prelude::*;

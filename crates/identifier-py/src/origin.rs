@@ -1,6 +1,6 @@
 //! A scenario's text, and results with it.
 
-use host_sim::provenance::{Origin, ScenarioText, Task, WithOrigin};
+use identifier_log::provenance::{Origin, ScenarioText, Task, WithOrigin};
 use host_sim::scenario::{Purpose, Scenario};
 use pyo3::prelude::*;
 use serde::Serialize;

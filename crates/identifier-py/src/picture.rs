@@ -1,8 +1,8 @@
 //! The picture of a result, as the program draws it.
 
-use host_sim::analysis::Seen;
-use host_sim::experiment::Sample;
-use host_sim::result::Summary;
+use identifier_log::analysis::Seen;
+use identifier_log::experiment::Sample;
+use identifier_log::result::Summary;
 use host_sim::scenario::Scenario;
 use servo_id::present::{self, Experiment, ExperimentTraces};
 use servo_id::render::chart::{self, Size};

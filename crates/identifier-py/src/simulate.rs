@@ -1,7 +1,7 @@
 //! Experiments on the simulated servo.
 
 use host_sim::analysis::Summariser;
-use host_sim::provenance::Task;
+use identifier_log::provenance::Task;
 use host_sim::scenario::Purpose;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

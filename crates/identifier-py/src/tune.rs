@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::tune::{Conditions, Form, IdentifiedResult, KnownConditions, NoGains, Tuned};
+use identifier_log::tune::{Conditions, Form, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use identifier_core::tuning::Goal;
 use pyo3::prelude::*;
 

@@ -1,12 +1,12 @@
 //! A run of the page's settings: samples, verdict, gains, steps before and after.
 
 use host_sim::analysis::Summariser;
-use host_sim::experiment::{Outcome, Sample};
-use host_sim::result::Summary;
 use host_sim::scenario::{Estimator, ExcitationKind, ExcitationSettings, Fault, Purpose, Scenario};
 use host_sim::simulate;
-use host_sim::tune::Tuned;
 use identifier_core::settings::ControllerSettings;
+use identifier_log::experiment::{Outcome, Sample};
+use identifier_log::result::Summary;
+use identifier_log::tune::Tuned;
 
 /// A run that has ended.
 #[derive(Debug, Clone)]

@@ -3,11 +3,11 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use host_sim::result::Summary;
 use host_sim::scenario::{Estimator, Fault, Purpose, Scenario};
-use host_sim::tune::Tuned;
 use identifier_log::log::{Log, Table};
 use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
+use identifier_log::result::Summary;
+use identifier_log::tune::Tuned;
 
 /// Why a log was not identified, and the columns of which others may be chosen; none of a log that cannot be read.
 #[derive(Debug, Clone)]

@@ -5,9 +5,9 @@ use std::fmt;
 use std::io::{self, Write};
 
 use host_sim::commission;
-use host_sim::experiment;
 use host_sim::result::SweepRun;
 use host_sim::scenario::LogSettings;
+use identifier_log::experiment;
 
 /// The columns of a log.
 const LOG: [&str; 4] = [

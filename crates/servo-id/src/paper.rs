@@ -2,10 +2,10 @@
 //! amplifier balanced and unbalanced.
 
 use host_sim::analysis::Summariser;
-use host_sim::experiment::Sample;
-use host_sim::result::Summary;
 use host_sim::scenario::{self, Fault, Purpose, Scenario};
 use host_sim::simulate;
+use identifier_log::experiment::Sample;
+use identifier_log::result::Summary;
 
 /// The paper's nominal a, 1/s.
 pub const NOMINAL_A: f64 = 0.2174;

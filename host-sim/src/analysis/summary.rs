@@ -1,13 +1,11 @@
 //! The summary of an experiment, gathered sample by sample.
 
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
-use identifier_log::FoundServo;
 use identifier_log::analysis::{
-    Assessment, Effort, Ending, Method, Seen, Statistics, VerifiedEstimate, WholeRecord,
+    Assessment, Effort, Ending, Method, Statistics, VerifiedEstimate, WholeRecord,
 };
 use identifier_log::experiment::{Outcome, Sample};
 use identifier_log::result::{OutputError, SettlingTime, Summary};
-use log_fit::GoesOn;
 
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
 use super::tail_buffer::TailBuffer;
@@ -44,8 +42,6 @@ pub struct Summariser {
     outside_b: Option<f64>,
     end: f64,
     prediction: Option<f64>,
-    /// The record of an estimator that fits the whole record, after its fit. None in it: nothing explains the record.
-    whole: Option<Option<WholeRecord>>,
 }
 
 impl Summariser {
@@ -91,7 +87,6 @@ impl Summariser {
             outside_b: None,
             end: 0.0,
             prediction: None,
-            whole: None,
         }
     }
 
@@ -135,7 +130,6 @@ impl Summariser {
     /// The next pass over a log begins: its end is what is judged.
     pub fn begin_pass(&mut self) {
         self.tail_buffer.clear();
-        self.whole = None;
         self.last_position = None;
     }
 
@@ -176,35 +170,14 @@ impl Summariser {
         }
     }
 
-    /// The servo of the whole record as far as the fit may go on, from an estimator that fits it at its end. None for
-    /// another estimator, or if nothing explains the record.
-    pub fn fit_record(&mut self, scenario: &Scenario, goes_on: GoesOn<'_>) -> Option<FoundServo> {
-        if !scenario.identifier.law.takes_whole_record() {
-            return None;
-        }
-        let samples = self.tail_buffer.samples();
-        let fit = || WholeRecord::identify(scenario, samples, goes_on);
-        let whole = self.whole.get_or_insert_with(fit);
-        whole.as_ref().map(WholeRecord::found)
-    }
-
-    /// The samples beside the model, from an estimator that fits all of them. None for another estimator, or if nothing
-    /// explains them.
-    pub fn seen(&mut self, scenario: &Scenario) -> Option<Seen> {
-        let _ = self.fit_record(scenario, &|| true);
-        let whole = self.whole.as_ref()?.as_ref()?;
-        Seen::new(scenario, self.tail_buffer.samples(), whole)
-    }
-
     /// The summary of a run that has ended.
     #[must_use]
     pub fn finish(mut self, scenario: &Scenario, outcome: Outcome) -> Summary {
         let is_whole = scenario.identifier.law.takes_whole_record();
         let is_aborted = outcome.abort.is_some();
-        if !is_aborted {
-            let _ = self.fit_record(scenario, &|| true);
-        }
-        let whole = self.whole.take().flatten();
+        let whole = (is_whole && !is_aborted)
+            .then(|| WholeRecord::identify(scenario, self.tail_buffer.samples(), &|| true))
+            .flatten();
         if let Some(whole) = &whole {
             self.take(whole);
         }

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::analysis::Status;
-use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::Parameter;
 use identifier_log::log::Log;
+use identifier_log::result::Summary;
+use identifier_log::verdict::Status;
 use integration_tests::{Random, in_parallel};
 use servo_id::csv;
 

@@ -58,7 +58,10 @@ pub(super) fn of_text(path: &Path, beginning: &[u8]) -> Option<String> {
         );
     }
     let stated = DeTable::parse(text).ok()?;
-    let is_scenario = stated.get_ref().values().any(|value| value.get_ref().is_table());
+    let is_scenario = stated
+        .get_ref()
+        .values()
+        .any(|value| value.get_ref().is_table());
     is_scenario.then(|| {
         "this is a scenario, not a log: state it with --scenario, beside the log".to_owned()
     })

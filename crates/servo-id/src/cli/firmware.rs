@@ -1,8 +1,8 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::provenance::Origin;
 use host_sim::scenario::{Purpose, Scenario};
-use host_sim::tune::IdentifiedResult;
+use identifier_log::provenance::Origin;
+use identifier_log::tune::IdentifiedResult;
 
 use super::fault::Fault;
 use super::kept_result;
@@ -80,11 +80,13 @@ impl FirmwareOptions {
             let scenario = Scenario::load(path, Purpose::Replay)?;
             return Ok((scenario, format!("scenario {}", path.display())));
         }
-        let (origin, scenario) = Origin::of_result(result).map_err(|error| {
+        let refused = |error: &dyn std::fmt::Display| {
             of_result(&format!(
                 "{error}; or state the firmware's scenario, --scenario FIRMWARE.toml"
             ))
-        })?;
+        };
+        let (origin, _) = Origin::of_result(result).map_err(|error| refused(&error))?;
+        let scenario = Scenario::of_origin(&origin).map_err(|error| refused(&error))?;
         Ok((scenario, origin.scenario.file))
     }
 }

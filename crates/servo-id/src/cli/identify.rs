@@ -1,8 +1,8 @@
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::PathBuf;
 
-use host_sim::provenance::ScenarioText;
 use identifier_log::log::Table;
+use identifier_log::provenance::ScenarioText;
 use identifier_log::recognise::{LogOptions, Question, Recognised, Unrecognised, recognise};
 
 use super::fault::Fault;

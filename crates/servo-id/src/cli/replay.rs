@@ -1,18 +1,15 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::FoundServo;
-use host_sim::analysis::Status;
-use host_sim::predict;
-use host_sim::provenance::{LogFile, Origin, ScenarioText, Task};
 use host_sim::replay;
-use host_sim::result::{LogReading, Prediction, ReplayNotes};
 use host_sim::scenario::{Purpose, Scenario};
 use identifier_log::log::{Log, Table};
+use identifier_log::provenance::{LogFile, Origin, ScenarioText, Task};
+use identifier_log::verdict::Status;
 
 use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
-use super::recording::Recording;
+use super::recording::{Recording, interruptible};
 use super::standard_output::show;
 use crate::VERSION;
 
@@ -41,7 +38,7 @@ impl Replay<'_> {
     pub(super) fn experiment(self, outputs: &Outputs, input: &Path) -> Result<Status, Fault> {
         let text = self.scenario;
         let of_replay = |error| Fault::of_file(Path::new(&text.file), error);
-        let scenario = text.scenario(Purpose::Replay)?;
+        let scenario = Scenario::of_text(text, Purpose::Replay)?;
         let read = self.logs.iter().chain(&self.predict);
         let read: Vec<PathBuf> = read.map(|table| table.path.clone()).collect();
         let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).chain([input]).collect();
@@ -54,7 +51,7 @@ impl Replay<'_> {
             logs: LogFile::of_tables(&self.logs),
             predict: LogFile::of_tables(&self.predict),
         };
-        let origin = Origin::new(VERSION, task, text, &scenario);
+        let origin = Origin::new(VERSION, task, text, scenario.noise_seed());
         let Self {
             logs,
             predict,
@@ -73,52 +70,20 @@ impl Replay<'_> {
         let all = read_all(logs.into_iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(count);
         let scenario = replay::fitted(scenario, learnt);
-        let mut readings: Vec<LogReading> = learnt.iter().map(LogReading::new).collect();
-        let predicted_only = predicted.iter().filter(|log| !is_among(learnt, log));
-        readings.extend(predicted_only.map(LogReading::new));
-
-        let length: f64 = learnt.iter().map(Log::duration).sum();
-        let duration = f64::from(passes) * length;
-        let mut recording = Recording::new(title, &scenario, duration, passes, &mut results);
-        let mut pass_shown = 0;
-        let replayed = replay::replay(&scenario, learnt, passes, &mut |pass, sample| {
-            if pass != pass_shown {
-                recording.begin_pass();
-                pass_shown = pass;
-            }
-            recording.add(sample);
-        })
-        .map_err(of_replay)?;
-        let mut predictions = Vec::new();
-        let is_known = replayed.outcome.abort.is_none() && !predicted.is_empty();
-        let found = if !is_known {
-            None
-        } else if scenario.identifier.law.takes_whole_record() {
-            recording.fit_record()
-        } else {
-            let terms = &replayed.outcome.terms;
-            Some(FoundServo::of_estimates(
-                &scenario,
-                &replayed.estimates,
-                terms,
-            ))
-        };
-        if let Some(found) = found {
-            for log in predicted {
-                let seen = is_among(learnt, log);
-                let predicted = predict::predict(&scenario, &found, log).map_err(of_replay)?;
-                if let Some(open_loop) = predicted.open_loop.as_ref().filter(|_| !seen) {
-                    recording.predicted(open_loop.relative);
-                }
-                predictions.push(Prediction::new(log, seen, &predicted));
-            }
+        let samples = u64::from(passes) * learnt.iter().map(|log| log.samples).sum::<u64>();
+        let mut recording = Recording::new(title, samples, passes, &mut results);
+        if scenario.identifier.law.takes_whole_record() {
+            let fit = |goes_on: &(dyn Fn() -> bool + Sync)| {
+                identifier_log::identify(learnt, predicted, &scenario, goes_on)
+            };
+            let mut identified = interruptible(fit).map_err(of_replay)?;
+            identified.summary.truth = scenario.plant;
+            return recording.publish_fit(results, &scenario, &identified);
         }
-        let notes = ReplayNotes {
-            agreement: replayed.agreement,
-            logs: readings,
-            predictions,
-        };
-        recording.conclude(results, replayed.outcome, notes)
+        let mut observe = |pass, sample: &_| recording.add(pass, sample);
+        let identified = replay::identify(&scenario, learnt, predicted, passes, &mut observe);
+        let (summary, _) = identified.map_err(of_replay)?;
+        recording.publish(results, &scenario, &summary, None)
     }
 }
 
@@ -152,16 +117,4 @@ fn read_all(tables: impl Iterator<Item = Table>, scenario: &Scenario) -> Result<
         logs.push(log);
     }
     Ok(logs)
-}
-
-fn is_among(logs: &[Log], log: &Log) -> bool {
-    let mut others = logs.iter().map(Log::path);
-    others.any(|other| is_same(other, log.path()))
-}
-
-fn is_same(one: &Path, other: &Path) -> bool {
-    match (one.canonicalize(), other.canonicalize()) {
-        (Ok(one), Ok(other)) => one == other,
-        _ => one == other,
-    }
 }

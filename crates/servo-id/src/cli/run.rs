@@ -1,15 +1,16 @@
 use std::path::PathBuf;
 
-use host_sim::provenance::{Origin, ScenarioText, Task};
-use host_sim::result::ReplayNotes;
-use host_sim::scenario::Purpose;
+use host_sim::analysis::Summariser;
+use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
+use identifier_log::provenance::{Origin, ScenarioText, Task};
+use identifier_log::{Recorded, identify_run};
 
 use super::call;
 use super::fault::Fault;
 use super::formats;
 use super::output::Outputs;
-use super::recording::Recording;
+use super::recording::{Recording, interruptible};
 use super::required::Required;
 use crate::VERSION;
 
@@ -32,14 +33,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     }
     let file = arguments.scenario.as_path();
     let text = ScenarioText::read(file)?;
-    let scenario = text.scenario(Purpose::Run)?;
+    let scenario = Scenario::of_text(&text, Purpose::Run)?;
     let title = call::title("Run of", file);
-    let origin = Origin::new(VERSION, Task::Run, &text, &scenario);
+    let origin = Origin::new(VERSION, Task::Run, &text, scenario.noise_seed());
     let mut results = arguments.outputs.begin(&[file], origin)?;
 
-    let mut recording = Recording::new(title, &scenario, scenario.duration, 1, &mut results);
-    let outcome = simulate::run(&scenario, &mut |sample| recording.add(sample))
-        .map_err(|fault| Fault::of_file(file, fault))?;
-    let status = recording.conclude(results, outcome, ReplayNotes::default())?;
+    let mut recording = Recording::new(title, scenario.samples(), 1, &mut results);
+    let refused = |fault| Fault::of_file(file, fault);
+    let status = if scenario.identifier.law.takes_whole_record() {
+        let mut recorded = Recorded::default();
+        let outcome = simulate::run(&scenario, &mut |sample| recorded.add(sample));
+        let outcome = outcome.map_err(refused)?;
+        let unstable = scenario.unstable_loop();
+        let mut identified =
+            interruptible(|goes_on| identify_run(&scenario, recorded, outcome, unstable, goes_on));
+        identified.summary.truth = scenario.plant;
+        recording.publish_fit(results, &scenario, &identified)?
+    } else {
+        let mut summariser = Summariser::new(&scenario);
+        let outcome = simulate::run(&scenario, &mut |sample| {
+            summariser.add(sample);
+            recording.add(0, sample);
+        });
+        let summary = summariser.finish(&scenario, outcome.map_err(refused)?);
+        recording.publish(results, &scenario, &summary, None)?
+    };
     arguments.required.check(status)
 }

@@ -1,7 +1,7 @@
-use host_sim::provenance;
-use host_sim::scenario::Scenario;
-use host_sim::tune::{IdentifiedResult, KnownConditions, ResultError};
 use identifier_log::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
+use identifier_log::provenance;
+use identifier_log::scenario::Options;
+use identifier_log::tune::{IdentifiedResult, KnownConditions, ResultError};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -155,7 +155,7 @@ impl Identified {
                 b: (found.b, error("b")),
                 coulomb: Some((found.coulomb, error("coulomb"))),
                 load: Some((found.load, error("load"))),
-                is_linear: scenario.as_ref().is_some_and(Scenario::is_linear),
+                is_linear: scenario.as_ref().is_some_and(Options::is_linear),
             },
             delay_error: error("delay"),
             scale: scenario.and_then(|scenario| scenario.physical.scale()),

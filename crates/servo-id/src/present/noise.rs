@@ -1,6 +1,6 @@
 //! The noise of the position sensor in words.
 
-use host_sim::result::SensorNoise;
+use identifier_log::result::SensorNoise;
 
 use super::number::{figure, fixed};
 

@@ -1,6 +1,6 @@
 //! Remedies for a verdict that keeps estimates from being relied on.
 
-use host_sim::result::Summary;
+use identifier_log::result::Summary;
 use identifier_log::verdict::VerdictReason;
 
 use super::number::sentence;

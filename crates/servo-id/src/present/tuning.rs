@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use host_sim::result::FeedForward;
-use host_sim::tune::{Conditions, KnownConditions, Tuned};
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::tuning::{PredictedResponse, PredictedSample, Tuning, TuningError};
+use identifier_log::result::FeedForward;
+use identifier_log::tune::{Conditions, KnownConditions, Tuned};
 
 use super::number::{figure, plain, sentence};
 use super::sensitivity::sensitivity;

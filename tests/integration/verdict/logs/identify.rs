@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use identifier_log::log::Log;
+use identifier_log::result::Summary;
 use integration_tests::logs::RecordedLog;
 
 /// Settings of an identification that are compared.

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use commissioning::{HoldingGains, Phase};
 use drive_link::{Command, Commissioning, Outcome, Progress, State, Status};
-use host_sim::provenance::ScenarioText;
 use host_sim::result::{CommissioningEnd, DriveCommissioningResult};
+use identifier_log::provenance::ScenarioText;
 use identifier_log::verdict::Cause;
 
 use super::fault;
