@@ -34,6 +34,7 @@ pub mod commission;
 pub mod compare;
 #[cfg(feature = "experiments")]
 pub mod drift;
+mod identify;
 pub mod loops;
 pub mod replay;
 pub mod result;
@@ -41,3 +42,5 @@ pub mod scenario;
 pub mod simulate;
 #[cfg(feature = "experiments")]
 pub mod sweep;
+
+pub use identify::{Found, identify_logs, identify_run};

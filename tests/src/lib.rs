@@ -4,7 +4,7 @@ pub mod logs;
 
 use std::io::Write;
 
-use host_sim::analysis::Summariser;
+use host_sim::identify_run;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::ServoParameters;
@@ -90,10 +90,8 @@ pub fn parse(text: &str) -> Scenario {
 /// Runs a scenario to its summary.
 #[must_use]
 pub fn run(scenario: &Scenario) -> Summary {
-    let mut summariser = Summariser::new(scenario);
-    let outcome =
-        simulate::run(scenario, &mut |sample| summariser.add(sample)).expect("a valid scenario");
-    summariser.finish(scenario, outcome)
+    let found = identify_run(scenario.clone(), &|| true, &mut |_, _| {});
+    found.expect("a valid scenario").summary
 }
 
 /// Does independent work on all cores, the results in order.

@@ -24,7 +24,7 @@ impl Read {
             file: file.to_owned(),
             text: text.to_owned(),
         };
-        let scenario = text.scenario(purpose).map_err(value_error)?;
+        let scenario = Scenario::of_text(&text, purpose).map_err(value_error)?;
         Ok(Self { text, scenario })
     }
 
@@ -40,7 +40,7 @@ impl Read {
     pub(crate) fn json(&self, task: Task, result: &impl Serialize) -> PyResult<String> {
         let with_origin = WithOrigin {
             result: Some(result),
-            origin: &Origin::new(servo_id::VERSION, task, &self.text, &self.scenario),
+            origin: &Origin::new(servo_id::VERSION, task, &self.text, self.scenario.noise_seed()),
         };
         serde_json::to_string(&with_origin).map_err(value_error)
     }

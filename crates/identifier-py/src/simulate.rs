@@ -1,6 +1,7 @@
 //! Experiments on the simulated servo.
 
-use host_sim::analysis::Summariser;
+use host_sim::identify_run;
+use identifier_log::experiment::Sample;
 use identifier_log::provenance::Task;
 use host_sim::scenario::Purpose;
 use pyo3::prelude::*;
@@ -25,16 +26,11 @@ pub(crate) fn simulate<'py>(
     let (json, samples, picture) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Run)?;
         let mut samples = Vec::new();
-        let mut summariser = Summariser::new(&read.scenario);
-        let outcome = host_sim::simulate::run(&read.scenario, &mut |sample| {
-            summariser.add(sample);
-            samples.extend(trace.then_some(*sample));
-        })
-        .map_err(|fault| read.fault(fault))?;
-        let seen = summariser.seen(&read.scenario);
-        let summary = summariser.finish(&read.scenario, outcome);
-        let picture = picture(&read.scenario, &summary, seen.as_ref(), &mut samples);
-        PyResult::Ok((read.json(Task::Run, &summary)?, samples, picture))
+        let mut observe = |_, sample: &Sample| samples.extend(trace.then_some(*sample));
+        let found = identify_run(read.scenario.clone(), &|| true, &mut observe);
+        let found = found.map_err(|fault| read.fault(fault))?;
+        let picture = picture(&found, &samples);
+        PyResult::Ok((read.json(Task::Run, &found.summary)?, samples, picture))
     })?;
     Ok((json, columns::of_samples(py, &samples)?, picture))
 }

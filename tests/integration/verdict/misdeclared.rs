@@ -63,7 +63,8 @@ fn replayed(number: usize, kind: &Kind, seed: u32, taken_for: &Scenario) -> Summ
     let file = std::fs::File::create(&path).expect("a file");
     csv::trace(file, &trace).expect("written");
     let log = Log::read(&path, &taken_for.log_columns(), Some(kind.sample_time)).expect("a log");
-    let found = host_sim::identify(taken_for.clone(), &[log], &mut |_| {});
+    let found =
+        host_sim::identify_logs(taken_for.clone(), &[log], &[], 1, &|| true, &mut |_, _| {});
     let summary = found.expect("it can be replayed").summary;
     std::fs::remove_file(&path).expect("it was there");
     summary

@@ -55,7 +55,6 @@ mod tests {
     use super::*;
     use crate::experiment::TermEstimate;
     use crate::predict::FrozenServo;
-    use crate::scenario::Purpose;
 
     const SERVO: ServoParameters = ServoParameters {
         a: 2.0,
@@ -87,8 +86,9 @@ mod tests {
     }
 
     fn scenario(counts: f64) -> Options {
-        let text = format!("[plant]\na = 1.0\nb = 1.0\n[encoder]\ncounts_per_rev = {counts:.1}\n");
-        Options::parse("axis", &text, Purpose::Run).expect("a scenario")
+        let mut options = Options::blank();
+        options.set_encoder(counts);
+        options
     }
 
     fn predicted(servo: &ServoParameters, counts: f64, samples: &[Row]) -> Option<OpenLoop> {

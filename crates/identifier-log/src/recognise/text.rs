@@ -9,7 +9,8 @@ use super::position::{Reading, short};
 use crate::log::Table;
 use crate::physical::Scale;
 use crate::scenario::{
-    Column, CommandUnit, InnerLoop, Integrator, PhysicalSettings, PositionUnit, TimeUnit,
+    Column, CommandUnit, Estimator, Fault, InnerLoop, Integrator, Options, PhysicalSettings,
+    PositionUnit, TimeUnit,
 };
 
 impl Clock {
@@ -162,6 +163,21 @@ impl Chosen {
 }
 
 impl Recognised {
+    /// The options that identify the recognised log.
+    ///
+    /// # Errors
+    /// The key that is not allowed.
+    pub fn options(&self) -> Result<Options, Fault> {
+        let mut options = Options::blank();
+        options.identifier.set_estimator(Estimator::Fit);
+        (options.counts_per_rev, options.inner) = (self.counts_per_rev, self.inner);
+        options.physical = self.physical;
+        options.log = Some(self.settings.clone());
+        options.complete(true)?;
+        options.check_log(false)?;
+        Ok(options)
+    }
+
     /// The scenario that identifies the recognised log.
     #[must_use]
     pub fn scenario(&self, log: &str) -> String {

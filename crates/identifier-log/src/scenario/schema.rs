@@ -65,7 +65,9 @@ fn conditions_of<S: Document>(key: &Key<S>) -> Vec<Value> {
     choices.iter().enumerate().map(condition).collect()
 }
 
-fn property<S: Document>(key: &Key<S>) -> Value {
+/// The schema of a key's value.
+#[must_use]
+pub fn property<S: Document>(key: &Key<S>) -> Value {
     let mut property = key.kind.schema(|| table::<S>(key.path));
     property["description"] = json!(match key.unit {
         "" => key.description(),

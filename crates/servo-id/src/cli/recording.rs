@@ -2,11 +2,8 @@
 
 use std::sync::atomic::Ordering;
 
-use host_sim::scenario::Scenario;
-use identifier_log::Identified;
-use identifier_log::analysis::Seen;
+use host_sim::Found;
 use identifier_log::experiment::Sample;
-use identifier_log::result::Summary;
 use identifier_log::verdict::{Status, VerdictReason};
 
 use super::call;
@@ -60,43 +57,24 @@ impl Recording {
         }
     }
 
-    /// Publishes a fit of all samples and returns its verdict.
-    ///
-    /// # Errors
-    /// Those of [`Recording::publish`].
-    pub(super) fn publish_fit(
-        mut self,
-        results: Results,
-        scenario: &Scenario,
-        identified: &Identified,
-    ) -> Result<Status, Fault> {
-        if self.traces.is_some() || self.rows.is_some() {
-            for sample in identified.samples() {
-                self.add(0, &sample);
-            }
-        }
-        let Identified { summary, seen, .. } = identified;
-        self.publish(results, scenario, summary, seen.as_ref())
-    }
-
     /// Publishes the results and returns their verdict.
     ///
     /// # Errors
     /// An experiment that was aborted or interrupted, and those of [`Results::publish`].
-    pub(super) fn publish(
-        self,
-        results: Results,
-        scenario: &Scenario,
-        summary: &Summary,
-        seen: Option<&Seen>,
-    ) -> Result<Status, Fault> {
+    pub(super) fn publish(self, results: Results, found: &Found) -> Result<Status, Fault> {
+        let Found {
+            scenario,
+            summary,
+            seen,
+            ..
+        } = found;
         let page = present::experiment(&Experiment {
             title: &self.title,
             command: &call::command(),
             scenario,
             summary,
             traces: self.traces.as_ref(),
-            seen,
+            seen: seen.as_ref(),
         });
         let written = [self.rows.map(|rows| rows.finish(Rows::finish))];
         results.publish(&page, 2, true, summary, written)?;

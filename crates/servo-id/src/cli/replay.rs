@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::replay;
+use host_sim::identify_logs;
 use host_sim::scenario::{Purpose, Scenario};
 use identifier_log::log::{Log, Table};
 use identifier_log::provenance::{LogFile, Origin, ScenarioText, Task};
@@ -69,21 +69,13 @@ impl Replay<'_> {
         let count = logs.len();
         let all = read_all(logs.into_iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(count);
-        let scenario = replay::fitted(scenario, learnt);
         let samples = u64::from(passes) * learnt.iter().map(|log| log.samples).sum::<u64>();
         let mut recording = Recording::new(title, samples, passes, &mut results);
-        if scenario.identifier.law.takes_whole_record() {
-            let fit = |goes_on: &(dyn Fn() -> bool + Sync)| {
-                identifier_log::identify(learnt, predicted, &scenario, goes_on)
-            };
-            let mut identified = interruptible(fit).map_err(of_replay)?;
-            identified.summary.truth = scenario.plant;
-            return recording.publish_fit(results, &scenario, &identified);
-        }
-        let mut observe = |pass, sample: &_| recording.add(pass, sample);
-        let identified = replay::identify(&scenario, learnt, predicted, passes, &mut observe);
-        let (summary, _) = identified.map_err(of_replay)?;
-        recording.publish(results, &scenario, &summary, None)
+        let found = interruptible(|goes_on| {
+            let mut observe = |pass, sample: &_| recording.add(pass, sample);
+            identify_logs(scenario, learnt, predicted, passes, goes_on, &mut observe)
+        });
+        recording.publish(results, &found.map_err(of_replay)?)
     }
 }
 

@@ -1,10 +1,8 @@
 use std::path::PathBuf;
 
-use host_sim::analysis::Summariser;
+use host_sim::identify_run;
 use host_sim::scenario::{Purpose, Scenario};
-use host_sim::simulate;
 use identifier_log::provenance::{Origin, ScenarioText, Task};
-use identifier_log::{Recorded, identify_run};
 
 use super::call;
 use super::fault::Fault;
@@ -39,24 +37,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let mut results = arguments.outputs.begin(&[file], origin)?;
 
     let mut recording = Recording::new(title, scenario.samples(), 1, &mut results);
-    let refused = |fault| Fault::of_file(file, fault);
-    let status = if scenario.identifier.law.takes_whole_record() {
-        let mut recorded = Recorded::default();
-        let outcome = simulate::run(&scenario, &mut |sample| recorded.add(sample));
-        let outcome = outcome.map_err(refused)?;
-        let unstable = scenario.unstable_loop();
-        let mut identified =
-            interruptible(|goes_on| identify_run(&scenario, recorded, outcome, unstable, goes_on));
-        identified.summary.truth = scenario.plant;
-        recording.publish_fit(results, &scenario, &identified)?
-    } else {
-        let mut summariser = Summariser::new(&scenario);
-        let outcome = simulate::run(&scenario, &mut |sample| {
-            summariser.add(sample);
-            recording.add(0, sample);
-        });
-        let summary = summariser.finish(&scenario, outcome.map_err(refused)?);
-        recording.publish(results, &scenario, &summary, None)?
-    };
+    let found = interruptible(|goes_on| {
+        identify_run(scenario, goes_on, &mut |pass, sample| {
+            recording.add(pass, sample)
+        })
+    });
+    let found = found.map_err(|fault| Fault::of_file(file, fault))?;
+    let status = recording.publish(results, &found)?;
     arguments.required.check(status)
 }

@@ -78,6 +78,6 @@ impl Drop for LogFile {
 fn identify(path: &Path, scenario: Scenario) -> Result<Summary, String> {
     let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
         .map_err(|error| error.to_string())?;
-    let found = host_sim::identify(scenario, &[log], &mut |_| {});
+    let found = host_sim::identify_logs(scenario, &[log], &[], 1, &|| true, &mut |_, _| {});
     Ok(found.map_err(|error| error.to_string())?.summary)
 }
