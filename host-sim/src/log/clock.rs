@@ -96,20 +96,20 @@ impl Ticks {
                     history.continued(pair[1], longest, deviation.max(EXACT), &mut next);
                 }
             }
-            next.sort_by(|one, other| one.0.bits.total_cmp(&other.0.bits));
             histories.clear();
-            for (history, tick) in &next {
-                let is_same = |other: &History| {
-                    other.sample == history.sample
-                        && (other.at - history.at).abs() < 0.5 * history.step
-                };
-                if histories.len() < FOLLOWED && !histories.iter().any(is_same) {
-                    places.push((history.place, *tick));
-                    histories.push(History {
-                        place: places.len() - 1,
-                        ..*history
-                    });
-                }
+            while let Some((likeliest, tick)) = (next.iter().copied())
+                .min_by(|one, other| one.0.bits.total_cmp(&other.0.bits))
+                .filter(|_| histories.len() < FOLLOWED)
+            {
+                next.retain(|(other, _)| {
+                    other.sample != likeliest.sample
+                        || (other.at - likeliest.at).abs() >= 0.5 * likeliest.step
+                });
+                places.push((likeliest.place, tick));
+                histories.push(History {
+                    place: places.len() - 1,
+                    ..likeliest
+                });
             }
         }
         let mut place = histories[0].place;

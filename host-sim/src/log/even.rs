@@ -75,8 +75,8 @@ impl EvenRows {
         rows = measured;
         let mut clocks = clocks(steps);
         clocks.retain(|ticks| ticks.doubled() <= MAX_SHARE * stamps.len() as f64);
-        clocks.sort_by(|one, other| one.bits.total_cmp(&other.bits));
-        let Some(first) = clocks.first().cloned() else {
+        let likeliest = (clocks.iter()).min_by(|one, other| one.bits.total_cmp(&other.bits));
+        let Some(first) = likeliest.cloned() else {
             return Self::as_stamped(&rows, settings, stated.unwrap_or(steps[0]));
         };
         let complete = first.row_by_row(&stamps);

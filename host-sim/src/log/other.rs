@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use toml::de::DeTable;
-
 use crate::scenario::Key;
 
 /// A kind of file, the extra of the Python package that reads it, and the test of its first bytes.
@@ -59,9 +57,13 @@ pub(super) fn of_text(path: &Path, beginning: &[u8]) -> Option<String> {
             },
         );
     }
-    let stated = DeTable::parse(text).ok()?;
-    let is_table = |name: &str| Key::at(name).is_some_and(|key| key.is_table());
-    let is_scenario = stated.get_ref().keys().any(|name| is_table(name.get_ref()));
+    // The header of a table that a scenario has. A page without experiments does not carry the table of keys for it.
+    let table = |line: &str| {
+        let name = line.trim().strip_prefix('[')?.strip_suffix(']')?;
+        Key::at(name)?.is_table().then_some(())
+    };
+    let is_scenario =
+        cfg!(feature = "experiments") && text.lines().any(|line| table(line).is_some());
     is_scenario.then(|| {
         "this is a scenario, not a log: state it with --scenario, beside the log".to_owned()
     })

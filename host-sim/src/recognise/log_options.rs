@@ -72,7 +72,7 @@ impl LogOptions {
     /// position are not among them.
     pub(super) fn settings(&self, position: Column) -> LogSettings {
         let mut cut = self.cut.clone();
-        cut.sort_by(|one, other| one[0].total_cmp(&other[0]));
+        cut.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
         LogSettings {
             bridge: self.bridge_gaps.unwrap_or(0),
             sample_time: self.sample_time,

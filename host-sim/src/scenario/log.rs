@@ -179,7 +179,7 @@ impl LogSettings {
 
     /// Keeps ranges of time to be left out, in their order.
     pub(super) fn leave_out(&mut self, mut ranges: Vec<[f64; 2]>) -> Result<(), String> {
-        ranges.sort_by(|one, other| one[0].total_cmp(&other[0]));
+        ranges.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
         for pair in ranges.windows(2) {
             let ([from, to], [next, end]) = (pair[0], pair[1]);
             if next <= to {
