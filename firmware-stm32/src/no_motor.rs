@@ -41,6 +41,13 @@ impl Encoder {
     }
 }
 
+impl Output {
+    /// There is no brake.
+    pub fn set_brake(&mut self, _: bool) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
 impl PositionSensor for Encoder {
     type Error = Infallible;
 

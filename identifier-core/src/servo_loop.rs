@@ -178,6 +178,18 @@ impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
 }
 
 impl<N: Number, I: Identify<N>> ServoLoop<N, LowPass<N>, I> {
+    /// From rest at a count under the command of `last`, which the first sample continues. For a state that has run no
+    /// sample yet, whose identifier starts anew.
+    pub fn hold_from(
+        &self,
+        state: &mut ServoLoopState<N, LowPassState<N>, I::State>,
+        count: i32,
+        last: &ControlSample<N>,
+    ) {
+        state.count = count;
+        state.control = self.controller.take_over(last);
+    }
+
     /// Bumpless transfer from another controller that has held the servo until a count; `last` is its
     /// last sample. For a state that has run no sample yet, where there is no
     /// time to build a new one.
@@ -187,8 +199,7 @@ impl<N: Number, I: Identify<N>> ServoLoop<N, LowPass<N>, I> {
         count: i32,
         last: &ControlSample<N>,
     ) {
-        state.count = count;
-        state.control = self.controller.take_over(last);
+        self.hold_from(state, count, last);
         self.identifier
             .resume_moving(&mut state.identification, last.increment);
     }

@@ -13,7 +13,7 @@ use drive_link::{
     Refusal, Report, Snapshot, State,
 };
 use identifier_core::tuning::Goal;
-use servo_id::drive::{Client, DriveError};
+use servo_id::drive::{AtEnd, Client, DriveError, Driven};
 
 use crate::{emulator, firmware, seal};
 
@@ -24,7 +24,8 @@ const TIME_LIMIT: Duration = Duration::from_secs(300);
 pub(crate) fn check() -> Result<(), String> {
     let program = firmware::emulated_drive()?;
     let (_running, port) = emulator::Running::start(&program, &[])?;
-    operate(&mut Client::new(port)).map_err(|error| error.to_string())?;
+    operate(&mut Driven::new(Client::new(port), 0.0, AtEnd::Leave))
+        .map_err(|error| error.to_string())?;
     refuse_damage(&program).map_err(|error| error.to_string())
 }
 
@@ -39,7 +40,7 @@ fn refuse_damage(program: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
+fn operate(drive: &mut Driven) -> Result<(), Box<dyn Error>> {
     let status = drive.status()?;
     expect("state after the boot", status.state, State::Disabled)?;
     expect("configured", status.configured, false)?;
@@ -167,7 +168,7 @@ fn operate(drive: &mut Client) -> Result<(), Box<dyn Error>> {
 }
 
 /// Commissions the drive, and starts a run with the gains found.
-fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<dyn Error>> {
+fn commission(drive: &mut Driven, closed_loop: &LoopSettings) -> Result<(), Box<dyn Error>> {
     let order = CommissionSettings {
         goal: Goal::Bandwidth(40.0),
         ..CommissionSettings::new(
@@ -201,7 +202,7 @@ fn commission(drive: &mut Client, closed_loop: &LoopSettings) -> Result<(), Box<
 }
 
 /// Commissions beside the running loop, which resumes.
-fn commission_beside(drive: &mut Client, order: &CommissionSettings) -> Result<(), Box<dyn Error>> {
+fn commission_beside(drive: &mut Driven, order: &CommissionSettings) -> Result<(), Box<dyn Error>> {
     drive.ask(Command::Start)?;
     drive.commission(order)?;
     until(drive, State::Running)?;
@@ -236,7 +237,7 @@ fn injected(report: &Report) -> Option<Fault> {
 }
 
 /// Waits until the drive is in a state.
-fn until(drive: &mut Client, wanted: State) -> Result<(), Box<dyn Error>> {
+fn until(drive: &mut Driven, wanted: State) -> Result<(), Box<dyn Error>> {
     let begun = Instant::now();
     while begun.elapsed() < TIME_LIMIT {
         if drive.status()?.state == wanted {
@@ -248,7 +249,7 @@ fn until(drive: &mut Client, wanted: State) -> Result<(), Box<dyn Error>> {
 }
 
 /// The drive's reason for refusing a command.
-fn refusal(drive: &mut Client, command: Command) -> Result<Refusal, Box<dyn Error>> {
+fn refusal(drive: &mut Driven, command: Command) -> Result<Refusal, Box<dyn Error>> {
     match drive.ask(command) {
         Err(DriveError::Refused(refusal)) => Ok(refusal),
         Err(other) => Err(other.into()),

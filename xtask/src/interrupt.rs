@@ -7,7 +7,7 @@ use std::time::Duration;
 use drive_link::{Command, Estimator};
 use drive_logic::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS};
 use identifier_core::parameters::{Term, Terms};
-use servo_id::drive::Client;
+use servo_id::drive::Driven;
 
 use crate::firmware;
 use crate::meter::Cost;
@@ -151,7 +151,7 @@ fn check_half_is_free(summary: &Summary, sample_time: f64) -> Result<(), String>
 }
 
 /// Starts an estimator, and some of its samples being shown.
-fn start(drive: &mut Client, law: &NamedEstimator) -> Result<(), Box<dyn Error>> {
+fn start(drive: &mut Driven, law: &NamedEstimator) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     settings.closed_loop.law = law.law;
     let declared = &mut settings.closed_loop.core.identifier.terms;
@@ -170,7 +170,7 @@ fn start(drive: &mut Client, law: &NamedEstimator) -> Result<(), Box<dyn Error>>
 fn measure(
     metered: Metered<'_>,
     interrupts: usize,
-    conversation: impl FnOnce(&mut Client) -> Result<(), Box<dyn Error>>,
+    conversation: impl FnOnce(&mut Driven) -> Result<(), Box<dyn Error>>,
 ) -> Result<Vec<Cost>, String> {
     let mut costs = Vec::with_capacity(interrupts);
     let take = |cost: Cost| {

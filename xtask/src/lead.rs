@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use commissioning::{CommissionSettings, Limits, Phase};
 use drive_link::{Command, Report};
-use servo_id::drive::Client;
+use servo_id::drive::Driven;
 
 use crate::firmware;
 use crate::meter::Cost;
@@ -36,7 +36,7 @@ const LISTEN: Duration = Duration::from_millis(100);
 
 /// Instructions of the samples of a commissioning that drive the output, and of those before and after.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-struct Driven {
+struct DrivenSamples {
     /// Cost of the whole interrupt, and of the part until the command is out.
     whole: Vec<u64>,
     command: Vec<u64>,
@@ -45,7 +45,7 @@ struct Driven {
 }
 
 /// Commissions at every rate, Hz.
-fn count() -> Result<Vec<(f64, Driven)>, String> {
+fn count() -> Result<Vec<(f64, DrivenSamples)>, String> {
     let drive = firmware::emulated_drive()?;
     let plugin = firmware::build_trace()?;
     let measured = RATES.map(|rate| Ok((rate, measure(rate, &drive, &plugin)?)));
@@ -86,7 +86,7 @@ pub(crate) fn check() -> Result<(), String> {
         "{:>6} {:>9} {:>24} {:>34}",
         "kHz", "samples", "command: median, most", "interrupt: median, 90 %, most"
     );
-    for (rate, Driven { whole, command, .. }) in &counted {
+    for (rate, DrivenSamples { whole, command, .. }) in &counted {
         println!(
             "{:>6} {:>9} {:>17} {:>6} {:>22} {:>5} {:>5}  ({:.0} % of a sample)",
             rate / 1e3,
@@ -104,7 +104,7 @@ pub(crate) fn check() -> Result<(), String> {
 }
 
 /// An error if a limit was exceeded.
-fn refuse(counted: &[(f64, Driven)]) -> Result<(), String> {
+fn refuse(counted: &[(f64, DrivenSamples)]) -> Result<(), String> {
     let objections: Vec<String> = counted
         .iter()
         .flat_map(|(rate, driven)| driven.objections(*rate))
@@ -125,7 +125,7 @@ fn share(instructions: &[u64], share: f64) -> u64 {
     sorted.get(place).copied().unwrap_or(0)
 }
 
-impl Driven {
+impl DrivenSamples {
     /// The limits that were exceeded.
     fn objections(&self, rate: f64) -> Vec<String> {
         let at = format!("at {} kHz", rate / 1e3);
@@ -161,8 +161,8 @@ impl Driven {
 }
 
 /// Commissions at a rate, Hz.
-fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
-    let mut driven = Driven::default();
+fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<DrivenSamples, String> {
+    let mut driven = DrivenSamples::default();
     let mut at_rest = 0;
     let (is_over, is_heard) = (AtomicBool::new(false), AtomicBool::new(false));
     let take = |cost: Cost| {
@@ -183,7 +183,7 @@ fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
         driven.whole.push(cost.instructions);
         Ok(Next::Interrupt)
     };
-    let commissioned = |client: &mut Client| {
+    let commissioned = |client: &mut Driven| {
         let ended = commission(client, 1.0 / rate, &is_over);
         is_heard.store(true, Relaxed);
         ended
@@ -201,7 +201,7 @@ fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<Driven, String> {
 /// requests. An answer would take its time in the background, and the study would then get it later, by the host's
 /// clock.
 fn commission(
-    drive: &mut Client,
+    drive: &mut Driven,
     sample_time: f64,
     is_over: &AtomicBool,
 ) -> Result<(), Box<dyn Error>> {
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn every_prediction_has_its_rejection_reason() {
-        let driven = |command: u64, whole: u64| Driven {
+        let driven = |command: u64, whole: u64| DrivenSamples {
             command: vec![100, command],
             whole: vec![200, whole],
             at_rest: Vec::new(),
@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(driven(955, 3818).objections(1e4).len(), 1);
         assert_eq!(driven(954, 3819).objections(1e4).len(), 1);
         assert_eq!(driven(955, 3819).objections(2e4).len(), 2);
-        assert_eq!(Driven::default().objections(1e3).len(), 1);
+        assert_eq!(DrivenSamples::default().objections(1e3).len(), 1);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use drive_link::Report;
-use servo_id::drive::Client;
+use servo_id::drive::{AtEnd, Client, Driven};
 
 use crate::elf::{Elf, mangled};
 use crate::emulator;
@@ -69,7 +69,7 @@ pub(crate) struct Metered<'a> {
 pub(crate) fn run(
     metered: Metered<'_>,
     time_limit: Duration,
-    conversation: impl FnOnce(&mut Client) -> Result<(), Box<dyn Error>>,
+    conversation: impl FnOnce(&mut Driven) -> Result<(), Box<dyn Error>>,
     take: impl FnMut(Cost) -> Result<Next, String> + Send,
 ) -> Result<(), String> {
     let Metered {
@@ -95,7 +95,7 @@ pub(crate) fn run(
                     "{error}; the emulator must be QEMU 9.1 or later, and be built with plugins"
                 )
             })?;
-        let mut client = Client::new(port);
+        let mut client = Driven::new(Client::new(port), 0.0, AtEnd::Leave);
         let trace = awaited.connection(&mut running)?;
         let reader = scope.spawn(|| read(trace, &elf, Meter::new(watched), take));
         conversation(&mut client).map_err(|error| error.to_string())?;

@@ -4,9 +4,12 @@ use std::error::Error;
 use std::time::Instant;
 
 use drive_link::{Command, Report, Snapshot, State};
-use servo_id::drive::Client;
+use servo_id::drive::{AtEnd, Client, Driven};
 
 use crate::{emulator, firmware};
+
+/// Longest silence of the host, s of the drive.
+const LINK_TIMEOUT: f64 = 60.0;
 
 /// Time between two messages of the host that keep the run alive, s of the drive.
 const KEEP_ALIVE: f64 = 5.0;
@@ -14,13 +17,17 @@ const KEEP_ALIVE: f64 = 5.0;
 /// Runs the drive for some hours at 1 kHz. No sample may be late, lost on the line, or missing in the sequence.
 pub(crate) fn check(hours: f64) -> Result<(), String> {
     let (_running, port) = emulator::Running::start(&firmware::emulated_drive()?, &[])?;
-    run(&mut Client::new(port), hours).map_err(|error| error.to_string())
+    run(
+        &mut Driven::new(Client::new(port), LINK_TIMEOUT, AtEnd::Stop),
+        hours,
+    )
+    .map_err(|error| error.to_string())
 }
 
-fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
+fn run(drive: &mut Driven, hours: f64) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     // Seconds of the drive, like the time between messages.
-    settings.protection.link_timeout = 60.0;
+    settings.protection.link_timeout = LINK_TIMEOUT;
     // A cast saturates, and makes zero of a NaN.
     let samples_of = |time: f64| (time / settings.closed_loop.core.sample_time) as u32;
     let samples = samples_of(hours * 3600.0);
@@ -47,7 +54,7 @@ fn run(drive: &mut Client, hours: f64) -> Result<(), Box<dyn Error>> {
         missing += step - 1;
         last = Some(now);
         if now.sample.is_multiple_of(keep_alive) {
-            drive.send(Command::Hello)?;
+            drive.send(Command::KeepAlive)?;
         }
         if now.sample >= samples {
             break;

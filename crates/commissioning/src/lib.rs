@@ -12,7 +12,7 @@ pub mod servo_change;
 pub mod watch;
 
 pub use commission::{
-    CommissionError, CommissionInputs, CommissionIsr, CommissionReading, CommissionSettings,
-    CommissionSolver, CommissionState, CommissionStep, Decision, HoldingGains, LargestMotion,
-    Limits, Phase, RecordEvent, SynchronousCommission, TrialResult,
+    CommandRamp, CommissionError, CommissionInputs, CommissionIsr, CommissionReading,
+    CommissionSettings, CommissionSolver, CommissionState, CommissionStep, Decision, HoldingGains,
+    LargestMotion, Limits, Phase, RecordEvent, SynchronousCommission, TrialResult,
 };

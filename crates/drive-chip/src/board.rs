@@ -68,6 +68,8 @@ pub struct Board<F: Family> {
     pub direction: Pin,
     /// Enable, high is on.
     pub enable: Pin,
+    /// The holding brake, high opens it.
+    pub brake: Pin,
     /// The amplifier's fault line: break input of TIM1, pulled up, low is healthy.
     pub fault: Pin,
     /// The limit switch of the lower end, pulled up, low is healthy.

@@ -29,6 +29,8 @@ pub struct Wired<'a, B> {
     pub direction: Direction<B>,
     /// Enables the amplifier, high is on.
     pub enable: Output<B>,
+    /// Opens the holding brake, high is open.
+    pub brake: Output<B>,
     /// Counts steps with their direction.
     pub steps: StepInput<B>,
     /// The amplifier's fault line, the limit switches and the home switch.
@@ -59,7 +61,7 @@ pub fn wire<'a, B: Bus>(
     received: &'static Ring,
     to_send: &'a mut Bytes,
 ) -> Wired<'a, B> {
-    for output in [board.enable, board.pwm, board.direction] {
+    for output in [board.enable, board.brake, board.pwm, board.direction] {
         output.power(bus);
         output.output(bus);
     }
@@ -105,6 +107,7 @@ pub fn wire<'a, B: Bus>(
         pwm,
         direction,
         enable: Output::new(bus, board.enable),
+        brake: Output::new(bus, board.brake),
         steps: StepInput::new(bus, board),
         inputs: Inputs::new(bus, board),
         timer: SampleTimer::new(bus, &clocks),
@@ -122,10 +125,11 @@ pub fn wire<'a, B: Bus>(
     }
 }
 
-/// Disables the output in any state of the drivers, for a program that cannot continue. The amplifier is off, and the
-/// PWM's pins are driven low and do not float.
+/// Disables the output in any state of the drivers, for a program that cannot continue. The amplifier is off, the
+/// brake closes, and the PWM's pins are driven low and do not float.
 pub fn disable_outputs<B: Bus>(bus: B, board: &Board<B::Family>) {
     board.enable.set_low(bus);
+    board.brake.set_low(bus);
     pwm::off(bus);
 }
 

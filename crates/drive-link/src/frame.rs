@@ -5,11 +5,11 @@ use heapless::Vec;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::message::{Command, PROTOCOL, Report, Request, STOP};
+use crate::message::{Command, PROTOCOL, Refusal, Report, Request, STOP};
 
 /// Bytes of the longest message before framing, its check included: settings with nothing left out
-/// take some 700.
-pub const MAX_MESSAGE_BYTES: usize = 744;
+/// take some 750.
+pub const MAX_MESSAGE_BYTES: usize = 768;
 
 /// Bytes of the longest frame: one more in 254 for COBS, and the zero at the end.
 pub const MAX_FRAME_BYTES: usize = MAX_MESSAGE_BYTES + MAX_MESSAGE_BYTES / 254 + 2;
@@ -18,6 +18,41 @@ const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Bytes of the check at the end of a message.
 const CHECK_BYTES: usize = 4;
+
+/// A message of one direction. The check begins from its seed, so that an echo on the line is no message of the other
+/// direction.
+pub trait Message: Serialize + Sized {
+    /// The value that the CRC-32 begins from.
+    const SEED: u32;
+
+    /// The message of a version up to 21, in which both directions had the seed of requests, if it is still understood.
+    fn of_earlier_version(_message: &[u8]) -> Option<Self> {
+        None
+    }
+}
+
+impl Message for Request {
+    /// That of CRC-32 itself: the bytes of a stop are the same in every version from 18 on.
+    const SEED: u32 = u32::MAX;
+}
+
+impl Message for Report {
+    const SEED: u32 = u32::from_le_bytes(*b"rprt");
+
+    fn of_earlier_version(message: &[u8]) -> Option<Self> {
+        // What a stop is answered with, and any other request.
+        whole(message).filter(|report| {
+            matches!(
+                report,
+                Self::Done { .. }
+                    | Self::Refused {
+                        refusal: Refusal::NotUnderstood { .. },
+                        ..
+                    }
+            )
+        })
+    }
+}
 
 /// Failures of framing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,13 +97,13 @@ impl core::error::Error for FrameError {}
 ///
 /// # Errors
 /// [`FrameError::TooLong`].
-pub fn frame<T: Serialize>(message: &T) -> Result<Vec<u8, MAX_FRAME_BYTES>, FrameError> {
+pub fn frame<T: Message>(message: &T) -> Result<Vec<u8, MAX_FRAME_BYTES>, FrameError> {
     let mut plain = [0; MAX_MESSAGE_BYTES];
     let room = MAX_MESSAGE_BYTES - CHECK_BYTES;
     let used = plain
         .get_mut(..room)
         .and_then(|room| postcard::to_slice(message, room).ok())
-        .map(|bytes| (bytes.len(), CHECK.checksum(bytes)));
+        .map(|bytes| (bytes.len(), check(bytes, T::SEED)));
     let (length, check) = used.ok_or(FrameError::TooLong)?;
     for (place, byte) in plain.iter_mut().skip(length).zip(check.to_le_bytes()) {
         *place = byte;
@@ -118,14 +153,25 @@ impl Receiver {
     }
 
     /// Takes a byte. The end of a frame gives its message or an error, which costs that frame and no other.
-    pub fn take<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<T, FrameError>> {
-        self.take_as(byte, |message| whole(message).ok_or(FrameError::Unknown))
+    pub fn take<T: Message + DeserializeOwned>(
+        &mut self,
+        byte: u8,
+    ) -> Option<Result<T, FrameError>> {
+        self.take_as(byte, |framed, plain| {
+            match checked(framed, plain, T::SEED) {
+                Ok(message) => whole(message).ok_or(FrameError::Unknown),
+                Err(error) => checked(framed, plain, Request::SEED)
+                    .ok()
+                    .and_then(T::of_earlier_version)
+                    .ok_or(error),
+            }
+        })
     }
 
     fn take_as<T>(
         &mut self,
         byte: u8,
-        read: impl FnOnce(&[u8]) -> Result<T, FrameError>,
+        read: impl FnOnce(&[u8], &mut [u8]) -> Result<T, FrameError>,
     ) -> Option<Result<T, FrameError>> {
         if byte != 0 {
             self.overflowed |= self.bytes.push(byte).is_err();
@@ -137,7 +183,7 @@ impl Receiver {
             // Two zeros in a row: the sender begins anew.
             None
         } else {
-            Some(checked(&self.bytes, &mut [0; MAX_FRAME_BYTES]).and_then(read))
+            Some(read(&self.bytes, &mut [0; MAX_FRAME_BYTES]))
         };
         self.bytes.clear();
         self.overflowed = false;
@@ -148,7 +194,9 @@ impl Receiver {
     // Not generic: it is compiled here, and once.
     #[inline(never)]
     pub fn take_request(&mut self, byte: u8) -> Option<Result<Request, FrameError>> {
-        self.take_as(byte, request)
+        self.take_as(byte, |framed, plain| {
+            checked(framed, plain, Request::SEED).and_then(request)
+        })
     }
 }
 
@@ -179,6 +227,8 @@ fn whole<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
 pub struct StopListener {
     bytes: [u8; STOP_BYTES],
     length: usize,
+    last: [u8; STOP_BYTES],
+    is_resent: bool,
 }
 
 /// Bytes of the frame of a stop, without the zero at its end: two of its own, the check, and one for COBS.
@@ -191,6 +241,8 @@ impl StopListener {
         Self {
             bytes: [0; STOP_BYTES],
             length: 0,
+            last: [0; STOP_BYTES],
+            is_resent: false,
         }
     }
 
@@ -204,7 +256,18 @@ impl StopListener {
             return false;
         }
         let is_as_long = core::mem::take(&mut self.length) == STOP_BYTES;
-        is_as_long && is_stop(&self.bytes)
+        let is_whole = is_as_long && is_stop(&self.bytes);
+        if is_whole {
+            self.is_resent = self.last == self.bytes;
+            self.last = self.bytes;
+        }
+        is_whole
+    }
+
+    /// True if the last stop has the number of the one before: it was sent again, and is no second one.
+    #[must_use]
+    pub const fn is_resent(&self) -> bool {
+        self.is_resent
     }
 }
 
@@ -212,11 +275,18 @@ impl StopListener {
 /// whole decoder would be.
 fn is_stop(framed: &[u8; STOP_BYTES]) -> bool {
     let mut plain = [0; STOP_BYTES];
-    matches!(checked(framed, &mut plain), Ok([_, STOP]))
+    matches!(checked(framed, &mut plain, Request::SEED), Ok([_, STOP]))
 }
 
-/// The bytes of the message of a frame, if they are undamaged.
-fn checked<'a>(bytes: &[u8], plain: &'a mut [u8]) -> Result<&'a [u8], FrameError> {
+/// The check of a message.
+fn check(message: &[u8], seed: u32) -> u32 {
+    let mut digest = CHECK.digest_with_initial(seed);
+    digest.update(message);
+    digest.finalize()
+}
+
+/// The bytes of the message of a frame, if they are undamaged and of this direction.
+fn checked<'a>(bytes: &[u8], plain: &'a mut [u8], seed: u32) -> Result<&'a [u8], FrameError> {
     let mut decoder = cobs::CobsDecoder::new(plain);
     for &byte in bytes {
         match decoder.feed(byte) {
@@ -229,10 +299,10 @@ fn checked<'a>(bytes: &[u8], plain: &'a mut [u8]) -> Result<&'a [u8], FrameError
         Ok(None) | Err(_) => return Err(FrameError::NotFramed),
     };
     let whole = plain.get(..length).ok_or(FrameError::NotFramed)?;
-    let (message, check) = whole
+    let (message, given) = whole
         .split_last_chunk::<CHECK_BYTES>()
         .ok_or(FrameError::Damaged)?;
-    if CHECK.checksum(message) != u32::from_le_bytes(*check) {
+    if check(message, seed) != u32::from_le_bytes(*given) {
         return Err(FrameError::Damaged);
     }
     Ok(message)

@@ -1,6 +1,7 @@
 //! Messages between a drive and its host over a serial line.
 //!
-//! A message is [postcard](https://postcard.jamesmunns.com) bytes and their CRC-32, framed by COBS. No byte of a frame
+//! A message is [postcard](https://postcard.jamesmunns.com) bytes and their CRC-32, framed by COBS. The CRC of a
+//! report begins from another value than that of a request, so that the echo of a line is no request. No byte of a frame
 //! is zero but its last, so a receiver that has lost bytes resumes at the next zero. No message is assumed to arrive.
 //! Each [`Request`] carries a number that its answer repeats, and every command may be repeated without harm. Telemetry
 //! without room is dropped and counted. The [`Record`] that a drive keeps is postcard bytes too.
@@ -20,7 +21,9 @@ mod settings;
 mod term_sizes;
 
 pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
-pub use frame::{FrameError, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, Receiver, StopListener, frame};
+pub use frame::{
+    FrameError, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, Message, Receiver, StopListener, frame,
+};
 pub use guidance::{Home, Homing, TargetSource};
 pub use line::Line;
 pub use message::{
@@ -31,6 +34,7 @@ pub use motion_record::MotionRecord;
 pub use no_gains::NoGains;
 pub use record::{Commissioned, Record};
 pub use settings::{
-    Dither, Estimator, LoopSettings, Name, NotAllowed, Protection, ServoChanges, Settings, Why,
+    Dither, Estimator, HoldingBrake, LoopSettings, Name, NotAllowed, Protection, ServoChanges,
+    Settings, Why,
 };
 pub use term_sizes::TermSizes;

@@ -4,7 +4,7 @@ use commissioning::CommissionSettings;
 use commissioning::servo_change::ServoChange;
 use heapless::String;
 use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::reason::Reason;
+use identifier_core::reason::{Reason, StopCategory};
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::commissioning::{Commissioning, Gains, Outcome, Progress};
@@ -16,7 +16,7 @@ use crate::term_sizes::TermSizes;
 /// The version of these messages, which every request but a stop carries. A drive rejects those of another.
 ///
 /// Above every index that a command had before requests carried it.
-pub const PROTOCOL: u8 = 21;
+pub const PROTOCOL: u8 = 22;
 
 /// The second and last byte of a stop, in every version from 18 on.
 pub(crate) const STOP: u8 = 6;
@@ -54,7 +54,7 @@ pub enum Command {
     Show,
     /// Closes the loop at the servo's position, and identifies.
     Start,
-    /// Sends the servo to a target, rad from where it started.
+    /// Sends the servo to a target, rad from home, or from where the run started if homing is not configured.
     Target(f64),
     /// Drives the axis home, in a run: targets and travel count from its origin afterwards.
     Home,
@@ -74,17 +74,31 @@ pub enum Command {
     MotionRecord(u16),
     /// Reports the test of the board: answered by [`Report::BoardTest`].
     BoardTest,
+    /// Sends the servo to a target, rad from where the run started, whether it was homed or not.
+    RelativeTarget(f64),
+    /// The host that drives the servo is still there: the link timeout begins anew. Answered as [`Hello`](Self::Hello).
+    KeepAlive,
     /// Disables the servo at once: no command before it still moves the servo. Its bytes are those of a [`Request`].
     #[serde(skip)]
     Stop,
 }
 
 impl Command {
+    /// True if it comes from a host that drives the servo: it begins the link timeout anew. A look at the drive does not.
+    #[must_use]
+    pub const fn keeps_alive(&self) -> bool {
+        matches!(self, Self::KeepAlive) || self.may_move()
+    }
+
     /// True if it may move the axis: only the last and whole request of an undisturbed line does.
     #[must_use]
     pub const fn may_move(&self) -> bool {
         match self {
-            Self::Start | Self::Target(_) | Self::Home | Self::Commission(_) => true,
+            Self::Start
+            | Self::Target(_)
+            | Self::RelativeTarget(_)
+            | Self::Home
+            | Self::Commission(_) => true,
             Self::Hello
             | Self::Configure(_)
             | Self::Show
@@ -94,6 +108,7 @@ impl Command {
             | Self::Outcome
             | Self::MotionRecord(_)
             | Self::BoardTest
+            | Self::KeepAlive
             | Self::Stop => false,
         }
     }
@@ -209,6 +224,8 @@ pub struct Status {
     pub state: State,
     /// The record in the store.
     pub kept: Kept,
+    /// The servo is simulated, and no output is driven.
+    pub simulated: bool,
     /// True if the drive was configured for its servo, now or before the last save. Without that it
     /// does not start.
     pub configured: bool,
@@ -222,6 +239,9 @@ pub struct Status {
     pub command_delay: f32,
     /// The origin of targets and travel.
     pub home: Home,
+    /// From the edge of the home switch to the index pulse, rad, by the last homing that found both. Within an eighth of a
+    /// revolution it is refused.
+    pub index_from_edge: Option<f32>,
     /// Estimates of the last run, or those that were saved.
     pub estimates: Option<Estimates>,
     /// Why the estimator of the last run has no first fit after a second of motion.
@@ -293,11 +313,25 @@ pub enum Kept {
     OtherVersion,
     /// Damaged records only: the built-in settings hold.
     Damaged,
+    /// A record of another board, or of a build with another servo: left alone, the built-in settings hold.
+    OtherBuild {
+        /// The fingerprint of its build.
+        stored: u32,
+        /// That of this one.
+        own: u32,
+    },
 }
 
 impl fmt::Display for Kept {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+        let text = match self {
+            Self::OtherBuild { stored, own } => {
+                return write!(
+                    f,
+                    "the stored record is of build {stored:08x}, another board or another servo, and this is build \
+                     {own:08x}: the built-in settings are in use; flash that build again, or configure and save"
+                );
+            }
             Self::Nothing => "nothing is stored yet",
             Self::Record => "a record is stored",
             Self::OtherVersion => {
@@ -307,7 +341,8 @@ impl fmt::Display for Kept {
             Self::Damaged => {
                 "the stored record is damaged: the built-in settings are in use, and a save replaces it"
             }
-        })
+        };
+        f.write_str(text)
     }
 }
 
@@ -350,6 +385,26 @@ pub enum Ended {
     Faulted(Fault),
 }
 
+impl Ended {
+    /// The fault, if it was one.
+    #[must_use]
+    pub const fn fault(self) -> Option<Fault> {
+        match self {
+            Self::Stopped | Self::Over => None,
+            Self::Faulted(fault) => Some(fault),
+        }
+    }
+
+    /// How an axis with a holding brake is stopped at such an end.
+    #[must_use]
+    pub const fn stop_category(self) -> StopCategory {
+        match self {
+            Self::Stopped | Self::Over => StopCategory::Controlled,
+            Self::Faulted(fault) => fault.stop_category(),
+        }
+    }
+}
+
 impl fmt::Display for Ended {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -364,7 +419,7 @@ impl fmt::Display for Ended {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
     /// It is of another version, or its command is longer or shorter than in this one. The first, so that a host of any
-    /// later version reads it.
+    /// later version reads it, also with the check of a version up to 21.
     NotUnderstood {
         /// [`PROTOCOL`] of the drive.
         spoken: u8,
@@ -391,10 +446,10 @@ pub enum Refusal {
     Faulted(Fault),
     /// A setting is not allowed.
     Setting(NotAllowed),
-    /// The target is too far from where the servo started, rad.
+    /// The target is outside the travel.
     TooFar {
-        /// The largest distance, rad.
-        most: f64,
+        /// The lowest and the highest target, rad.
+        within: [f64; 2],
     },
     /// The settings have no way to the home position: configure it first.
     NoHoming,
@@ -408,6 +463,24 @@ pub enum Refusal {
     NotKept,
     /// The flash must be erased for the record, and the axis does not stand.
     NotAtRest,
+    /// The axis has a home position, which is not known.
+    NotHomed,
+    /// The disabled axis moves too fast to be driven.
+    Moves {
+        /// Its speed, rad/s.
+        speed: f64,
+        /// The largest allowed, rad/s.
+        most: f64,
+    },
+    /// The homed axis is outside the travel.
+    OutsideTravel {
+        /// Its position, rad from the origin.
+        position: f64,
+        /// The travel, rad.
+        travel: [f64; 2],
+    },
+    /// It has begun a run or a commissioning before: it came twice, or late.
+    DoneBefore,
 }
 
 impl fmt::Display for Refusal {
@@ -438,10 +511,9 @@ impl fmt::Display for Refusal {
             Self::NeverCommissioned => f.write_str("the servo was never commissioned"),
             Self::Faulted(fault) => State::Faulted(*fault).fmt(f),
             Self::Setting(refused) => refused.fmt(f),
-            Self::TooFar { most } => write!(
-                f,
-                "the target must be within {most} rad of where the servo started"
-            ),
+            Self::TooFar {
+                within: [low, high],
+            } => write!(f, "the target must be from {low} to {high} rad"),
             Self::NoHoming => f.write_str(
                 "homing is not configured: configure it with --home-seek first",
             ),
@@ -453,6 +525,26 @@ impl fmt::Display for Refusal {
             Self::Busy => f.write_str("the previous request is not done yet: send this one again"),
             Self::NotAtRest => f.write_str(
                 "the flash must be erased first, which needs standstill: send the request again at standstill",
+            ),
+            Self::NotHomed => f.write_str(
+                "the axis is not homed: home it first, or send a relative target, which counts from where the run \
+                 started",
+            ),
+            Self::Moves { speed, most } => write!(
+                f,
+                "the axis moves at {speed:.1} rad/s, and {most} rad/s are allowed: wait until it is slower, and start \
+                 then"
+            ),
+            Self::OutsideTravel {
+                position,
+                travel: [low, high],
+            } => write!(
+                f,
+                "the axis is at {position:.4} rad, outside the travel from {low} to {high} rad: move it back by hand, \
+                 or allow more travel"
+            ),
+            Self::DoneBefore => f.write_str(
+                "a request of this number was done before, and came twice or late: send it again with a new number",
             ),
             Self::NotKept => {
                 f.write_str("the flash did not store the record; the previous one is still valid")

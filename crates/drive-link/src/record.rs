@@ -41,19 +41,27 @@ const ENTRIES: usize = 15;
 
 impl Record {
     /// The version of its bytes: another one is another meaning of them.
-    pub const VERSION: u16 = 12;
+    pub const VERSION: u16 = 13;
 
-    /// Writes it, and returns the number of bytes; none if there is not room for it.
+    /// Writes it behind the fingerprint of its build, and returns the number of bytes; none if there is not room for it.
     #[inline(never)]
-    pub fn to_bytes(&self, room: &mut [u8]) -> Option<usize> {
-        postcard::to_slice(self, room).ok().map(|used| used.len())
+    pub fn to_bytes(&self, build: u32, room: &mut [u8]) -> Option<usize> {
+        let (begin, rest) = room.split_first_chunk_mut()?;
+        *begin = build.to_le_bytes();
+        let used = postcard::to_slice(self, rest).ok()?;
+        Some(begin.len() + used.len())
     }
 
-    /// Reads it; none if these bytes are no record.
+    /// Reads it; none if these bytes are no record. The error is the fingerprint of another build, whose numbers mean
+    /// something else here.
     #[inline(never)]
     #[must_use]
-    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        postcard::from_bytes(bytes).ok()
+    pub fn from_bytes(build: u32, bytes: &[u8]) -> Option<Result<Self, u32>> {
+        let (begin, rest) = bytes.split_first_chunk()?;
+        match u32::from_le_bytes(*begin) {
+            own if own == build => postcard::from_bytes(rest).ok().map(Ok),
+            other => Some(Err(other)),
+        }
     }
 }
 

@@ -28,6 +28,32 @@ pub struct Settings {
     pub source: TargetSource,
     /// Whether changes of a commissioned servo are looked for in a run.
     pub servo_changes: ServoChanges,
+    /// The holding brake of the axis; none for an axis without one.
+    pub brake: Option<HoldingBrake>,
+}
+
+/// A holding brake at an output of its own, which needs power to open. The loop holds the axis while it opens or closes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HoldingBrake {
+    /// The longest that it takes to open, s, at most [`HoldingBrake::MAX_TIME`].
+    pub opens: f64,
+    /// The longest that it takes to close, s, at most [`HoldingBrake::MAX_TIME`].
+    pub closes: f64,
+}
+
+impl HoldingBrake {
+    /// The longest time in which a brake may open or close, s.
+    pub const MAX_TIME: f64 = 1.0;
+}
+
+impl fmt::Display for HoldingBrake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { opens, closes } = self;
+        write!(
+            f,
+            "a holding brake opens within {opens} s and closes within {closes} s"
+        )
+    }
 }
 
 /// Whether a run looks for changes of the servo for which a commissioning found the gains in force.
@@ -74,11 +100,11 @@ pub struct Dither {
 /// Limits that end a run and disable the servo, checked in every sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Protection {
-    /// Largest position error, rad; at least three amplitudes of the dither.
+    /// Largest position error, rad; at least three amplitudes of the dither, and at most the whole travel.
     pub following_error: f64,
-    /// Largest distance from where the servo started, rad. It is sent no further than two amplitudes
-    /// of the dither less.
-    pub travel: f64,
+    /// Lowest and highest position, rad from the origin: home, or where the servo started. It is sent no further than
+    /// two amplitudes of the dither less.
+    pub travel: [f64; 2],
     /// Speed at which it is sent to a target, rad/s.
     pub pace: f64,
     /// Largest speed, rad/s, averaged over 5 ms.
@@ -102,7 +128,7 @@ impl Protection {
     /// For a bare motor: the built-in protection of a drive that is not configured yet.
     pub const OF_A_BARE_MOTOR: Self = Self {
         following_error: 1.5,
-        travel: 6.9,
+        travel: [-6.9, 6.9],
         pace: 6.3,
         speed: 100.0,
         breakaway: 0.3,
@@ -237,6 +263,7 @@ impl fmt::Display for Settings {
             homing,
             source,
             servo_changes,
+            brake,
         } = self;
         writeln!(f, "{closed_loop}")?;
         writeln!(
@@ -247,6 +274,9 @@ impl fmt::Display for Settings {
         writeln!(f, "{protection}")?;
         if let Some(homing) = homing {
             writeln!(f, "{homing}")?;
+        }
+        if let Some(brake) = brake {
+            writeln!(f, "{brake}")?;
         }
         match servo_changes {
             ServoChanges::Ignored => {}
@@ -262,7 +292,7 @@ impl fmt::Display for Protection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             following_error,
-            travel,
+            travel: [low, high],
             pace,
             speed,
             breakaway,
@@ -274,8 +304,8 @@ impl fmt::Display for Protection {
         } = self;
         writeln!(
             f,
-            "moves to a target at {pace} rad/s; disabled beyond {following_error} rad of following error, {travel} \
-             rad from the start, {speed} rad/s,"
+            "moves to a target at {pace} rad/s; disabled beyond {following_error} rad of following error, {low} to \
+             {high} rad, {speed} rad/s,"
         )?;
         writeln!(
             f,
@@ -349,6 +379,18 @@ pub enum Why {
     NotGiven,
     /// This firmware does not have it.
     NotHere,
+    /// The travel does not contain the place where a run starts.
+    WithoutStart {
+        /// The given ends, rad.
+        given: [f64; 2],
+    },
+    /// An order asks for more than the settings of the drive allow.
+    BeyondDrive {
+        /// The given range.
+        given: [f64; 2],
+        /// The drive's.
+        allowed: [f64; 2],
+    },
 }
 
 impl NotAllowed {
@@ -424,6 +466,19 @@ impl fmt::Display for NotAllowed {
             Why::NoGamma(error) => error.fmt(f),
             Why::NotGiven => write!(f, "{name} is required here"),
             Why::NotHere => write!(f, "this firmware has no such {name}"),
+            Why::WithoutStart { given: [low, high] } => write!(
+                f,
+                "{name} from {low} to {high} does not contain 0, where a run starts: give a lower end of at most 0 \
+                 and an upper end of at least 0"
+            ),
+            Why::BeyondDrive {
+                given: [low, high],
+                allowed: [least, most],
+            } => write!(
+                f,
+                "{name} from {low} to {high} is beyond the drive's own from {least:.5} to {most:.5}: order less, or \
+                 configure the drive for more"
+            ),
         }
     }
 }

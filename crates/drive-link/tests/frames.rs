@@ -2,10 +2,10 @@
 
 use commissioning::{CommissionSettings, Limits, Phase, TrialResult};
 use drive_link::{
-    Command, Commissioning, Dither, Estimates, Estimator, FrameError, Homing, LoopSettings,
-    MAX_FRAME_BYTES, MotionRecord, NoGains, Outcome, PROTOCOL, Protection, Receiver, Refusal,
-    Report, Request, ServoChanges, Settings, Snapshot, StopListener, TargetSource, TermSizes,
-    frame,
+    Command, Commissioning, Dither, Estimates, Estimator, Fault, FrameError, HoldingBrake, Homing,
+    LoopSettings, MAX_FRAME_BYTES, MotionRecord, NoGains, Outcome, PROTOCOL, Protection, Receiver,
+    Refusal, Report, Request, ServoChanges, Settings, Snapshot, StopListener, TargetSource,
+    TermSizes, frame,
 };
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::fit::Block;
@@ -104,7 +104,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         },
         protection: Protection {
             following_error: next(),
-            travel: next(),
+            travel: [next(), next()],
             pace: next(),
             speed: next(),
             breakaway: next(),
@@ -123,6 +123,10 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
         }),
         source: TargetSource::Steps { step: next() },
         servo_changes: ServoChanges::Reported,
+        brake: Some(HoldingBrake {
+            opens: next(),
+            closes: next(),
+        }),
     }
 }
 
@@ -289,6 +293,7 @@ fn request() -> impl Strategy<Value = Request> {
         Just(Command::Outcome),
         any::<u16>().prop_map(Command::MotionRecord),
         Just(Command::BoardTest),
+        Just(Command::KeepAlive),
     ];
     (any::<u8>(), command).prop_map(|(id, command)| Request { id, command })
 }
@@ -406,9 +411,13 @@ proptest! {
     }
 }
 
-/// A message in a frame, byte by byte: its check and its framing are computed here apart from the code.
+/// A message of the host in a frame, byte by byte: its check and its framing are computed here apart from the code.
 fn framed_bytes(message: &[u8]) -> Vec<u8> {
-    let mut check = u32::MAX;
+    framed_from(u32::MAX, message)
+}
+
+/// The same with a check that begins from this value.
+fn framed_from(mut check: u32, message: &[u8]) -> Vec<u8> {
     for &byte in message {
         check ^= u32::from(byte);
         for _ in 0..8 {
@@ -497,8 +506,55 @@ fn a_refusal_for_another_version_has_the_same_bytes_in_every_version() {
         assert!(shown.contains(part), "{shown}");
     }
     let report = Report::Refused { id: 7, refusal };
+    let message = [1, 7, 0, 19, 3, 0xac, 0x02];
+    // "rprt" as the check has it, its bits in the other order.
+    const SEED_OF_REPORTS: u32 = 0x7472_7072_u32.reverse_bits();
     let framed = frame(&report).expect("it fits");
-    assert_eq!(framed, framed_bytes(&[1, 7, 0, 19, 3, 0xac, 0x02])[..]);
+    assert_eq!(framed, framed_from(SEED_OF_REPORTS, &message)[..]);
+    // A drive of a version up to 21 sends it with the check of a request: this, and that a stop was done, is understood.
+    let heard = |bytes: &[u8]| {
+        let mut receiver = Receiver::new();
+        bytes.iter().find_map(|&byte| receiver.take::<Report>(byte))
+    };
+    assert_eq!(heard(&framed_bytes(&message)), Some(Ok(report)));
+    assert_eq!(
+        heard(&framed_bytes(&[0, 7])),
+        Some(Ok(Report::Done { id: 7 }))
+    );
+    assert_eq!(
+        heard(&framed_bytes(&[1, 7, 1])),
+        Some(Err(FrameError::Damaged))
+    );
+}
+
+#[test]
+fn the_echo_of_a_report_is_no_request_and_no_stop() {
+    let refused = |id, refusal| Report::Refused { id, refusal };
+    let not_understood = Refusal::NotUnderstood {
+        spoken: PROTOCOL,
+        given: PROTOCOL,
+        bytes: 3,
+    };
+    for id in 0..=u8::MAX {
+        for report in [
+            Report::Done { id },
+            refused(id, Refusal::LineDisturbed),
+            refused(id, Refusal::Overtaken),
+            refused(id, Refusal::Busy),
+            refused(id, not_understood.clone()),
+            Report::Fault(Fault::LinkLost),
+        ] {
+            let framed = frame(&report).expect("it fits");
+            // An echo that is answered has an echo: it never ends.
+            let heard = received(&mut Receiver::new(), &framed);
+            assert_eq!(heard, [Err(FrameError::Damaged)], "{report:?}");
+            let mut listener = StopListener::new();
+            assert!(
+                !framed.iter().any(|&byte| listener.take(byte)),
+                "{report:?}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -67,6 +67,7 @@ struct Stamped {
 struct Signals {
     /// Stops in the bytes of the line, and disturbances of it. The line's interrupt raises them.
     stops_heard: AtomicU32,
+    stops_resent: AtomicU32,
     disturbances: AtomicU32,
     /// Raised with every order, stop of its own and change of mode. The background raises it and those below.
     requests: AtomicU32,
@@ -79,8 +80,12 @@ struct Signals {
     /// No counters: cycles of the last interrupt, and of the longest since the start. The interrupt sets them.
     cycles: AtomicU32,
     longest: AtomicU32,
-    /// No counter: samples for which the axis has stood while it was disabled.
+    /// No counters: the count of the last sample, and that where a run has started or would start; samples for which the axis has stood while it was disabled, and the
+    /// counts that it has coasted in a [window](crate::ending::Coasting).
+    count: AtomicU32,
+    started_at: AtomicU32,
     standstill: AtomicU32,
+    coasted: AtomicU32,
     /// No counter: samples for which the background may not run while the servo is disabled.
     disabled_patience: AtomicU32,
 }
@@ -141,6 +146,7 @@ impl Channel {
             solutions: Queue::new(),
             signals: Signals {
                 stops_heard: AtomicU32::new(0),
+                stops_resent: AtomicU32::new(0),
                 disturbances: AtomicU32::new(0),
                 requests: AtomicU32::new(0),
                 own_stops: AtomicU32::new(0),
@@ -150,7 +156,10 @@ impl Channel {
                 overruns: AtomicU32::new(0),
                 cycles: AtomicU32::new(0),
                 longest: AtomicU32::new(0),
+                count: AtomicU32::new(0),
+                started_at: AtomicU32::new(0),
                 standstill: AtomicU32::new(0),
+                coasted: AtomicU32::new(0),
                 disabled_patience: AtomicU32::new(1),
             },
         }
@@ -211,7 +220,10 @@ impl Signals {
 
 impl LineEnd<'_> {
     /// Stops every mode and makes void every order that was not done yet.
-    pub(crate) fn stop(&self) {
+    pub(crate) fn stop(&self, is_resent: bool) {
+        if is_resent {
+            raise(&self.signals.stops_resent);
+        }
         raise(&self.signals.stops_heard);
     }
 
@@ -309,7 +321,7 @@ impl BackgroundEnd<'_> {
         self.heard().disturbances
     }
 
-    /// Counts a frame of a host of the same protocol.
+    /// Counts a frame of the host that drives.
     pub(crate) fn count_host_frame(&self) {
         raise(&self.signals.host_frames);
     }
@@ -324,6 +336,22 @@ impl BackgroundEnd<'_> {
         let [last, longest] =
             [&self.signals.cycles, &self.signals.longest].map(|of| of.load(Ordering::Relaxed));
         (longest > 0).then_some(InterruptCycles { last, longest })
+    }
+
+    /// The count of the last sample.
+    pub(crate) fn count(&self) -> i32 {
+        self.signals.count.load(Ordering::Relaxed).cast_signed()
+    }
+
+    /// The count at which the last run has started, or would start now.
+    pub(crate) fn started_at(&self) -> i32 {
+        let started_at = self.signals.started_at.load(Ordering::Relaxed);
+        started_at.cast_signed()
+    }
+
+    /// The counts that the disabled axis has coasted in a window.
+    pub(crate) fn coasted(&self) -> u32 {
+        self.signals.coasted.load(Ordering::Relaxed)
     }
 
     /// The samples for which the axis has stood while it was disabled.
@@ -386,9 +414,24 @@ impl InterruptEnd<'_> {
         self.solutions.dequeue().is_some()
     }
 
-    /// Sets the samples for which the axis has stood while it was disabled.
-    pub(crate) fn set_standstill(&self, samples: u32) {
+    /// Sets the samples for which the disabled axis has stood, and the counts that it has coasted.
+    pub(crate) fn set_standstill(&self, samples: u32, coasted: u32) {
         self.signals.standstill.store(samples, Ordering::Relaxed);
+        self.signals.coasted.store(coasted, Ordering::Relaxed);
+    }
+
+    /// Sets the count of the disabled axis, where a run would start.
+    pub(crate) fn set_start(&self, count: i32) {
+        self.set_count(count);
+        let place = &self.signals.started_at;
+        place.store(count.cast_unsigned(), Ordering::Relaxed);
+    }
+
+    /// Sets the count of a sample.
+    #[inline]
+    fn set_count(&self, count: i32) {
+        let place = &self.signals.count;
+        place.store(count.cast_unsigned(), Ordering::Relaxed);
     }
 
     /// Counts late samples from zero, and looks for the longest interrupt anew.
@@ -406,10 +449,10 @@ impl InterruptEnd<'_> {
         }
     }
 
-    /// Ends a sample that drove the servo: counts it if it ended too late.
+    /// Ends a sample that drove the servo at this count: counts it if it ended too late.
     #[inline]
-    pub(crate) fn end_sample(&self, late: bool) -> bool {
-        self.set_standstill(0);
+    pub(crate) fn end_sample(&self, late: bool, count: i32) -> bool {
+        self.set_count(count);
         if late {
             raise(&self.signals.overruns);
         }
@@ -418,6 +461,12 @@ impl InterruptEnd<'_> {
 
     pub(crate) fn stops(&self) -> u32 {
         self.signals.stops()
+    }
+
+    /// The same without those that were sent again.
+    pub(crate) fn new_stops(&self) -> u32 {
+        let resent = self.signals.stops_resent.load(Ordering::Acquire);
+        self.stops().wrapping_sub(resent)
     }
 
     pub(crate) fn mode_changes(&self) -> u32 {

@@ -1,6 +1,7 @@
 //! Traits and types of a chip that the interrupt runs on.
 
-use drive_link::Fault;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use drive_link::{Fault, Record};
 use identifier_core::drive::{Actuator, PositionSensor};
 
 /// The parts of a chip that the sample interrupt uses.
@@ -25,6 +26,11 @@ pub trait Chip {
     /// Step pulses since the last call: those that came while the direction input was high, less the others. None if
     /// that cannot be known.
     fn steps(&mut self) -> Option<i16>;
+
+    /// Opens or closes the holding brake, where there is one. It closes with a disabled output in any case.
+    fn set_brake(&mut self, open: bool) {
+        let _ = open;
+    }
 
     /// True if the time of the next sample has come.
     fn next_is_due(&self) -> bool;
@@ -77,4 +83,20 @@ pub struct OutputStage {
     pub period: f64,
     /// From the reading of the encoder to the change of the output, s.
     pub command_delay: f64,
+    /// The board that it is on, by the name of its feature in the firmware.
+    pub board: &'static str,
+    /// The servo is simulated, and no output is driven.
+    pub is_simulated: bool,
+}
+
+impl OutputStage {
+    /// The fingerprint of board, build and layout of a record, which every record begins with.
+    pub(crate) fn build(&self) -> u32 {
+        const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+        let mut digest = CHECK.digest();
+        digest.update(&Record::VERSION.to_le_bytes());
+        digest.update(&[self.is_simulated.into()]);
+        digest.update(self.board.as_bytes());
+        digest.finalize()
+    }
 }

@@ -4,14 +4,16 @@ use commissioning::{
     CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, Decision, HoldingGains,
     Phase, RecordEvent,
 };
-use drive_link::{self, Fault, NoGains, NotAllowed, Outcome, Protection};
+use drive_link::{self, Ended, Fault, NoGains, NotAllowed, Outcome, Protection};
+use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
-use identifier_core::reason::Reason;
+use identifier_core::reason::{Reason, StopCategory};
 use identifier_core::units::Units;
 
 use crate::background_watch::DRIVEN_PATIENCE;
+use crate::brake::BrakeTimes;
 use crate::chip::Lines;
-use crate::closed_loop::Handover;
+use crate::closed_loop::{AT_REST, Handover};
 use crate::conversion;
 use crate::ending::{Deadline, Rest};
 use crate::protection::LineWatch;
@@ -39,6 +41,13 @@ pub(crate) struct Commissioning {
     run_origin: Option<i32>,
     /// It holds the servo for a run to resume.
     awaits_resume: bool,
+    /// The command that balances the load, by earlier estimates.
+    balance: f32,
+    brake: Option<BrakeTimes>,
+    /// Its last command holds the servo.
+    holds: bool,
+    /// Steps came, which nothing follows.
+    missed_steps: bool,
     /// Position of a count, rad.
     resolution: f64,
 }
@@ -85,15 +94,64 @@ impl Commissioning {
             started_at: 0,
             run_origin: None,
             awaits_resume: false,
+            balance: 0.0,
+            brake: None,
+            holds: false,
+            missed_steps: false,
             resolution: settings.resolution,
         })
+    }
+
+    /// Sets the command that balances the load, by earlier estimates, and the brake of the axis.
+    pub(crate) fn prepare_hold(&mut self, balance: f32, brake: Option<BrakeTimes>) {
+        (self.balance, self.brake) = (balance, brake);
     }
 
     /// From the count of the servo at rest. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32) {
-        self.state.begin_at(count);
+        if self.balance == 0.0 {
+            self.state.begin_at(count);
+        } else {
+            let last = ControlSample {
+                command: self.balance,
+                ..AT_REST
+            };
+            self.commission.take_over(&mut self.state, count, &last);
+        }
         self.begin(count);
+    }
+
+    /// The times of the axis's brake, if it has one.
+    pub(crate) fn brake(&self) -> Option<BrakeTimes> {
+        self.brake
+    }
+
+    /// Has the old gains, if there are any, hold the servo for this many samples before the first motion.
+    pub(crate) fn wait(&mut self, samples: u32) {
+        self.state.rest_for(samples);
+    }
+
+    /// Ends it, and has the old gains hold the servo until its brake has closed.
+    pub(crate) fn hold(&mut self, ended: Ended) {
+        self.deadline = Deadline::NEVER;
+        if ended == Ended::Stopped {
+            self.end(Reason::Stopped);
+        }
+    }
+
+    /// The reason that it is told to end for: where a brake is to close first, one for which the old gains hold the servo.
+    fn told(&self) -> Option<Reason> {
+        let held = |reason: &Reason| reason.stop_category() == StopCategory::Controlled;
+        match self.stop {
+            Some(reason) if self.brake.is_some() && held(&reason) => Some(Reason::ModeChanged),
+            stop => stop,
+        }
+    }
+
+    /// True if its last command holds the servo.
+    pub(crate) fn holds(&self) -> bool {
+        self.holds
     }
 
     /// In place of a run, under its gains at first. Not inlined, to be seen in the machine code.
@@ -120,10 +178,16 @@ impl Commissioning {
         let origin = self.run_origin.filter(|_| self.awaits_resume)?;
         Some(Handover {
             last: self.state.last_sample()?,
-            count: self.started_at.wrapping_add(self.sample.count),
+            count: self.count(),
             origin,
             rest_count: self.started_at,
+            missed_steps: self.missed_steps,
         })
+    }
+
+    /// The count of the last sample.
+    pub(crate) fn count(&self) -> i32 {
+        self.started_at.wrapping_add(self.sample.count)
     }
 
     /// Samples for which the background may not run.
@@ -173,7 +237,9 @@ impl Commissioning {
     pub(crate) fn outcome(&self) -> Outcome {
         let state = &self.state;
         let (phase, reason) = if state.phase().is_end() {
-            (state.phase(), state.reason())
+            // What it was told is not the reason itself.
+            let told = |reason: &Reason| *reason != Reason::ModeChanged;
+            (state.phase(), state.reason().filter(told).or(self.stop))
         } else {
             (Phase::Aborted, self.stop)
         };
@@ -186,6 +252,12 @@ impl Commissioning {
             noise: state.noise() * self.resolution,
             kept: false,
         }
+    }
+
+    /// Takes in the steps of a sample, none if they are unclear.
+    #[inline]
+    pub(crate) fn miss_steps(&mut self, steps: Option<i16>) {
+        self.missed_steps |= steps != Some(0);
     }
 
     /// Takes in whether a sample ended too late.
@@ -217,7 +289,14 @@ impl Commissioning {
         exchange: impl FnOnce(Option<RecordEvent<f32>>) -> (bool, Option<&'a Decision<f32>>),
     ) -> Course {
         if let Err(fault) = self.lines.check(lines) {
-            self.abort_with_fault(fault);
+            let is_held = fault.stop_category() == StopCategory::Controlled && self.stop.is_none();
+            if is_held && self.brake.is_some() {
+                self.fault = self.fault.or(Some(fault));
+                self.end(fault);
+                self.lines.ignore_switches();
+            } else {
+                self.abort_with_fault(fault);
+            }
         }
         if self.deadline.check().is_some() {
             self.fault = self.fault.or(Some(Fault::LinkLost));
@@ -227,7 +306,7 @@ impl Commissioning {
         let inputs = CommissionInputs {
             count,
             late: self.late,
-            stop: self.stop,
+            stop: self.told(),
         };
         let given = self.commission.control(&mut self.state, &inputs);
         self.act(given, actuator);
@@ -236,6 +315,7 @@ impl Commissioning {
             self.act(step.command, actuator);
         }
         let command = step.command.filter(|_| !self.disabled);
+        self.holds = command.is_some();
         let has_changed = step.phase != self.sample.phase;
         self.sample.update(
             &step,

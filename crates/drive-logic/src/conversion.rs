@@ -35,6 +35,19 @@ pub(crate) fn identified(servo: &IdentifiedServo) -> Estimates {
     }
 }
 
+/// The command that balances the load of a servo, within its limits; zero where load or gain is not known.
+pub(crate) fn balance(known: &Estimates, [low, high]: [f64; 2]) -> f64 {
+    let Estimates {
+        servo, at_bounds, ..
+    } = known;
+    let command = -servo.load / servo.b;
+    // Not a number is none.
+    if at_bounds.b || at_bounds.load || !(servo.b > 0.0 && command.is_finite()) {
+        return 0.0;
+    }
+    command.max(low).min(high)
+}
+
 /// Initial estimates from what is known of the servo. An estimate at a bound is none.
 pub(crate) fn set_initial(known: &Estimates, identifier: &mut IdentifierSettings) {
     let Estimates {

@@ -8,6 +8,8 @@ use crate::time::samples;
 
 /// Counts within which the servo is at rest, and for how long, s.
 const REST_COUNTS: u32 = 4;
+/// Counts by which a displacement is uncertain: each of its ends by one.
+const QUANTISATION_COUNTS: u32 = 2;
 pub(crate) const REST_TIME: f64 = 0.02;
 
 /// A place at which a servo is at standstill: the count, and the samples for which it has been there.
@@ -26,6 +28,79 @@ impl Standstill {
             self.samples = self.samples.saturating_add(1);
         }
         self.samples
+    }
+}
+
+/// The motion of a disabled axis.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Coasting {
+    short: Displacement,
+    long: Displacement,
+    /// A long window is over.
+    is_long_over: bool,
+}
+
+/// The displacement in a window of samples.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Displacement {
+    /// The count at which it began, if it has, and the samples that are left of it.
+    from: Option<i32>,
+    left: u32,
+    /// That of the window before, counts.
+    before: u32,
+}
+
+impl Displacement {
+    /// A sample later; true if the window is over.
+    fn take(&mut self, count: i32, window: u32) -> bool {
+        let from = self.from.unwrap_or(count);
+        if self.from.is_none() {
+            (self.from, self.left) = (Some(count), window);
+            return false;
+        }
+        self.left = self.left.saturating_sub(1);
+        let is_over = self.left == 0;
+        if is_over {
+            self.before = count.wrapping_sub(from).unsigned_abs();
+            (self.from, self.left) = (Some(count), window);
+        }
+        is_over
+    }
+}
+
+impl Coasting {
+    /// A short window is this part of the background's patience, as a power of two: 1.2 ms of 5 s.
+    const SHORT: u32 = 12;
+    /// Short windows of a long one, as a power of two.
+    const LONG: u32 = 4;
+
+    /// Samples of a long window, by the background's patience with a disabled axis.
+    pub(crate) fn window(patience: u32) -> u32 {
+        (patience >> Self::SHORT).max(1) << Self::LONG
+    }
+
+    /// From the count of the last sample before it was disabled.
+    pub(crate) fn begin(count: i32, patience: u32) -> Self {
+        let mut coasting = Self::default();
+        coasting.take(count, patience);
+        coasting
+    }
+
+    /// A sample later: the counts that the axis coasts in a long window. The lesser of what a long and a short window
+    /// show: an axis that has just been put elsewhere moves no longer, and a coarse encoder shows nothing in a short one.
+    pub(crate) fn take(&mut self, count: i32, patience: u32) -> u32 {
+        let long = Self::window(patience);
+        self.short.take(count, long >> Self::LONG);
+        self.is_long_over |= self.long.take(count, long);
+        let in_short = |counts: u32| counts.saturating_mul(1 << Self::LONG);
+        let short = self.short.before;
+        if self.is_long_over {
+            let most = in_short(short.saturating_add(QUANTISATION_COUNTS));
+            let least = self.long.before.saturating_sub(QUANTISATION_COUNTS);
+            least.min(most)
+        } else {
+            in_short(short.saturating_sub(QUANTISATION_COUNTS))
+        }
     }
 }
 
@@ -84,6 +159,15 @@ pub(crate) struct Deadline {
 }
 
 impl Deadline {
+    /// None that a held axis lives to see.
+    pub(crate) const NEVER: Self = Self {
+        left: u32::MAX,
+        begun_with: u32::MAX,
+        run_left: None,
+        max_silence: None,
+        silence: 0,
+    };
+
     /// For a time and a silence of the host, s; 0 for unbounded.
     pub(crate) fn new(duration: f64, link_timeout: f64, units: &Units) -> Self {
         let bound = |time: f64| (time > 0.0).then(|| samples(time, units));
@@ -184,6 +268,11 @@ impl Ending {
         if self.resting.is_none() {
             self.deadline.link_alive();
         }
+    }
+
+    /// It has ended, and the axis is held until its brake has closed.
+    pub(crate) fn hold(&mut self) {
+        self.deadline = Deadline::NEVER;
     }
 
     /// Checks a sample that ended at a count.

@@ -6,7 +6,8 @@ use identifier_core::units::Units;
 
 use crate::chip::Chip;
 use crate::conversion::out_of_range;
-use crate::protection::reach;
+use crate::index_watch::Revolutions;
+use crate::limits::AllowedRange;
 use crate::reference::{Dither, Reference};
 use crate::time::samples;
 
@@ -27,10 +28,13 @@ pub(crate) struct Homing {
     seek: f32,
     approach: f32,
     clearance: i32,
-    /// The largest distance of a target from the origin.
-    reach: i32,
-    /// A revolution, if the home position is an index pulse.
+    /// Where targets may be, from the origin.
+    reach: [i32; 2],
+    /// The largest distance to the index pulse, if that is the home position.
     to_index: Option<i32>,
+    revolutions: Revolutions,
+    /// The distance of the index pulse from the switch's edge.
+    from_edge: Option<i32>,
     offset: i32,
     phase: Phase,
     switch: Switch,
@@ -49,7 +53,10 @@ enum Phase {
     /// Back to the switch's edge, slowly.
     Approach,
     /// On to the index pulse, slowly.
-    Index,
+    Index {
+        /// The count of the switch's edge.
+        edge: i32,
+    },
     /// To the home position.
     Settle {
         /// Its count.
@@ -75,7 +82,11 @@ impl Homing {
         let Some(given) = &settings.homing else {
             return Ok(None);
         };
-        let (reach, most) = (reach(settings), settings.protection.speed);
+        let (reach, most) = (
+            AllowedRange::of_targets(settings),
+            settings.protection.speed,
+        );
+        let [low, high] = reach.ends();
         let positive = f64::MIN_POSITIVE;
         // Not a number is in no range.
         for (name, value, (low, high)) in [
@@ -85,8 +96,13 @@ impl Homing {
                 given.approach,
                 (positive, given.seek.abs()),
             ),
-            ("homing.clearance", given.clearance, (positive, reach)),
-            ("homing.offset", given.offset, (-reach, reach)),
+            (
+                "homing.clearance",
+                given.clearance,
+                (positive, reach.width() / 2.0),
+            ),
+            // The home position is within the travel, as seen from the origin.
+            ("homing.offset", given.offset, (-high, -low)),
         ] {
             if !(low..=high).contains(&value) {
                 return Err(out_of_range(name, value, (low, high)));
@@ -101,8 +117,10 @@ impl Homing {
             seek: speed(given.seek.abs()),
             approach: speed(given.approach),
             clearance: counts(given.clearance).max(1),
-            reach: counts(reach),
+            reach: reach.counts(units),
             to_index: given.index.then(|| counts(revolution)),
+            revolutions: Revolutions::new(units),
+            from_edge: None,
             offset: counts(given.offset),
             phase: Phase::Idle,
             switch: Switch {
@@ -113,6 +131,25 @@ impl Homing {
             },
             dither: None,
         }))
+    }
+
+    /// The distance of the index pulse from the edge of the home switch, counts, if this run has found both.
+    pub(crate) fn from_edge(&self) -> Option<i32> {
+        self.from_edge
+    }
+
+    /// True if the home position is an index pulse.
+    pub(crate) fn has_index(&self) -> bool {
+        self.to_index.is_some()
+    }
+
+    /// Checks a pulse of an axis with this origin.
+    ///
+    /// # Errors
+    /// [`Fault::IndexShifted`].
+    pub(crate) fn check_pulse(&self, pulse: i32, origin: i32) -> Result<(), Fault> {
+        let home = origin.wrapping_sub(self.offset);
+        self.revolutions.check_pulse(pulse, home)
     }
 
     /// True on the way.
@@ -138,8 +175,9 @@ impl Homing {
             self.leave(count, origin, reference);
         } else {
             self.phase = Phase::Seek;
-            let end = origin.wrapping_add(self.direction * self.reach);
-            reference.send_at(end, self.seek);
+            let [low, high] = self.reach;
+            let end = if self.direction > 0 { high } else { low };
+            reference.send_at(origin.wrapping_add(end), self.seek);
         }
     }
 
@@ -165,7 +203,7 @@ impl Homing {
                 if let Some(to_index) = self.to_index {
                     // One on the switch does not count.
                     let _ = chip.index();
-                    self.phase = Phase::Index;
+                    self.phase = Phase::Index { edge: here };
                     self.send(here, -self.direction * to_index, origin, reference);
                 } else {
                     self.phase = Phase::Approach;
@@ -174,8 +212,13 @@ impl Homing {
                 }
             }
             Phase::Approach if is_closed => self.settle(edge.unwrap_or(count), reference),
-            Phase::Index => match chip.index() {
-                Some(home) => self.settle(home, reference),
+            Phase::Index { edge } => match chip.index() {
+                Some(home) => {
+                    let from_edge = home.wrapping_sub(edge);
+                    self.from_edge = Some(from_edge);
+                    self.revolutions.check_home(from_edge)?;
+                    self.settle(home, reference);
+                }
                 None if arrived => return Err(Fault::IndexNotFound),
                 None => {}
             },
@@ -205,7 +248,8 @@ impl Homing {
     fn send(&self, count: i32, way: i32, origin: i32, reference: &mut Reference) {
         let from_origin = count.wrapping_sub(origin).saturating_add(way);
         // Not `clamp`, which panics on a range that is none.
-        let target = from_origin.min(self.reach).max(-self.reach);
+        let [low, high] = self.reach;
+        let target = from_origin.min(high).max(low);
         reference.send_at(origin.wrapping_add(target), self.approach);
     }
 }

@@ -20,6 +20,7 @@
 #![deny(missing_docs)]
 
 mod background_watch;
+mod brake;
 mod channel;
 mod chip;
 mod closed_loop;
@@ -30,6 +31,8 @@ mod ending;
 mod guide;
 mod homing;
 mod image;
+mod index_watch;
+mod limits;
 mod listener;
 mod messages;
 mod outside;

@@ -26,7 +26,7 @@ impl<'a> LineListener<'a> {
     #[inline]
     pub fn take(&mut self, byte: u8) {
         if self.stops.take(byte) {
-            self.end.stop();
+            self.end.stop(self.stops.is_resent());
         }
     }
 

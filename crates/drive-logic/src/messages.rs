@@ -3,9 +3,10 @@
 use commissioning::Phase;
 use drive_link::{Ended, Fault, Noticed};
 
+use crate::brake::BrakeTimes;
 use crate::closed_loop::Settled;
 use crate::commissioning::Commissioning;
-use crate::guide::Origin;
+use crate::guide::{Origin, Target};
 use crate::run::Run;
 use crate::telemetry::{CommissionSample, Counts, RunSample};
 
@@ -19,6 +20,40 @@ pub(crate) enum Mode {
     Commissioning(&'static mut Commissioning),
 }
 
+impl Mode {
+    /// The times of the axis's brake, if it has one.
+    pub(crate) fn brake(&self) -> Option<BrakeTimes> {
+        match self {
+            Self::Run(run) => run.brake(),
+            Self::Commissioning(commissioning) => commissioning.brake(),
+        }
+    }
+
+    /// True if its last command holds the servo.
+    pub(crate) fn holds(&self) -> bool {
+        match self {
+            Self::Run(run) => run.has_run(),
+            Self::Commissioning(commissioning) => commissioning.holds(),
+        }
+    }
+
+    /// Holds the servo at rest while its brake opens, for this many samples.
+    pub(crate) fn wait(&mut self, samples: u32) {
+        match self {
+            Self::Run(run) => run.wait(),
+            Self::Commissioning(commissioning) => commissioning.wait(samples),
+        }
+    }
+
+    /// Holds the servo for an end while its brake closes.
+    pub(crate) fn hold(&mut self, ended: Ended) {
+        match self {
+            Self::Run(run) => run.hold(ended),
+            Self::Commissioning(commissioning) => commissioning.hold(ended),
+        }
+    }
+}
+
 /// An order of the background.
 #[derive(Debug)]
 pub(crate) enum Order {
@@ -27,8 +62,8 @@ pub(crate) enum Order {
     /// Drive the servo with this mode and end the present one. A commissioning replaces the run, and a run replaces a
     /// commissioning that holds the servo.
     Replace(Mode),
-    /// Send the servo to a target, counts from the start.
-    Target(i32),
+    /// Send the servo to a target.
+    Target(Target),
     /// Drive the axis home.
     Home,
     /// Clear a fault, if its cause is gone.
@@ -72,6 +107,10 @@ pub(crate) struct InterruptState {
     pub(crate) phase: Option<Phase>,
     /// The origin of targets and travel, in a run.
     pub(crate) origin: Option<Origin>,
+    /// The distance of the index pulse from the edge of the home switch, counts, if a run has found both.
+    pub(crate) index_from_edge: Option<i32>,
+    /// The servo is held until its brake has closed.
+    pub(crate) closes_brake: bool,
     /// A commissioning is over and holds the servo for a run to resume.
     pub(crate) awaits_resume: bool,
     /// The stops that were obeyed.

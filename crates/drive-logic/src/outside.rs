@@ -5,7 +5,8 @@ use identifier_core::units::Units;
 
 use crate::chip::Chip;
 use crate::conversion::out_of_range;
-use crate::protection::{is_within, reach};
+use crate::limits::AllowedRange;
+use crate::protection::is_within;
 use crate::reference::Reference;
 use crate::time::samples;
 
@@ -29,10 +30,12 @@ pub(crate) struct Outside {
     base: i32,
     /// Counts by which the reference may lag behind.
     max_lag: u32,
-    /// The largest distance of a target from the origin, counts.
-    reach: u32,
+    /// Where targets may be, counts from the origin.
+    reach: [i32; 2],
     /// Nothing was read from the input yet.
     is_fresh: bool,
+    /// Steps came while nothing followed them.
+    missed: bool,
 }
 
 impl Outside {
@@ -44,8 +47,8 @@ impl Outside {
         let TargetSource::Steps { step } = settings.source else {
             return Ok(None);
         };
-        let farthest = reach(settings);
-        let most = farthest.min(MAX_STEP_COUNTS * units.position_unit());
+        let reach = AllowedRange::of_targets(settings);
+        let most = (reach.width() / 2.0).min(MAX_STEP_COUNTS * units.position_unit());
         let size = step.abs();
         if !(size > 0.0 && size <= most) {
             return Err(out_of_range("source.step", step, (-most, most)));
@@ -59,15 +62,21 @@ impl Outside {
             base: 0,
             // A cast saturates.
             max_lag: (lag as u32).min(i32::MAX.unsigned_abs()),
-            // Within 2³⁰ counts.
-            reach: (farthest * units.position()) as u32 + 1,
+            reach: reach.counts(units),
             is_fresh: true,
+            missed: false,
         }))
     }
 
     /// Counts from a count on; what the input has seen before does not count.
     pub(crate) fn begin(&mut self, count: i32) {
         (self.is_fresh, self.gone, self.base) = (true, 0, count);
+    }
+
+    /// Counts from a count on again, after a time in which steps may have come that nothing followed.
+    pub(crate) fn resume(&mut self, count: i32, missed: bool) {
+        self.begin(count);
+        (self.is_fresh, self.missed) = (false, missed);
     }
 
     /// Sends the reference on.
@@ -80,6 +89,9 @@ impl Outside {
         origin: i32,
         reference: &mut Reference,
     ) -> Result<(), Fault> {
+        if self.missed {
+            return Err(Fault::StepsMissed);
+        }
         let steps = chip.steps();
         if core::mem::replace(&mut self.is_fresh, false) {
             return Ok(());
@@ -92,7 +104,9 @@ impl Outside {
         self.gone += i64::from(steps) * self.step;
         let rounded = self.gone + (1 << (FRACTION_BITS - 1));
         let target = self.base.wrapping_add((rounded >> FRACTION_BITS) as i32);
-        if !is_within(target.wrapping_sub(origin), self.reach) {
+        let [low, high] = self.reach;
+        // Steps are rounded to a count.
+        if !(low - 1..=high + 1).contains(&target.wrapping_sub(origin)) {
             return Err(Fault::TargetOutside);
         }
         reference.send(target);

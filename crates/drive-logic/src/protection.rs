@@ -1,7 +1,7 @@
 //! The supervision that disables a driven servo.
 
 use commissioning::watch::LateSamples;
-use drive_link::{Dither, Fault, NotAllowed, Settings};
+use drive_link::{Dither, Ended, Fault, NotAllowed, Settings, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::number::Number;
 use identifier_core::settings::ControllerSettings;
@@ -9,16 +9,14 @@ use identifier_core::units::Units;
 
 use crate::chip::Lines;
 use crate::closed_loop::Handover;
-use crate::conversion::{out_of_range, too_small};
+use crate::conversion::{out_of_range, refusal, too_small};
+use crate::limits::{AMPLITUDES_OF_TRAVEL, AllowedRange};
 use crate::reference::MAX_DISTANCE_COUNTS;
 use crate::time::samples;
 
 /// Amplitudes of the dither for which the largest position error must leave room. They are a step of two, and the
 /// overshoot that the step before may have left.
 const AMPLITUDES_OF_ERROR: f64 = 3.0;
-
-/// Amplitudes of the dither by which targets stay within the travel.
-const AMPLITUDES_OF_TRAVEL: f64 = 2.0;
 
 /// Part of the command that the dither requests and that must move the servo. Otherwise there is nothing to identify
 /// from, or no encoder.
@@ -46,7 +44,9 @@ const DEBOUNCE: f64 = 2e-3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Protection {
     following_error: f32,
-    travel: u32,
+    /// The lower end of the travel, and the distance of the upper one from there, counts.
+    lowest: i32,
+    width: u32,
     /// The count from which the travel counts.
     origin: i32,
     speed: SpeedWatch,
@@ -79,6 +79,9 @@ struct StallWatch {
     at_rest: f32,
 }
 
+/// The longest link timeout, s: about the longest that a heartbeat of CANopen may be apart (16 bits of ms, CiA 301).
+const MAX_LINK_TIMEOUT: f64 = 60.0;
+
 /// The largest position error, rad, speed, rad/s, and time, s, that the samples compute with.
 pub(crate) fn largest(units: &Units) -> [f64; 3] {
     /// Counts in a sample that an encoder's counter of 16 bits distinguishes from those of the other direction.
@@ -101,11 +104,6 @@ pub(crate) fn check_limit(name: &str, value: f64, most: f64) -> Result<(), NotAl
     }
 }
 
-/// The largest distance of a target from where the servo started, rad.
-pub(crate) fn reach(settings: &Settings) -> f64 {
-    settings.protection.travel - AMPLITUDES_OF_TRAVEL * settings.dither.amplitude
-}
-
 impl Protection {
     /// The protection of a run with this controller.
     ///
@@ -118,13 +116,21 @@ impl Protection {
     ) -> Result<Self, NotAllowed> {
         let given = &settings.protection;
         let [farthest, fastest, longest] = largest(units);
+        let travel = AllowedRange::new(given.travel);
+        if !(travel.contains(0.0) && travel.width() > 0.0) {
+            let given = given.travel;
+            return Err(refusal("travel", Why::WithoutStart { given }));
+        }
+        let most = MAX_DISTANCE_COUNTS * units.position_unit();
+        if let Some(end) = travel.ends().into_iter().find(|end| end.abs() > most) {
+            return Err(out_of_range("travel", end, (-most, most)));
+        }
+        // The reference and the servo are within the travel: a larger error ends nothing.
+        let largest_error = farthest.min(travel.width());
+        if !(given.following_error > 0.0 && given.following_error <= farthest) {
+            check_limit("following_error", given.following_error, largest_error)?;
+        }
         for (name, value, most) in [
-            ("following_error", given.following_error, farthest),
-            (
-                "travel",
-                given.travel,
-                MAX_DISTANCE_COUNTS * units.position_unit(),
-            ),
             ("pace", given.pace, fastest),
             ("speed", given.speed, fastest),
             ("breakaway", given.breakaway, 1.0),
@@ -133,13 +139,17 @@ impl Protection {
         ] {
             check_limit(name, value, most)?;
         }
-        for (name, value) in [
-            ("duration", given.duration),
-            ("link_timeout", given.link_timeout),
+        for (name, value, most) in [
+            ("duration", given.duration, longest),
+            (
+                "link_timeout",
+                given.link_timeout,
+                longest.min(MAX_LINK_TIMEOUT),
+            ),
         ] {
             // Zero is none.
             if value != 0.0 {
-                check_limit(name, value, longest)?;
+                check_limit(name, value, most)?;
             }
         }
         if given.overruns == 0 {
@@ -149,6 +159,7 @@ impl Protection {
         let limit = high.min(-low);
         let breakaway = given.breakaway * limit;
         let Dither { amplitude, .. } = settings.dither;
+        let [below, above] = travel.ends().map(f64::abs);
         for (name, value, least, other) in [
             (
                 "following_error",
@@ -158,7 +169,7 @@ impl Protection {
             ),
             (
                 "travel",
-                given.travel,
+                below.min(above),
                 AMPLITUDES_OF_TRAVEL * amplitude,
                 "dither's amplitude",
             ),
@@ -168,6 +179,7 @@ impl Protection {
                 return Err(too_small(name, value, least, other));
             }
         }
+        check_limit("following_error", given.following_error, largest_error)?;
         let of_dither = SHARE_OF_DITHER * controller.kp * amplitude;
         let stalls_at = if of_dither > 0.0 {
             breakaway.min(of_dither)
@@ -175,11 +187,14 @@ impl Protection {
             breakaway
         };
         let interval = samples(SPEED_TIME, units);
+        let [low, high] = travel.ends().map(|end| end * units.position());
+        let lowest = (low - QUANTISATION_COUNTS) as i32;
         let counts_in_interval = given.speed * units.velocity() * f64::from(interval);
         Ok(Self {
             following_error: f32::from_f64(given.following_error * units.position()),
-            // Within 2³⁰ counts.
-            travel: (given.travel * units.position() + QUANTISATION_COUNTS) as u32,
+            lowest,
+            // Both ends are within 2³⁰ counts.
+            width: ((high + QUANTISATION_COUNTS) as i32).wrapping_sub(lowest) as u32,
             origin: 0,
             speed: SpeedWatch {
                 interval,
@@ -201,22 +216,24 @@ impl Protection {
         })
     }
 
-    /// From the count of the servo at rest; the travel counts from an origin.
-    pub(crate) fn start(&mut self, count: i32, origin: i32) {
-        self.origin = origin;
-        self.speed.from = count;
-        self.stall.from = count;
-    }
-
-    /// From where another mode has held the servo.
-    pub(crate) fn take_over(&mut self, handover: &Handover) {
-        self.start(handover.count, handover.origin);
+    /// From where another mode, or the load's command, has held the servo; the travel counts from an origin.
+    pub(crate) fn start(&mut self, handover: &Handover) {
+        self.origin = handover.origin;
+        self.speed.from = handover.count;
+        self.stall.from = handover.count;
         self.stall.at_rest = handover.last.command;
     }
 
     /// The travel counts from another origin.
     pub(crate) fn set_origin(&mut self, origin: i32) {
         self.origin = origin;
+    }
+
+    /// It has ended, and the axis is held until its brake has closed: a limit switch that ended it stays open.
+    pub(crate) fn hold(&mut self, ended: Ended) {
+        if ended == Ended::Faulted(Fault::LimitSwitch) {
+            self.lines.ignore_switches();
+        }
     }
 
     /// Checks the lines, before the servo is moved.
@@ -231,8 +248,8 @@ impl Protection {
         if sample.error.abs() > self.following_error {
             return Err(Fault::FollowingError);
         }
-        let gone = count.wrapping_sub(self.origin);
-        if !is_within(gone, self.travel) {
+        let above_lowest = count.wrapping_sub(self.origin).wrapping_sub(self.lowest);
+        if above_lowest.cast_unsigned() > self.width {
             return Err(Fault::TravelLeft);
         }
         self.speed.check(count)?;
@@ -262,6 +279,11 @@ impl LineWatch {
             open: 0,
             max_open: samples(DEBOUNCE, units),
         }
+    }
+
+    /// Has an open limit switch end nothing any longer.
+    pub(crate) fn ignore_switches(&mut self) {
+        self.max_open = u32::MAX;
     }
 
     /// Checks the lines of a sample.

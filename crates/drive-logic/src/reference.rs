@@ -27,8 +27,18 @@ pub(crate) struct Reference {
     /// The way to the target: whole counts, and less than one count on top.
     at: Setpoint<f32>,
     arrived: bool,
+    progress: Progress,
+}
+
+/// Whether the reference follows its target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Progress {
+    /// It does.
+    Follows,
+    /// It will, with this dither.
+    Waits(Option<Dither>),
     /// It stays where it is, in spite of new targets.
-    stays: bool,
+    Stays,
 }
 
 impl Reference {
@@ -55,14 +65,18 @@ impl Reference {
                 offset: 0.0,
             },
             arrived: true,
-            stays: false,
+            progress: Progress::Follows,
         })
     }
 
-    /// Stays at the servo's position.
-    pub(crate) fn start(&mut self, count: i32) {
-        self.target = count;
-        self.at = Setpoint { count, offset: 0.0 };
+    /// Stays at the servo's position, or the offset from it by which a loop without integral holds the load.
+    pub(crate) fn start(&mut self, count: i32, offset: f32) {
+        let whole = offset as i32;
+        self.target = count.wrapping_add(whole);
+        self.at = Setpoint {
+            count: self.target,
+            offset: offset - whole as f32,
+        };
         self.arrived = true;
     }
 
@@ -74,9 +88,9 @@ impl Reference {
 
     /// Sends the servo elsewhere.
     pub(crate) fn send(&mut self, target: i32) {
-        if !self.stays {
+        if !self.stays() {
             self.target = target;
-            self.arrived = false;
+            self.arrived &= self.waits();
         }
     }
 
@@ -118,7 +132,25 @@ impl Reference {
 
     /// True if it stays where it is, in spite of new targets.
     pub(crate) fn stays(&self) -> bool {
-        self.stays
+        self.progress == Progress::Stays
+    }
+
+    /// True if it waits where it is, in spite of its target.
+    pub(crate) fn waits(&self) -> bool {
+        matches!(self.progress, Progress::Waits(_))
+    }
+
+    /// Waits where it is, without dither, until [`go`](Self::go).
+    pub(crate) fn wait(&mut self) {
+        self.progress = Progress::Waits(self.dither.take());
+    }
+
+    /// Follows its target after it has waited.
+    pub(crate) fn go(&mut self) {
+        if let Progress::Waits(dither) = self.progress {
+            (self.dither, self.progress) = (dither, Progress::Follows);
+            self.arrived = self.target == self.at.count;
+        }
     }
 
     /// Stays where it is from now on, without dither.
@@ -127,7 +159,7 @@ impl Reference {
     pub(crate) fn stay(&mut self) {
         self.dither = None;
         self.send(self.at.count);
-        self.stays = true;
+        self.progress = Progress::Stays;
     }
 
     /// The setpoint of this sample.
@@ -166,7 +198,7 @@ impl Reference {
 
 #[cfg(test)]
 mod tests {
-    use super::{Reference, Setpoint};
+    use super::{Progress, Reference, Setpoint};
     use proptest::prelude::*;
 
     proptest! {
@@ -183,9 +215,9 @@ mod tests {
                 target: 0,
                 at: Setpoint { count: 0, offset: 0.0 },
                 arrived: true,
-                stays: false,
+                progress: Progress::Follows,
             };
-            reference.start(start);
+            reference.start(start, 0.0);
             let target = start.wrapping_add(away);
             reference.send(target);
             let needed = f64::from(away.abs()) / f64::from(pace);

@@ -4,7 +4,9 @@ use commissioning::servo_change::ServoChangeState;
 use commissioning::watch::{
     KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
 };
-use drive_link::{Ended, Estimator, Fault, LoopSettings, NotAllowed, ServoChanges, Settings, Why};
+use drive_link::{
+    Ended, Estimates, Estimator, Fault, LoopSettings, NotAllowed, ServoChanges, Settings, Why,
+};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::OutOfRange;
@@ -14,11 +16,14 @@ use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
 
 use crate::background_watch::DRIVEN_PATIENCE;
+use crate::brake::BrakeTimes;
 use crate::chip::{Chip, Lines, OutputStage};
-use crate::closed_loop::{self, ClosedLoop, Fitted, Handover, Settled, StepMonitor, StepResult};
+use crate::closed_loop::{
+    self, AT_REST, ClosedLoop, FirstMotion, Fitted, Handover, Settled, StepMonitor, StepResult,
+};
 use crate::conversion;
 use crate::ending::{Course, Ending};
-use crate::guide::{Guide, Origin};
+use crate::guide::{Guide, Origin, Target};
 use crate::protection::Protection;
 use crate::reference::Reference;
 use crate::telemetry::{Counts, RunSample};
@@ -37,6 +42,7 @@ const MAX_SAMPLE_TIME: f64 = 1e-3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Run {
     closed_loop: ClosedLoop,
+    first_motion: FirstMotion,
     reference: Reference,
     protection: Protection,
     watch: ServoWatch<f32>,
@@ -49,6 +55,7 @@ pub(crate) struct Run {
     background_patience: u32,
     /// Samples from one examination of the estimates to the next; 0 for none.
     examination_interval: u16,
+    brake: Option<BrakeTimes>,
     sample: u32,
     guide: Guide,
     /// The last sample, its count, and that from which targets and travel count.
@@ -56,14 +63,6 @@ pub(crate) struct Run {
     count: i32,
     origin: i32,
 }
-
-/// Before the first sample.
-const AT_REST: ControlSample<f32> = ControlSample {
-    error: 0.0,
-    increment: 0.0,
-    velocity: 0.0,
-    command: 0.0,
-};
 
 impl Run {
     /// # Errors
@@ -93,7 +92,13 @@ impl Run {
             ending: Ending::new(&settings.protection, &units),
             background_patience: samples(DRIVEN_PATIENCE, &units),
             examination_interval: examination_interval(settings, &units)?,
+            brake: BrakeTimes::new(settings.brake.as_ref(), &units)?,
             closed_loop: ClosedLoop::new(&loop_settings(settings))?,
+            first_motion: FirstMotion::new(
+                axis.command,
+                settings.protection.breakaway,
+                core.sample_time,
+            ),
             sample: 0,
             last: AT_REST,
             count: 0,
@@ -117,6 +122,7 @@ impl Run {
         let range = |error: OutOfRange| conversion::not_allowed(error.into());
         let units = core.units().map_err(range)?;
         examination_interval(settings, &units)?;
+        BrakeTimes::new(settings.brake.as_ref(), &units)?;
         Reference::new(settings, &units).map_err(range)?;
         let none = ControllerSettings::pid(0.0, 0.0, 0.0).limited(stage.full_scale);
         Protection::new(settings, &none, &units)?;
@@ -129,20 +135,41 @@ impl Run {
         self.closed_loop.know(servo, motion);
         if let Some(known) = KnownServo::from_identified(&self.axis, servo) {
             self.watch.know(&mut self.watched, &known);
+            self.first_motion.know();
         }
+    }
+
+    /// Starts under the command that balances the load of this servo. The integral gives it or, without one, an offset
+    /// of the reference.
+    pub(crate) fn balance(&mut self, known: &Estimates, settings: &Settings) {
+        let core = &settings.closed_loop.core;
+        let (Some(controller), Ok(units)) = (&core.controller, core.units()) else {
+            return;
+        };
+        let command = conversion::balance(known, controller.limit);
+        let offset = if controller.ki == 0.0 && controller.kp > 0.0 {
+            command / controller.kp * units.position()
+        } else {
+            0.0
+        };
+        self.last.command = command as f32;
+        self.last.error = offset as f32;
     }
 
     /// From the count of the servo at rest. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32) {
-        self.closed_loop.start(count);
-        self.reference.start(count);
-        self.watched_from = count;
         self.origin = match self.guide.origin() {
             Origin::Found(origin) => origin,
             Origin::Start | Origin::Sought => count,
         };
-        self.protection.start(count, self.origin);
+        self.count = count;
+        let handover = self.handover();
+        self.closed_loop.start(&handover);
+        self.first_motion.take_over(handover.last.command);
+        self.reference.start(count, self.last.error);
+        self.watched_from = count;
+        self.protection.start(&handover);
         self.guide.begin(count);
     }
 
@@ -153,11 +180,13 @@ impl Run {
             count,
             origin,
             rest_count,
+            missed_steps,
         } = *handover;
         self.closed_loop.take_over(handover);
+        self.first_motion.take_over(last.command);
         self.reference.resume_to(rest_count, count, last.error);
-        self.protection.take_over(handover);
-        self.guide.begin(rest_count);
+        self.protection.start(handover);
+        self.guide.resume(rest_count, missed_steps);
         self.origin = origin;
         (self.last, self.count, self.watched_from) = (last, count, count);
     }
@@ -169,7 +198,30 @@ impl Run {
             count: self.count,
             origin: self.origin,
             rest_count: self.count,
+            missed_steps: false,
         }
+    }
+
+    /// The times of the axis's brake, if it has one.
+    pub(crate) fn brake(&self) -> Option<BrakeTimes> {
+        self.brake
+    }
+
+    /// Holds the servo where it is until [`go`](Self::go).
+    pub(crate) fn wait(&mut self) {
+        self.reference.wait();
+    }
+
+    /// Follows its targets after it has waited.
+    pub(crate) fn go(&mut self) {
+        self.reference.go();
+    }
+
+    /// Has ended, and holds the servo where it is until its brake has closed.
+    pub(crate) fn hold(&mut self, ended: Ended) {
+        self.reference.stay();
+        self.ending.hold();
+        self.protection.hold(ended);
     }
 
     /// Samples for which the background may not run.
@@ -182,16 +234,22 @@ impl Run {
         self.ending.link_alive();
     }
 
-    /// Sends the servo to a target of the host, counts from the origin.
-    pub(crate) fn set_target(&mut self, counts: i32) {
+    /// Sends the servo to a target of the host.
+    pub(crate) fn set_target(&mut self, target: Target) {
         if self.guide.takes_targets() {
-            self.reference.send(self.origin.wrapping_add(counts));
+            let target = self.origin.wrapping_add(target.from_origin());
+            self.reference.send(target);
         }
     }
 
     /// Drives the axis home.
     pub(crate) fn home(&mut self) {
         self.guide.home();
+    }
+
+    /// The distance of the index pulse from the edge of the home switch, counts, if this run has found both.
+    pub(crate) fn index_from_edge(&self) -> Option<i32> {
+        self.guide.index_from_edge()
     }
 
     /// The origin of targets and travel.
@@ -221,6 +279,12 @@ impl Run {
         self.origin = origin;
         self.protection.set_origin(origin);
         Ok(true)
+    }
+
+    /// The count of the last sample.
+    #[inline]
+    pub(crate) fn count(&self) -> i32 {
+        self.count
     }
 
     /// Its loop.
@@ -291,6 +355,7 @@ impl Run {
     ) -> Result<(ControlSample<f32>, Update<f32>), Ended> {
         let Self {
             closed_loop,
+            first_motion,
             reference,
             protection,
             watch,
@@ -314,7 +379,8 @@ impl Run {
             last,
             last_count,
         };
-        let done = closed_loop.sample(setpoint, sensor, actuator, monitor)?;
+        let done = closed_loop.sample(setpoint, sensor, actuator, first_motion, monitor)?;
+        first_motion.check().map_err(Ended::Faulted)?;
         *sample = sample.wrapping_add(1);
         Ok(done)
     }

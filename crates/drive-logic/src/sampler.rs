@@ -4,13 +4,14 @@ use drive_link::{Ended, Fault};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::Update;
-use identifier_core::reason::Reason;
+use identifier_core::reason::{Reason, StopCategory};
 
 use crate::background_watch::BackgroundWatch;
+use crate::brake::{BrakeMotion, BrakeTimes};
 use crate::channel::{InterruptEnd, Recorded, Solution};
 use crate::chip::{Chip, Lines};
 use crate::commissioning::Course;
-use crate::ending::Standstill;
+use crate::ending::{Coasting, Standstill};
 use crate::messages::{Event, Examination, InterruptState, Mode, Order};
 use crate::run::Run;
 use crate::telemetry::{Counts, ReportTimer};
@@ -21,6 +22,7 @@ pub struct Sampler<'a> {
     channel: InterruptEnd<'a>,
     /// The mode that drives the servo; none while the servo is disabled.
     mode: Option<Mode>,
+    brake: BrakeMotion,
     fault: Option<Fault>,
     /// How the last run ended.
     ended: Option<Ended>,
@@ -31,6 +33,7 @@ pub struct Sampler<'a> {
     /// Frames of the host, stops and changes of mode that were taken in.
     host_frames: u32,
     stops: u32,
+    new_stops: u32,
     mode_changes: u32,
     /// The state has changed and its report has found no room yet.
     report_pending: bool,
@@ -38,8 +41,9 @@ pub struct Sampler<'a> {
     examination_timer: ReportTimer,
     counts: Counts,
     background: BackgroundWatch,
-    /// The standstill of the disabled axis.
+    /// Standstill and motion of the disabled axis.
     standstill: Standstill,
+    coasting: Coasting,
 }
 
 impl<'a> Sampler<'a> {
@@ -50,9 +54,11 @@ impl<'a> Sampler<'a> {
             requests: channel.requests().wrapping_sub(1),
             host_frames: channel.host_frames(),
             stops: channel.stops(),
+            new_stops: channel.new_stops(),
             mode_changes: channel.mode_changes(),
             channel,
             mode: None,
+            brake: BrakeMotion::Settled,
             fault: found_at_boot.err(),
             ended: None,
             returned: None,
@@ -62,6 +68,7 @@ impl<'a> Sampler<'a> {
             counts: Counts::default(),
             background: BackgroundWatch::new(),
             standstill: Standstill::default(),
+            coasting: Coasting::default(),
         }
     }
 
@@ -78,8 +85,7 @@ impl<'a> Sampler<'a> {
     fn sample<C: Chip>(&mut self, chip: &mut C) {
         let lines = chip.lines();
         if self.channel.requests() != self.requests {
-            let (sensor, output) = chip.servo();
-            self.obey(lines, sensor, output);
+            self.obey(lines, chip);
         }
         let Some(Mode::Run(run)) = &mut self.mode else {
             return self.without_a_run(lines, chip);
@@ -113,18 +119,14 @@ impl<'a> Sampler<'a> {
                     let _ = channel.report(examined);
                 }
             }
-            Err(ended) => return self.end_run(ended, output),
+            Err(ended) => return self.end_run(ended, chip),
         }
         let guided = run.guide(chip);
-        self.standstill = Standstill::default();
-        let late = self.channel.end_sample(chip.next_is_due());
+        let late = self.channel.end_sample(chip.next_is_due(), run.count());
         match guided.and_then(|is_home| run.end_sample(late).map(|()| is_home)) {
             Ok(false) => {}
             Ok(true) => self.report_state(),
-            Err(ended) => {
-                let (_, output) = chip.servo();
-                return self.end_run(ended, output);
-            }
+            Err(ended) => return self.end_run(ended, chip),
         }
         self.hear();
         self.feed_watchdog(chip);
@@ -137,6 +139,7 @@ impl<'a> Sampler<'a> {
         let Some(Mode::Commissioning(commissioning)) = &mut self.mode else {
             return self.rest(chip);
         };
+        commissioning.miss_steps(chip.steps());
         let (sensor, output) = chip.servo();
         let channel = &mut self.channel;
         let course = commissioning.step(lines, sensor, output, |event| {
@@ -148,10 +151,17 @@ impl<'a> Sampler<'a> {
             (has_room, decision)
         });
         self.channel.drop_solution();
+        let holds = commissioning.holds();
         match course {
             Course::Continues => {}
             Course::NextPhase | Course::AwaitsResume => self.report_state(),
-            Course::Over => return self.end_mode(output),
+            // It holds the servo until its brake has closed.
+            Course::Over if holds && self.closes_brake() => {}
+            Course::Over => {
+                if !self.begin_closing(Ended::Over, chip) {
+                    return self.end_mode(chip);
+                }
+            }
         }
         let Some(Mode::Commissioning(commissioning)) = &mut self.mode else {
             return;
@@ -162,8 +172,8 @@ impl<'a> Sampler<'a> {
                 self.counts.dropped = self.counts.dropped.saturating_add(1);
             }
         }
-        self.standstill = Standstill::default();
-        commissioning.end_sample(self.channel.end_sample(chip.next_is_due()));
+        let count = commissioning.count();
+        commissioning.end_sample(self.channel.end_sample(chip.next_is_due(), count));
         self.hear();
         self.feed_watchdog(chip);
     }
@@ -174,15 +184,21 @@ impl<'a> Sampler<'a> {
         let (sensor, output) = chip.servo();
         // Read even so: a counter of few bits that wraps unread loses its turns.
         let count = sensor.count();
-        let stands_for = count.map_or(0, |count| self.standstill.take(count));
-        self.channel.set_standstill(stands_for);
+        // It follows the sample time that was configured since.
+        let patience = self.channel.disabled_patience();
+        if let Ok(count) = count {
+            self.channel.set_start(count);
+            let stands_for = self.standstill.take(count);
+            let coasted = self.coasting.take(count, patience);
+            self.channel.set_standstill(stands_for, coasted);
+        } else {
+            self.channel.set_standstill(0, 0);
+        }
         let is_disabled = output.release().is_ok();
         if !is_disabled && self.fault.is_none() {
             self.fault = Some(Fault::ActuatorFailed);
             self.report_state();
         }
-        // It follows the sample time that was configured since.
-        let patience = self.channel.disabled_patience();
         self.background.set_patience(patience);
         self.feed_watchdog(chip);
     }
@@ -210,16 +226,12 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Obeys a stop, reports a pending state, and does the next order, one per sample, until nothing is left.
+    /// Goes on with the brake, obeys a stop, reports a pending state, and does the next order, one per sample, until nothing is left.
     #[cold]
     #[inline(never)]
-    fn obey<S: PositionSensor, A: Actuator<f32>>(
-        &mut self,
-        lines: Lines,
-        sensor: &mut S,
-        actuator: &mut A,
-    ) {
+    fn obey<C: Chip>(&mut self, lines: Lines, chip: &mut C) {
         let requests = self.channel.requests();
+        self.advance_brake(chip);
         let mode_changes = self.channel.mode_changes();
         if mode_changes != self.mode_changes {
             self.mode_changes = mode_changes;
@@ -230,12 +242,23 @@ impl<'a> Sampler<'a> {
         let stops = self.channel.stops();
         if stops != self.stops {
             self.stops = stops;
-            if let Some(Mode::Commissioning(commissioning)) = &mut self.mode {
-                // It ends with this sample, which disables the output again and notices if that fails.
-                commissioning.abort(Reason::Stopped);
-                let _ = actuator.release();
-            } else {
-                self.end_run(Ended::Stopped, actuator);
+            let new_stops = self.channel.new_stops();
+            let is_new = core::mem::replace(&mut self.new_stops, new_stops) != new_stops;
+            let is_held = match &mut self.brake {
+                BrakeMotion::Closing { is_stopped, .. } => {
+                    !core::mem::replace(is_stopped, true) || !is_new
+                }
+                _ => self.begin_closing(Ended::Stopped, chip),
+            };
+            match &mut self.mode {
+                _ if is_held => {}
+                Some(Mode::Commissioning(commissioning)) => {
+                    // It ends with this sample, which disables the output again and notices if that fails.
+                    commissioning.abort(Reason::Stopped);
+                    let (_, output) = chip.servo();
+                    let _ = output.release();
+                }
+                _ => self.end_run(Ended::Stopped, chip),
             }
         }
         if self.report_pending {
@@ -245,9 +268,10 @@ impl<'a> Sampler<'a> {
             return;
         }
         match self.channel.order() {
-            Some(Ok(order)) => self.carry_out(order, lines, sensor, actuator),
+            Some(Ok(order)) => self.carry_out(order, lines, chip),
             Some(Err(overtaken)) => self.refuse_overtaken(overtaken),
-            None => self.requests = requests,
+            None if self.brake == BrakeMotion::Settled => self.requests = requests,
+            None => {}
         }
     }
 
@@ -260,19 +284,13 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    fn carry_out<S: PositionSensor, A: Actuator<f32>>(
-        &mut self,
-        order: Order,
-        lines: Lines,
-        sensor: &mut S,
-        actuator: &mut A,
-    ) {
+    fn carry_out<C: Chip>(&mut self, order: Order, lines: Lines, chip: &mut C) {
         match order {
-            Order::Begin(mode) => self.begin(mode, lines, sensor, actuator),
+            Order::Begin(mode) => self.begin(mode, lines, chip),
             Order::Replace(mode) => self.replace(mode),
-            Order::Target(counts) => {
+            Order::Target(target) => {
                 if let Some(Mode::Run(run)) = &mut self.mode {
-                    run.set_target(counts);
+                    run.set_target(target);
                 }
             }
             Order::Home => {
@@ -286,28 +304,33 @@ impl<'a> Sampler<'a> {
     }
 
     /// Begins a mode from the servo's rest position, unless a fault holds, old or new.
-    fn begin<S: PositionSensor, A: Actuator<f32>>(
-        &mut self,
-        mut mode: Mode,
-        lines: Lines,
-        sensor: &mut S,
-        actuator: &mut A,
-    ) {
+    fn begin<C: Chip>(&mut self, mut mode: Mode, lines: Lines, chip: &mut C) {
+        let (sensor, _) = chip.servo();
         let found = self.fault.map_or_else(|| rest_count(lines, sensor), Err);
         match (&mut mode, found) {
-            (Mode::Run(run), Ok(count)) => run.start(count),
-            (Mode::Commissioning(commissioning), Ok(count)) => commissioning.start(count),
+            (Mode::Run(run), Ok(count)) => {
+                self.channel.set_start(count);
+                run.start(count);
+            }
+            (Mode::Commissioning(commissioning), Ok(count)) => {
+                self.channel.set_start(count);
+                commissioning.start(count);
+            }
             // It stands since before the order.
             (Mode::Run(_), Err(_)) if self.fault.is_some() => return self.give_back(mode),
             (Mode::Run(_), Err(fault)) => {
                 (self.fault, self.mode) = (Some(fault), Some(mode));
-                return self.end_mode(actuator);
+                return self.end_mode(chip);
             }
             (Mode::Commissioning(commissioning), Err(fault)) => {
                 commissioning.abort_with_fault(fault);
                 self.mode = Some(mode);
-                return self.end_mode(actuator);
+                return self.end_mode(chip);
             }
+        }
+        if let Some(BrakeTimes { opens, .. }) = mode.brake() {
+            mode.wait(opens);
+            self.brake = BrakeMotion::Opening { left: opens };
         }
         self.counts.start();
         self.channel.start_overruns();
@@ -321,6 +344,7 @@ impl<'a> Sampler<'a> {
     /// Puts a mode in the place of the one that drives the servo, from this sample on.
     fn replace(&mut self, mut mode: Mode) {
         let handover = match (&self.mode, &mode) {
+            _ if self.closes_brake() => None,
             (Some(Mode::Run(run)), Mode::Commissioning(_)) => Some(run.handover()),
             (Some(Mode::Commissioning(over)), Mode::Run(_)) if self.fault.is_none() => {
                 over.handover()
@@ -335,6 +359,9 @@ impl<'a> Sampler<'a> {
             Mode::Run(run) => run.take_over(&handover),
             Mode::Commissioning(commissioning) => commissioning.take_over(&handover),
         }
+        if let BrakeMotion::Opening { left } = self.brake {
+            mode.wait(left);
+        }
         let replaced = self.mode.take();
         self.drive_by(mode);
         if let Some(replaced) = replaced {
@@ -344,6 +371,8 @@ impl<'a> Sampler<'a> {
 
     /// Has a mode drive the servo from now on.
     fn drive_by(&mut self, mode: Mode) {
+        self.standstill = Standstill::default();
+        self.channel.set_standstill(0, 0);
         // Solutions for a mode before it.
         while self.channel.drop_solution() {}
         let (patience, interval) = match &mode {
@@ -383,32 +412,108 @@ impl<'a> Sampler<'a> {
         self.report_state();
     }
 
-    /// Ends a run, and disables the servo whether there is one or not. Not inlined, to be seen in the machine code.
+    /// Ends a run, and disables the servo whether there is one or not, or holds it until its brake has closed. Not inlined,
+    /// to be seen in the machine code.
     #[cold]
     #[inline(never)]
-    fn end_run<A: Actuator<f32>>(&mut self, ended: Ended, actuator: &mut A) {
-        if let Ended::Faulted(fault) = ended {
-            self.fault = Some(fault);
+    fn end_run<C: Chip>(&mut self, ended: Ended, chip: &mut C) {
+        if self.begin_closing(ended, chip) {
+            return;
         }
-        if self.mode.is_some() {
-            self.ended = Some(ended);
+        let first = match self.brake {
+            BrakeMotion::Closing { ended, .. } => ended,
+            BrakeMotion::Settled | BrakeMotion::Opening { .. } => ended,
+        };
+        self.fault = first.fault().or(ended.fault()).or(self.fault);
+        if let Some(Mode::Run(_)) = self.mode {
+            self.ended = Some(first);
         }
-        self.end_mode(actuator);
+        self.end_mode(chip);
+    }
+
+    /// Has the brake close while the servo is held. False if it is to be disabled at once: at an end of stop category 0,
+    /// without a brake, if nothing holds it, or at a second end.
+    fn begin_closing<C: Chip>(&mut self, ended: Ended, chip: &mut C) -> bool {
+        let closing = self.closes_brake();
+        let Some(mode) = self.mode.as_mut().filter(|mode| mode.holds() && !closing) else {
+            return false;
+        };
+        match (ended.stop_category(), mode.brake()) {
+            (StopCategory::Immediate, _) | (_, None) => false,
+            (StopCategory::Controlled, Some(BrakeTimes { closes, .. })) => {
+                chip.set_brake(false);
+                mode.hold(ended);
+                self.brake = BrakeMotion::Closing {
+                    left: closes,
+                    ended,
+                    is_stopped: ended == Ended::Stopped,
+                };
+                self.look_again();
+                self.report_state();
+                true
+            }
+        }
+    }
+
+    /// A sample of a brake that opens or closes.
+    fn advance_brake<C: Chip>(&mut self, chip: &mut C) {
+        match &mut self.brake {
+            BrakeMotion::Settled => {}
+            BrakeMotion::Opening { left } => {
+                // Only a servo that is held is let go by its brake.
+                if self.mode.as_ref().is_none_or(|mode| !mode.holds()) {
+                    return;
+                }
+                chip.set_brake(true);
+                *left = left.saturating_sub(1);
+                if *left == 0 {
+                    self.brake = BrakeMotion::Settled;
+                    if let Some(Mode::Run(run)) = &mut self.mode {
+                        run.go();
+                    }
+                }
+            }
+            BrakeMotion::Closing { left, ended, .. } => {
+                *left = left.saturating_sub(1);
+                if *left == 0 {
+                    let ended = *ended;
+                    self.end_run(ended, chip);
+                }
+            }
+        }
+    }
+
+    /// True while the servo is held until its brake has closed.
+    fn closes_brake(&self) -> bool {
+        matches!(self.brake, BrakeMotion::Closing { .. })
+    }
+
+    /// Has the next sample obey and report, whether there are requests or not.
+    fn look_again(&mut self) {
+        self.requests = self.channel.requests().wrapping_sub(1);
     }
 
     /// Disables the servo and returns the mode that has driven it.
-    fn end_mode<A: Actuator<f32>>(&mut self, actuator: &mut A) {
-        if actuator.release().is_err() {
+    fn end_mode<C: Chip>(&mut self, chip: &mut C) {
+        chip.set_brake(false);
+        self.brake = BrakeMotion::Settled;
+        let (_, output) = chip.servo();
+        if output.release().is_err() {
             self.fault = self.fault.or(Some(Fault::ActuatorFailed));
         }
         if let Some(mode) = self.mode.take() {
             if let Mode::Commissioning(commissioning) = &mode {
                 self.fault = commissioning.fault().or(self.fault);
             }
+            let count = match &mode {
+                Mode::Run(run) => run.count(),
+                Mode::Commissioning(commissioning) => commissioning.count(),
+            };
             self.returned = Some(mode);
             let turns = self.channel.background_turns();
             let patience = self.channel.disabled_patience();
             self.background.begin(patience, turns);
+            self.coasting = Coasting::begin(count, patience);
         }
         self.report_state();
     }
@@ -432,6 +537,8 @@ impl<'a> Sampler<'a> {
             returned: self.returned.take(),
             phase: commissioning.map(|under_way| under_way.report().phase),
             origin: run.map(|run| run.origin()),
+            index_from_edge: run.and_then(|run| run.index_from_edge()),
+            closes_brake: self.closes_brake(),
             awaits_resume: commissioning.is_some_and(|over| over.handover().is_some()),
             stops: self.stops,
             counts: self.counts,
@@ -441,7 +548,7 @@ impl<'a> Sampler<'a> {
             Err(Event::State(state)) => {
                 self.returned = state.returned;
                 // The next sample tries again.
-                self.requests = self.channel.requests().wrapping_sub(1);
+                self.look_again();
             }
             Err(Event::Run(_) | Event::Commissioning(_) | Event::Examined(_)) => {}
         }

@@ -307,8 +307,8 @@ fn check(before: &[u8; 12], contents: &[u8]) -> u32 {
 mod tests {
     use commissioning::TrialResult;
     use drive_link::{
-        Commissioned, Dither, Estimates, Estimator, Homing, LoopSettings, Protection, Record,
-        ServoChanges, Settings, TargetSource, TermSizes,
+        Commissioned, Dither, Estimates, Estimator, HoldingBrake, Homing, LoopSettings, Protection,
+        Record, ServoChanges, Settings, TargetSource, TermSizes,
     };
     use identifier_core::control::FeedForwardSettings;
     use identifier_core::parameters::PerParameter;
@@ -371,7 +371,7 @@ mod tests {
             },
             protection: Protection {
                 following_error: ANY,
-                travel: ANY,
+                travel: [ANY; 2],
                 pace: ANY,
                 speed: ANY,
                 breakaway: ANY,
@@ -390,6 +390,10 @@ mod tests {
             }),
             source: TargetSource::Steps { step: ANY },
             servo_changes: ServoChanges::Reported,
+            brake: Some(HoldingBrake {
+                opens: ANY,
+                closes: ANY,
+            }),
         }
     }
 
@@ -470,7 +474,7 @@ mod tests {
             under_way: true,
         };
         let mut bytes = [0; MAX_RECORD_BYTES];
-        let written = record.to_bytes(&mut bytes).expect("it fits");
+        let written = record.to_bytes(0, &mut bytes).expect("it fits");
         assert!(written > MAX_RECORD_BYTES / 2, "{}", written);
     }
 }

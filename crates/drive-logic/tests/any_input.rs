@@ -26,14 +26,16 @@ fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
         ..
     } = settings;
     let core = &mut closed_loop.core;
+    let [low, high] = &mut protection.travel;
     let mut numbers = vec![
+        low,
+        high,
         &mut core.sample_time,
         &mut core.resolution,
         &mut core.cutoff,
         &mut dither.amplitude,
         &mut dither.hold,
         &mut protection.following_error,
-        &mut protection.travel,
         &mut protection.pace,
         &mut protection.speed,
         &mut protection.breakaway,

@@ -322,7 +322,9 @@ fn commissioned_gains_keep_the_limit_that_was_configured() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
     drive.done(Command::Configure(limited));
-    drive.done(Command::Commission(ORDER));
+    let mut order = ORDER;
+    order.limits.command = [-6.0, 6.0];
+    drive.done(Command::Commission(order));
     over(&mut drive);
     let found = outcome(&mut drive);
     assert_eq!(found.commissioning.phase, Phase::Applied);

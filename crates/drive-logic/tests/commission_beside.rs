@@ -345,9 +345,9 @@ fn the_travel_is_counted_from_the_start_of_the_loop_after_a_commissioning_too() 
         let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
         boot!(drive, &bench, &flash);
         let mut wanted = quiet();
-        wanted.protection.following_error = 1e3;
+        wanted.protection.following_error = 4.0;
         wanted.protection.speed = 1e4;
-        wanted.protection.travel = 2.0;
+        wanted.protection.travel = [-2.0, 2.0];
         run(&mut drive, wanted);
         let mut order = ORDER;
         order.limits.travel = [-0.8, 0.8];
@@ -480,7 +480,7 @@ fn a_silent_host_ends_it_as_it_ends_a_run() {
         drive.done(Command::Configure(listening));
         drive.done(Command::Start);
         for _ in 0..200 {
-            drive.status();
+            drive.ask(Command::KeepAlive);
             drive.pass(10);
         }
         drive.done(Command::Commission(ORDER));
@@ -607,4 +607,38 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
         }
     }
     assert!(old_holds > 100 && new_holds > 0, "{old_holds}, {new_holds}");
+}
+
+#[test]
+fn a_stop_between_the_end_of_a_commissioning_and_its_run_is_not_lost() {
+    for nth in 1..=2 {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        run(&mut drive, quiet());
+        drive.done(Command::Commission(ORDER));
+        let mut ends = 0;
+        while ends < nth {
+            let is_end = |report: &Report| match report {
+                Report::Status { status, .. } => {
+                    let last = status.commissioning.expect("it is under way");
+                    last.phase.is_end()
+                }
+                _ => false,
+            };
+            ends += drive
+                .pass(1)
+                .iter()
+                .filter(|&report| is_end(report))
+                .count();
+            assert_eq!(drive.supervisor.state(), State::Commissioning);
+        }
+        // The background orders the run, if it may, before the interrupt obeys the stop.
+        drive.done(Command::Stop);
+        while drive.supervisor.work() {}
+        for _ in 0..100 {
+            drive.pass(1);
+            assert_eq!(bench.held.get(), None, "end {nth}");
+        }
+        assert_eq!(drive.supervisor.state(), State::Disabled);
+    }
 }

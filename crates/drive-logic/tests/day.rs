@@ -183,7 +183,7 @@ impl<'a> Day<'a> {
         self.done(Command::Target(target));
         for _ in 0..4 {
             self.pass(RATE / 4 - MAX_ANSWER);
-            let Report::Status { status, .. } = self.ask(Command::Hello) else {
+            let Report::Status { status, .. } = self.ask(Command::KeepAlive) else {
                 panic!("no status");
             };
             assert_eq!(status.state, State::Running);

@@ -303,7 +303,9 @@ fn the_servo_reaches_its_target_and_goes_no_further() {
     for radians in [51.1, -1e9, f64::NAN, f64::INFINITY] {
         assert_eq!(
             drive.refusal(Command::Target(radians)),
-            Refusal::TooFar { most: 51.0 }
+            Refusal::TooFar {
+                within: [-51.0, 51.0]
+            }
         );
     }
     // 80 000 counts.
@@ -543,7 +545,7 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
         ("hold", |s| s.dither.hold = 1e-4),
         ("following_error", |s| s.protection.following_error = 0.0),
         ("stall_time", |s| s.protection.stall_time = f64::NAN),
-        ("travel", |s| s.protection.travel = 1e6),
+        ("travel", |s| s.protection.travel = [-1.0, 1e6]),
         ("overruns", |s| s.protection.overruns = 0),
         ("plant_box.b", |s| {
             identifier(s).parameter_range = Some(ParameterRangeSettings {
@@ -693,5 +695,50 @@ proptest::proptest! {
                 proptest::prop_assert_eq!(bench.held.get(), None);
             }
         }
+    }
+}
+
+#[test]
+fn a_record_of_another_board_or_of_a_simulated_servo_is_left_alone_and_both_builds_are_said() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    {
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Save);
+    }
+    let simulated = OutputStage {
+        is_simulated: true,
+        ..STAGE
+    };
+    let other_board = OutputStage {
+        board: "bench2",
+        ..STAGE
+    };
+    for other in [simulated, other_board] {
+        let flash = Flash::with(flash.bytes.borrow().clone());
+        {
+            let mut channel = Channel::new();
+            let mut drive = Drive::with_stage(&mut channel, &bench, &flash, Ok(()), other);
+            let status = drive.status();
+            let Kept::OtherBuild { stored, own } = status.kept else {
+                panic!("{:?}", status.kept);
+            };
+            let shown = status.kept.to_string();
+            assert!(
+                shown.contains(&format!("{stored:08x}")) && shown.contains(&format!("{own:08x}"))
+            );
+            assert!(stored != own && !status.configured);
+            assert_eq!(status.simulated, other.is_simulated);
+            assert_eq!(drive.refusal(Command::Start), Refusal::NotConfigured);
+        }
+        // That of the first build is still there, until it is replaced.
+        boot!(drive, &bench, &flash);
+        assert_eq!(drive.status().kept, Kept::Record);
+        let mut channel = Channel::new();
+        let mut drive = Drive::with_stage(&mut channel, &bench, &flash, Ok(()), other);
+        drive.done(Command::Configure(settings()));
+        drive.done(Command::Save);
+        let mut channel = Channel::new();
+        let mut drive = Drive::with_stage(&mut channel, &bench, &flash, Ok(()), other);
+        assert_eq!(drive.status().kept, Kept::Record);
     }
 }

@@ -6,7 +6,9 @@ mod support;
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use commissioning::Phase;
-use drive_link::{Command, Fault, Home, Homing, Refusal, Report, Settings, State, TargetSource};
+use drive_link::{
+    Command, Ended, Fault, Home, Homing, Refusal, Report, Settings, State, Status, TargetSource,
+};
 use identifier_core::parameters::ServoParameters;
 use support::commission::{ORDER, outcome, over, until};
 use support::drive::{Drive, snapshots};
@@ -33,7 +35,7 @@ const HOMING: Homing = Homing {
 
 fn homed_by(homing: Homing) -> Settings {
     let mut wanted = settings();
-    wanted.protection.travel = 8.0;
+    wanted.protection.travel = [-8.0, 8.0];
     wanted.homing = Some(homing);
     wanted
 }
@@ -56,6 +58,7 @@ fn home(drive: &mut Drive<'_>) -> Vec<Report> {
     let mut reports = Vec::new();
     for _ in 0..60_000 {
         reports.extend(drive.pass(1));
+        drive.ask(Command::KeepAlive);
         if drive.status().home != Home::Sought {
             return reports;
         }
@@ -120,13 +123,20 @@ fn the_index_pulse_behind_the_switch_is_home_to_a_count() {
     for (switch, index_at, wanted) in [
         // Both sides of the edge: the pulse on the switch does not count.
         (-6.0..-3.0, -2.0, -2.0),
-        (-6.0..-3.0, -3.01, -3.01 + TAU),
+        (-6.0..-3.0, -4.0, -4.0 + TAU),
         (-6.0..-3.0, FRAC_PI_2, FRAC_PI_2 - TAU + TAU),
     ] {
         running!(drive, bench, homed_by(homing), switch);
         bench.index_at.set(Some(index_at));
         home(&mut drive);
-        assert_eq!(drive.status().home, Home::Known, "{index_at}");
+        let Status {
+            home,
+            index_from_edge,
+            ..
+        } = drive.status();
+        assert_eq!(home, Home::Known, "{index_at}");
+        let from_edge = f64::from(index_from_edge.expect("both were found"));
+        assert!((from_edge - wanted - 3.0).abs() < 0.01, "{from_edge}");
         let origin = origin(&mut drive);
         assert!(
             (origin - wanted - 2.0).abs() < 2.0 * A_COUNT,
@@ -348,15 +358,280 @@ fn the_origin_holds_for_later_runs_until_the_count_is_uncertain() {
     drive.done(Command::Start);
     drive.pass(5);
     assert_eq!(drive.supervisor.state(), State::Faulted(Fault::TravelLeft));
+    assert_eq!(drive.status().home, Home::Unknown);
+}
+
+/// A homed axis at rest in a run; the origin is at −1.
+macro_rules! homed {
+    ($drive:ident, $bench:ident, $settings:expr) => {
+        running!($drive, $bench, $settings, -6.0..-3.0);
+        home(&mut $drive);
+        $drive.done(Command::Target(0.0));
+        for _ in 0..3000 {
+            assert_eq!($drive.status().home, Home::Known);
+            $drive.ask(Command::KeepAlive);
+            $drive.pass(1);
+        }
+    };
+}
+
+#[test]
+fn home_stays_known_after_each_end_that_has_earned_it_and_after_no_other() {
+    type Harm = fn(&mut Drive<'_>);
+    let known = (Home::Known, Home::Known);
+    let lost = (Home::Known, Home::Unknown);
+    let harms: [(Option<Fault>, (Home, Home), Harm); 12] = [
+        (None, known, |drive| drive.done(Command::Stop)),
+        (Some(Fault::LimitSwitch), known, |drive| {
+            drive.lines(|lines| lines.low_switch = false)
+        }),
+        (Some(Fault::SupplyLow), known, |drive| {
+            drive.lines(|lines| lines.supply = false)
+        }),
+        (Some(Fault::AmplifierFault), known, |drive| {
+            drive.lines(|lines| lines.amplifier = false)
+        }),
+        (Some(Fault::Overrun), known, |drive| {
+            drive.bench.late.set(true)
+        }),
+        (Some(Fault::LinkLost), known, |drive| {
+            drive.pass(1500);
+        }),
+        (Some(Fault::LimitSwitchesStuck), known, |drive| {
+            drive.done(Command::Stop);
+            drive.pass(2);
+            drive.lines(|lines| lines.high_switch = false);
+            drive.done(Command::Start);
+        }),
+        (Some(Fault::FollowingError), lost, |drive| {
+            drive.bench.hold_at(2.5)
+        }),
+        (Some(Fault::TravelLeft), lost, |drive| {
+            drive.bench.hold_at(7.5)
+        }),
+        (Some(Fault::SpeedExceeded), lost, |drive| {
+            drive.bench.hold_at(0.5)
+        }),
+        (Some(Fault::ActuatorFailed), lost, |drive| {
+            drive.bench.stage_works.set(false)
+        }),
+        (Some(Fault::EncoderLost), lost, |drive| {
+            drive.bench.sensor_works.set(false)
+        }),
+    ];
+    for (fault, (before, after), harm) in harms {
+        let mut wanted = homed_by(HOMING);
+        wanted.dither.amplitude = 0.0;
+        wanted.protection.link_timeout = 1.0;
+        (wanted.protection.following_error, wanted.protection.speed) = match fault {
+            Some(Fault::FollowingError) => (3.0, 1e4),
+            _ => (
+                16.0,
+                if fault == Some(Fault::SpeedExceeded) {
+                    100.0
+                } else {
+                    1e4
+                },
+            ),
+        };
+        homed!(drive, bench, wanted);
+        assert_eq!(drive.status().home, before);
+        harm(&mut drive);
+        drive.pass(20);
+        let wanted = fault.map_or(State::Disabled, State::Faulted);
+        assert_eq!(drive.supervisor.state(), wanted);
+        assert_eq!(drive.status().home, after, "{fault:?}");
+    }
+    // The end of its time, and another order.
+    let mut wanted = homed_by(HOMING);
+    wanted.protection.duration = 20.0;
+    running!(drive, bench, wanted, -6.0..-3.0);
+    home(&mut drive);
     assert_eq!(drive.status().home, Home::Known);
-    bench.hold_at(0.0);
-    drive.done(Command::Clear);
+    drive.pass(20_000);
+    let Status { home, ended, .. } = drive.status();
+    assert_eq!((home, ended), (Home::Known, Some(Ended::Over)));
+}
+
+#[test]
+fn a_target_from_home_is_refused_until_home_is_known_and_a_relative_one_is_not() {
+    let mut wanted = homed_by(HOMING);
+    wanted.dither.amplitude = 0.0;
+    running!(drive, bench, wanted, -6.0..-3.0);
+    for radians in [1.0, 0.0, f64::NAN] {
+        assert_eq!(drive.refusal(Command::Target(radians)), Refusal::NotHomed);
+    }
+    drive.done(Command::RelativeTarget(1.0));
+    drive.pass(2000);
+    assert!(
+        (position(&drive) - 1.0).abs() < 0.01,
+        "{}",
+        position(&drive)
+    );
+    // Repeated, it has no further effect.
+    drive.done(Command::RelativeTarget(1.0));
+    drive.pass(500);
+    assert!(
+        (position(&drive) - 1.0).abs() < 0.01,
+        "{}",
+        position(&drive)
+    );
+    let too_far = Refusal::TooFar {
+        within: [-8.0, 8.0],
+    };
+    assert_eq!(drive.refusal(Command::RelativeTarget(8.1)), too_far);
+    home(&mut drive);
+    // The origin is at −1.
+    drive.done(Command::Target(0.5));
+    drive.pass(3000);
+    assert!(
+        (position(&drive) + 0.5).abs() < 0.01,
+        "{}",
+        position(&drive)
+    );
+    drive.done(Command::RelativeTarget(0.5));
+    drive.pass(3000);
+    assert!(
+        (position(&drive) - 0.5).abs() < 0.01,
+        "{}",
+        position(&drive)
+    );
+    let Refusal::TooFar {
+        within: [low, high],
+    } = drive.refusal(Command::RelativeTarget(7.1))
+    else {
+        panic!("beyond the travel from home");
+    };
+    assert!(
+        (low + 9.0).abs() < 0.01 && (high - 7.0).abs() < 0.01,
+        "{low} {high}"
+    );
+    // An axis without homing counts from its start, as ever.
+    let mut without = wanted;
+    without.homing = None;
+    drive.done(Command::Stop);
+    drive.pass(100);
+    drive.done(Command::Configure(without));
+    drive.done(Command::Start);
+    drive.pass(10);
+    drive.done(Command::Target(0.5));
+}
+
+#[test]
+fn an_index_pulse_near_the_switch_is_refused_as_home_and_its_distance_reported() {
+    let mut homing = HOMING;
+    homing.index = true;
+    for (index_at, is_fault) in [
+        (-2.99, true),
+        (-3.0 + 0.77, true),
+        (-3.0 + 0.80, false),
+        (-3.0 - 0.80, false),
+        (-3.0 - 0.77, true),
+        (-3.01, true),
+    ] {
+        running!(drive, bench, homed_by(homing), -6.0..-3.0);
+        bench.index_at.set(Some(index_at));
+        home(&mut drive);
+        let Status {
+            home,
+            index_from_edge,
+            ..
+        } = drive.status();
+        let wanted = if index_at < -3.0 {
+            index_at + TAU
+        } else {
+            index_at
+        } + 3.0;
+        let from_edge = f64::from(index_from_edge.expect("both were found"));
+        assert!((from_edge - wanted).abs() < 0.01, "{index_at}: {from_edge}");
+        if is_fault {
+            let fault = State::Faulted(Fault::IndexAtSwitch);
+            assert_eq!(
+                (drive.supervisor.state(), home),
+                (fault, Home::Unknown),
+                "{index_at}"
+            );
+        } else {
+            assert_eq!(home, Home::Known, "{index_at}");
+        }
+    }
+}
+
+#[test]
+fn lost_counts_show_at_the_next_index_pulse_in_this_run_and_in_a_later_one() {
+    let mut homing = HOMING;
+    homing.index = true;
+    let mut wanted = homed_by(homing);
+    wanted.dither.amplitude = 0.0;
+    for lost in [0, 4, -4, 5, -5, 120] {
+        for later in [false, true] {
+            running!(drive, bench, wanted, -6.0..-3.0);
+            bench.index_at.set(Some(-1.0));
+            home(&mut drive);
+            assert_eq!(drive.status().home, Home::Known);
+            if later {
+                drive.done(Command::Stop);
+                drive.pass(20);
+            }
+            // One from before, on another turn of a counter of 16 bits, is no evidence.
+            bench.first.set(bench.first.get() - lost);
+            if later {
+                bench.index.set(Some(65_536 + 77));
+                drive.done(Command::Start);
+                drive.pass(10);
+            }
+            // A revolution up and down again passes a pulse twice; the origin is at 1.
+            for target in [6.5, -6.5] {
+                if drive.supervisor.state() == State::Running {
+                    drive.done(Command::Target(target));
+                    drive.pass(6000);
+                }
+            }
+            let is_fault = lost.abs() > 4;
+            let state = if is_fault {
+                State::Faulted(Fault::IndexShifted)
+            } else {
+                State::Running
+            };
+            assert_eq!(drive.supervisor.state(), state, "{lost} {later}");
+            let home = if is_fault { Home::Unknown } else { Home::Known };
+            assert_eq!(drive.status().home, home);
+        }
+    }
+}
+
+#[test]
+fn another_offset_of_home_is_another_origin() {
+    homed!(drive, bench, homed_by(HOMING));
+    drive.done(Command::Stop);
+    drive.pass(100);
+    let mut wanted = homed_by(HOMING);
+    wanted.homing = Some(Homing {
+        offset: 1.0,
+        ..HOMING
+    });
+    drive.done(Command::Configure(wanted));
+    assert_eq!(drive.status().home, Home::Unknown);
+    drive.done(Command::Start);
+    drive.pass(10);
+    assert_eq!(drive.refusal(Command::Target(0.0)), Refusal::NotHomed);
+}
+
+#[test]
+fn a_homed_axis_outside_the_travel_does_not_start_and_both_are_said() {
+    homed!(drive, bench, homed_by(HOMING));
+    drive.done(Command::Stop);
+    drive.pass(2);
+    bench.hold_at(7.5);
+    drive.pass(2);
+    let Refusal::OutsideTravel { position, travel } = drive.refusal(Command::Start) else {
+        panic!("it is outside");
+    };
+    assert!((position - 8.5).abs() < 0.1, "{position}");
+    assert_eq!(travel, [-8.0, 8.0]);
+    bench.hold_at(6.0);
     drive.pass(2);
     drive.done(Command::Start);
-    drive.pass(5);
-    bench.sensor_works.set(false);
-    drive.pass(5);
-    assert_eq!(drive.status().home, Home::Unknown);
 }
 
 #[test]
@@ -370,7 +645,7 @@ fn the_travel_counts_from_the_origin_in_the_run_that_has_found_it_too() {
     ] {
         let mut wanted = homed_by(HOMING);
         wanted.dither.amplitude = 0.0;
-        wanted.protection.following_error = 100.0;
+        wanted.protection.following_error = 16.0;
         wanted.protection.speed = 1e4;
         running!(drive, bench, wanted, -6.0..-3.0);
         home(&mut drive);
@@ -625,4 +900,45 @@ fn settings_that_contradict_the_travel_are_refused_by_name() {
         Refusal::Setting(refused) => assert_eq!(refused.name, "homing.offset"),
         other => panic!("{other:?}"),
     }
+}
+
+#[test]
+fn the_slow_ways_of_homing_stay_within_the_travel() {
+    // Leaving a switch that stays closed would take it 0.5 rad up.
+    let mut wanted = homed_by(HOMING);
+    wanted.dither.amplitude = 0.0;
+    wanted.homing = Some(Homing {
+        offset: 0.0,
+        ..HOMING
+    });
+    wanted.protection.travel = [-8.0, 0.3];
+    running!(drive, bench, wanted, -100.0..100.0);
+    drive.done(Command::Home);
+    let mut farthest = 0.0_f64;
+    for _ in 0..10_000 {
+        drive.pass(1);
+        farthest = farthest.max(position(&drive));
+    }
+    let stuck = State::Faulted(Fault::HomeSwitchStuck);
+    assert_eq!(drive.supervisor.state(), stuck);
+    assert!((0.29..0.301).contains(&farthest), "{farthest}");
+}
+
+#[test]
+fn home_is_where_the_switch_closed_and_not_where_its_bounces_were_over() {
+    let mut wanted = homed_by(Homing {
+        approach: 2.0,
+        ..HOMING
+    });
+    wanted.dither.amplitude = 0.0;
+    running!(drive, bench, wanted, -6.0..-3.0);
+    home(&mut drive);
+    assert_eq!(drive.status().home, Home::Known);
+    let origin = origin(&mut drive);
+    // A sample is 3.2 counts, and the switch must be closed for two more.
+    assert!(
+        (origin + 1.0).abs() < 4.2 * A_COUNT,
+        "{}",
+        (origin + 1.0) / A_COUNT
+    );
 }

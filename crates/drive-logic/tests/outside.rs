@@ -24,7 +24,7 @@ const STEP: f64 = TAU / 3600.0;
 fn followed(source: TargetSource) -> Settings {
     let mut wanted = settings();
     wanted.dither.amplitude = 0.0;
-    wanted.protection.travel = 8.0;
+    wanted.protection.travel = [-8.0, 8.0];
     wanted.source = source;
     wanted
 }
@@ -235,6 +235,34 @@ fn after_a_commissioning_steps_count_from_where_it_stands() {
     drive.pass(1000);
     let at = reference(&mut drive);
     assert!((at - rest - 1000.0 * STEP).abs() < TAU / COUNTS, "{at}");
+}
+
+/// However many come: 65 536 of them are none by the counter of 16 bits.
+#[test]
+fn steps_that_come_during_a_commissioning_are_said() {
+    for (each, samples) in [(1, 100), (-1, 1), (i16::MIN, 2)] {
+        running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+        drive.done(Command::Commission(ORDER));
+        drive.pass(300);
+        step(&mut drive, each, samples);
+        over(&mut drive);
+        drive.pass(10);
+        let missed = State::Faulted(Fault::StepsMissed);
+        assert_eq!(drive.supervisor.state(), missed, "{each} {samples}");
+        assert_eq!(bench.held.get(), None);
+        drive.done(Command::Clear);
+        drive.pass(1);
+        drive.done(Command::Start);
+        drive.pass(10);
+        let rest = reference(&mut drive);
+        step(&mut drive, 2, 50);
+        drive.pass(1000);
+        let at = reference(&mut drive);
+        assert!(
+            (at - rest - 100.0 * STEP).abs() < 2.0 * TAU / COUNTS,
+            "{at}"
+        );
+    }
 }
 
 #[test]

@@ -6,12 +6,14 @@ mod support;
 
 use core::f64::consts::TAU;
 
+use commissioning::{CommissionSettings, Limits};
 use drive_link::{
-    Command, Ended, Estimator, Fault, InterruptCycles, NotAllowed, Refusal, Report, Settings,
-    State, Why,
+    Command, Ended, Estimator, Fault, InterruptCycles, NotAllowed, Refusal, Report, Request,
+    Settings, State, Why,
 };
-use drive_logic::Channel;
+use drive_logic::{Channel, Lines};
 use identifier_core::parameters::ServoParameters;
+use support::commission::ORDER;
 use support::drive::{Drive, SERVO, snapshots};
 use support::{Bench, COUNTS, Flash, HEALTHY, SAMPLE_TIME, settings};
 
@@ -136,10 +138,10 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
         if moving {
             drive.done(Command::Target(40.0));
         }
-        // Any request keeps it running.
         for _ in 0..20 {
             drive.pass(290);
-            drive.status();
+            let answer = drive.ask(Command::KeepAlive);
+            assert!(matches!(answer, Report::Status { .. }), "{answer:?}");
         }
         assert_eq!(drive.supervisor.state(), State::Running);
         let speed_before = bench.plant.borrow().velocity.abs();
@@ -151,6 +153,34 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
         drive.pass(3);
         assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkLost));
         assert_eq!(drive.status().ended, Some(Ended::Faulted(Fault::LinkLost)));
+    }
+}
+
+#[test]
+fn only_a_host_that_drives_keeps_a_run_alive() {
+    for command in [
+        Command::Hello,
+        Command::Show,
+        Command::Watch(0),
+        Command::Outcome,
+        Command::MotionRecord(0),
+        Command::BoardTest,
+        Command::Clear,
+        Command::Save,
+        Command::Configure(still()),
+        Command::KeepAlive,
+        Command::Target(0.1),
+        Command::Start,
+    ] {
+        let mut wanted = still();
+        wanted.protection.link_timeout = 0.3;
+        running!(drive, bench, &SERVO, wanted);
+        for _ in 0..20 {
+            drive.pass(100);
+            drive.ask(command);
+        }
+        let is_alive = drive.supervisor.state() == State::Running;
+        assert_eq!(is_alive, command.keeps_alive(), "{command:?}");
     }
 }
 
@@ -233,8 +263,8 @@ fn travel_and_speed_are_watched_in_every_sample() {
     // The axis is turned by hand, slowly enough for a small position error. So the following error is disabled here:
     // only the travel can end the run.
     let mut wanted = still();
-    wanted.protection.following_error = 1e3;
-    wanted.protection.travel = 1.0;
+    wanted.protection.following_error = 2.0;
+    wanted.protection.travel = [-1.0, 1.0];
     wanted.protection.speed = 1e4;
     running!(drive, bench, &SERVO, wanted);
     drive.pass(10);
@@ -265,7 +295,7 @@ fn an_axis_held_by_hand_is_no_silent_encoder_until_its_error_is_too_large() {
     // The first power-on of the manual: the amplifier has no supply, a hand turns the axis.
     let mut wanted = still();
     wanted.protection.following_error = 0.2;
-    wanted.protection.travel = 0.5;
+    wanted.protection.travel = [-0.5, 0.5];
     running!(drive, bench, &SERVO, wanted);
     let hand = |drive: &mut Drive<'_>, to: f64, samples: u32| {
         for _ in 0..samples {
@@ -295,7 +325,7 @@ fn an_axis_that_friction_holds_is_no_silent_encoder() {
         let mut wanted = settings();
         wanted.dither.amplitude = dither;
         wanted.protection.following_error = 0.2;
-        wanted.protection.travel = 1.0;
+        wanted.protection.travel = [-1.0, 1.0];
         running!(drive, bench, &servo, wanted);
         drive.pass(20_000);
         assert_eq!(drive.supervisor.state(), State::Running, "{dither} rad");
@@ -311,7 +341,7 @@ fn contradictory_settings_are_refused_before_anything_moves() {
             s.protection.following_error = 0.89;
         }),
         ("travel", "dither's amplitude", 0.6, |s| {
-            s.protection.travel = 0.59;
+            s.protection.travel = [-0.59, 0.59];
         }),
         ("speed", "pace", 5.0, |s| s.protection.speed = 4.9),
         // The two that a reader of the manual would write.
@@ -350,7 +380,7 @@ fn the_largest_dither_that_is_allowed_does_not_fault() {
     let mut wanted = settings();
     wanted.dither.amplitude = 0.1;
     wanted.protection.following_error = 0.3;
-    wanted.protection.travel = 0.2;
+    wanted.protection.travel = [-0.2, 0.2];
     running!(drive, bench, &SERVO, wanted);
     drive.pass(60_000);
     assert_eq!(drive.supervisor.state(), State::Running);
@@ -538,12 +568,10 @@ fn limits_that_no_sample_can_keep_are_refused_with_a_figure_that_would_do() {
     type Change = fn(&mut Settings, f64);
     let a_count = TAU / COUNTS;
     let longest = f64::from(u32::MAX) * SAMPLE_TIME;
-    let changes: [(&str, f64, Change); 8] = [
-        ("following_error", 16_777_216.0 * a_count, |s, x| {
+    let changes: [(&str, f64, Change); 7] = [
+        // Beyond the whole travel it would end nothing.
+        ("following_error", 102.0, |s, x| {
             s.protection.following_error = x;
-        }),
-        ("travel", 1_073_741_824.0 * a_count, |s, x| {
-            s.protection.travel = x;
         }),
         ("speed", 32_767.0 * a_count / SAMPLE_TIME, |s, x| {
             s.protection.speed = x;
@@ -552,9 +580,7 @@ fn limits_that_no_sample_can_keep_are_refused_with_a_figure_that_would_do() {
         ("stall_time", longest, |s, x| s.protection.stall_time = x),
         ("stop_time", longest, |s, x| s.protection.stop_time = x),
         ("duration", longest, |s, x| s.protection.duration = x),
-        ("link_timeout", longest, |s, x| {
-            s.protection.link_timeout = x
-        }),
+        ("link_timeout", 60.0, |s, x| s.protection.link_timeout = x),
     ];
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     boot!(drive, &bench, &flash);
@@ -676,4 +702,256 @@ fn an_output_that_cannot_be_disabled_is_a_fault_in_every_state() {
     bench.releases.set(true);
     drive.pass(5);
     assert_eq!(drive.supervisor.state(), failed);
+}
+
+#[test]
+fn a_travel_has_two_ends_and_ends_a_run_at_each_of_them() {
+    for (place, is_within) in [
+        (-0.049, true),
+        (-0.052, false),
+        (1.499, true),
+        (1.502, false),
+    ] {
+        let mut wanted = still();
+        wanted.protection.travel = [-0.05, 1.5];
+        wanted.protection.following_error = 1.55;
+        wanted.protection.speed = 1e4;
+        running!(drive, bench, &SERVO, wanted);
+        drive.pass(10);
+        for far in [-0.06, 1.6, f64::NAN] {
+            let within = [-0.05, 1.5];
+            assert_eq!(
+                drive.refusal(Command::Target(far)),
+                Refusal::TooFar { within }
+            );
+        }
+        bench.hold_at(place);
+        drive.pass(2);
+        let left = State::Faulted(Fault::TravelLeft);
+        let state = if is_within { State::Running } else { left };
+        assert_eq!(drive.supervisor.state(), state, "{place}");
+    }
+}
+
+#[test]
+fn a_travel_without_the_start_is_refused_with_both_ends() {
+    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for ends @ [low, high] in [
+        [0.5, 1.5],
+        [-1.5, -0.5],
+        [1.0, -1.0],
+        [0.0, 0.0],
+        [f64::NAN, 1.0],
+    ] {
+        let mut wanted = still();
+        wanted.protection.travel = ends;
+        let Refusal::Setting(refused) = drive.refusal(Command::Configure(wanted)) else {
+            panic!("{ends:?}");
+        };
+        let Why::WithoutStart { given } = refused.why else {
+            panic!("{ends:?}: {refused}");
+        };
+        assert_eq!(refused.name, "travel");
+        assert_eq!(given.map(f64::to_bits), ends.map(f64::to_bits));
+        let shown = refused.to_string();
+        assert!(shown.contains(&format!("from {low} to {high}")), "{shown}");
+    }
+    let mut wanted = still();
+    wanted.protection.travel = [0.0, 150.0];
+    drive.done(Command::Configure(wanted));
+}
+
+#[test]
+fn an_order_beyond_the_drives_limits_is_refused_with_both_and_no_limit_becomes_wider() {
+    type Change = fn(&mut CommissionSettings);
+    let orders: [(Option<&str>, Change); 9] = [
+        (None, |_| {}),
+        (Some("travel"), |order| order.limits.travel = [-2.001, 2.0]),
+        (Some("travel"), |order| order.limits.travel = [-0.5, 2.501]),
+        (Some("speed"), |order| order.limits.speed = 60.1),
+        (Some("command"), |order| order.limits.command = [-5.1, 5.0]),
+        (Some("command"), |order| order.limits.command = [-5.0, 5.1]),
+        (None, |order| order.limits.speed = 20.0),
+        (None, |order| order.limits.command = [-5.0, 2.0]),
+        (None, |order| order.limits.travel = [-1.0, 2.5]),
+    ];
+    for (name, change) in orders {
+        let (bench, flash) = (Bench::new(&support::commission::SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        let mut wanted = still();
+        wanted.protection.travel = [-2.0, 2.5];
+        wanted.protection.following_error = 2.0;
+        wanted.protection.speed = 60.0;
+        let controller = wanted.closed_loop.core.controller.as_mut().expect("given");
+        controller.limit = [-5.0, 5.0];
+        drive.done(Command::Configure(wanted));
+        let mut order = ORDER;
+        order.limits = Limits {
+            duration: 2.0,
+            ..Limits::new([-2.0, 2.0], 60.0, [-5.0, 5.0])
+        };
+        change(&mut order);
+        let Some(name) = name else {
+            drive.done(Command::Commission(order));
+            continue;
+        };
+        let Refusal::Setting(refused) = drive.refusal(Command::Commission(order)) else {
+            panic!("{name}");
+        };
+        assert_eq!(refused.name, name);
+        let (given, own) = match name {
+            "travel" => (order.limits.travel, [-2.0, 2.5]),
+            "speed" => ([60.1; 2], [-60.0, 60.0]),
+            _ => (order.limits.command, [-5.0, 5.0]),
+        };
+        assert_eq!(
+            refused.why,
+            Why::BeyondDrive {
+                given,
+                allowed: own
+            }
+        );
+        drive.pass(100);
+        assert_eq!(bench.held.get(), None);
+    }
+}
+
+#[test]
+fn an_order_from_within_the_travel_is_refused_if_it_leaves_it_from_there() {
+    let (bench, flash) = (Bench::new(&support::commission::SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let mut wanted = still();
+    wanted.protection.travel = [-2.0, 2.0];
+    wanted.protection.following_error = 2.0;
+    drive.done(Command::Configure(wanted));
+    drive.done(Command::Start);
+    drive.pass(10);
+    drive.done(Command::Target(1.5));
+    drive.pass(3000);
+    let mut order = ORDER;
+    order.limits.travel = [-1.0, 1.0];
+    let Refusal::Setting(refused) = drive.refusal(Command::Commission(order)) else {
+        panic!("it ends at 2.5 of 2 rad");
+    };
+    let Why::BeyondDrive {
+        allowed: [low, high],
+        ..
+    } = refused.why
+    else {
+        panic!("{refused}");
+    };
+    assert!(
+        (low + 3.5).abs() < 0.02 && (high - 0.5).abs() < 0.02,
+        "{low} {high}"
+    );
+    order.limits.travel = [-1.0, 0.45];
+    drive.done(Command::Commission(order));
+}
+
+#[test]
+fn an_axis_that_moves_is_not_driven_and_its_speed_is_said() {
+    const FREE: ServoParameters = ServoParameters {
+        a: 0.0,
+        b: 257.7,
+        coulomb: 0.0,
+        load: 0.0,
+    };
+    for speed in [90.0, -90.0, 75.0, 5.0, 0.0] {
+        for after in [2, 10, 17, 40, 500] {
+            let (bench, flash) = (Bench::new(&FREE), Flash::blank());
+            boot!(drive, &bench, &flash);
+            drive.pass(100);
+            bench.plant.borrow_mut().velocity = speed;
+            drive.pass(after);
+            let refusal = match drive.ask(Command::Start) {
+                Report::Refused { refusal, .. } => refusal,
+                // What is slow shows in a long window only.
+                _ => {
+                    assert!(speed.abs() < 80.0 || after < 40, "{speed} {after}");
+                    continue;
+                }
+            };
+            let Refusal::Moves { speed: shown, most } = refusal else {
+                panic!("{refusal:?}");
+            };
+            assert_eq!(most, 80.0, "four fifths of the largest");
+            assert!(
+                shown > most && (shown / speed.abs() - 1.0).abs() < 0.1,
+                "{speed}: {shown}"
+            );
+            drive.pass(10);
+            assert_eq!(bench.held.get(), None);
+        }
+    }
+    // Stopped in motion, it is known to move at once.
+    let (bench, flash) = (Bench::new(&FREE), Flash::blank());
+    boot!(drive, &bench, &flash);
+    drive.done(Command::Configure(still()));
+    drive.done(Command::Start);
+    drive.pass(10);
+    bench.plant.borrow_mut().velocity = 90.0;
+    drive.pass(2);
+    drive.done(Command::Stop);
+    drive.pass(1);
+    bench.plant.borrow_mut().velocity = 90.0;
+    drive.pass(1);
+    assert!(matches!(
+        drive.refusal(Command::Start),
+        Refusal::Moves { .. }
+    ));
+}
+
+#[test]
+fn a_start_or_a_commissioning_acts_once_and_never_late() {
+    let (bench, flash) = (Bench::new(&support::commission::SERVO), Flash::blank());
+    boot!(drive, &bench, &flash);
+    let answer = |drive: &mut Drive<'_>, id: u8, command: Command| {
+        let answer = drive.supervisor.answer(&Request { id, command });
+        drive.pass(5);
+        match answer {
+            Report::Refused { refusal, .. } => Err(refusal),
+            _ => Ok(()),
+        }
+    };
+    let (late, disabled) = (Err(Refusal::DoneBefore), State::Disabled);
+    let commission = Command::Commission(ORDER);
+    for (first, begin) in [
+        (10_u8, Command::Start),
+        (100, commission),
+        (250, Command::Start),
+        (50, commission),
+    ] {
+        let id = |k: u8| first.wrapping_add(k);
+        {
+            assert_eq!(answer(&mut drive, id(0), Command::Hello), Ok(()));
+            assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
+            // Repeated while it is under way, it is done already.
+            assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
+            assert_eq!(answer(&mut drive, id(3), Command::Stop), Ok(()));
+            drive.pass(500);
+            assert_eq!(drive.supervisor.state(), disabled);
+            assert_eq!(answer(&mut drive, id(2), begin), late);
+            assert_eq!(drive.supervisor.state(), disabled);
+            assert_eq!(answer(&mut drive, id(4), begin), Ok(()));
+            // It ends by itself.
+            bench.lines.set(Lines {
+                low_switch: false,
+                ..HEALTHY
+            });
+            drive.pass(500);
+            bench.lines.set(HEALTHY);
+            assert_eq!(answer(&mut drive, id(5), Command::Clear), Ok(()));
+            for old in [4, 2] {
+                assert_eq!(answer(&mut drive, id(old), begin), late);
+            }
+            // After many others its number is a new one.
+            for k in 6..=200 {
+                assert_eq!(answer(&mut drive, id(k), Command::Hello), Ok(()));
+            }
+            assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
+            assert_eq!(answer(&mut drive, id(3), Command::Stop), Ok(()));
+            drive.pass(500);
+        }
+    }
 }

@@ -639,7 +639,8 @@ int32_t servo_id_tuner_work(servo_id_tuner *tuner, uint32_t slices, servo_id_tun
  *
  * _init: at a count, disabled, or held by the PID of the settings with the command `held`.
  * _sample: `conditions` are SERVO_ID_NO_COUNT and SERVO_ID_LATE, `stop` is SERVO_ID_NO_STOP or the number of a reason to end it. It
- * holds the servo after its end too. */
+ * holds the servo after its end too. Any other number ends it as a stop does, and is refused by its status. Of every sample that
+ * is refused `step` disables the stage, with a command of zero. */
 int32_t servo_id_commission_init(servo_id_commission *commission, uint32_t size, const servo_id_settings *settings,
                                  int32_t count, float held, servo_id_error *error);
 int32_t servo_id_commission_slices(const servo_id_commission *commission, uint32_t *slices);

@@ -4,7 +4,8 @@ use core::ffi::c_char;
 
 use commissioning::{
     CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
-    CommissionState, Decision as CoreDecision, HoldingGains, Limits, Phase, RecordEvent,
+    CommissionState, CommissionStep as Step, Decision as CoreDecision, HoldingGains, Limits, Phase,
+    RecordEvent,
 };
 use identifier_core::error::Allowed;
 use identifier_core::reason::Reason;
@@ -127,6 +128,30 @@ pub const CONDITIONS: &[(&str, i32)] = &[
 fn number(phase: Phase) -> i32 {
     // As in the list.
     phase as i32
+}
+
+/// The step of a sample that was not taken: the stage is to be disabled.
+const REFUSED: Step<f32> = Step {
+    command: None,
+    phase: Phase::Idle,
+    finding: None,
+};
+
+impl Interrupt {
+    /// A sample with its status. A stop by a number that is no reason is a stop all the same.
+    fn sample(&mut self, count: i32, conditions: i32, stop: i32) -> (Step<f32>, i32) {
+        let reason = u8::try_from(stop).ok().and_then(Reason::from_number);
+        let status = match (stop, reason) {
+            (0, _) | (_, Some(_)) => status::OK,
+            (_, None) => status::NO_SUCH_NUMBER,
+        };
+        let inputs = CommissionInputs {
+            count: (conditions & 1 == 0).then_some(count),
+            late: conditions & 2 != 0,
+            stop: (stop != 0).then(|| reason.unwrap_or(Reason::Stopped)),
+        };
+        (self.isr.process(&mut self.state, &inputs), status)
+    }
 }
 
 impl Settings {
@@ -283,18 +308,12 @@ face! {
         stop: i32,
         step: *mut CommissionStep,
     ) {
-        // SAFETY: the header's conditions.
-        let own = unsafe { content(commission) }?;
         check(step)?;
-        let reason = u8::try_from(stop).ok().and_then(Reason::from_number);
-        if stop != 0 && reason.is_none() {
-            return Err(status::NO_SUCH_NUMBER);
-        }
-        let done = own.isr.process(&mut own.state, &CommissionInputs {
-            count: (conditions & 1 == 0).then_some(count),
-            late: conditions & 2 != 0,
-            stop: reason,
-        });
+        // SAFETY: the header's conditions.
+        let (done, status) = match unsafe { content(commission) } {
+            Ok(own) => own.sample(count, conditions, stop),
+            Err(refused) => (REFUSED, refused),
+        };
         // SAFETY: the header's conditions; it was checked.
         unsafe {
             (&raw mut (*step).command).write(done.command.unwrap_or(0.0));
@@ -305,7 +324,7 @@ face! {
                 fill(&raw mut (*step).record, finding);
             }
         }
-        Ok(status::OK)
+        Ok(status)
     }
 
     /// Takes a decision of the background.

@@ -12,6 +12,14 @@ pub struct Closed<L, T, C> {
     sample: Option<C>,
 }
 
+impl<L, T, C> Closed<L, T, C> {
+    /// The loop and its state for the next sample. It takes the place of one that nothing was learnt from.
+    fn next_sample(&mut self) -> (&L, &mut T) {
+        self.sample = None;
+        (&self.servo_loop, &mut self.state)
+    }
+}
+
 /// Writes a command with its status, zero where it is refused.
 ///
 /// # Safety
@@ -127,8 +135,8 @@ macro_rules! closed {
                 // SAFETY: the header's conditions.
                 unsafe {
                     commanded(command, || {
-                        let own = content(object)?;
-                        let step = own.servo_loop.process(&mut own.state, setpoint, $as_offset, count);
+                        let (servo_loop, state) = content(object)?.next_sample();
+                        let step = servo_loop.process(state, setpoint, $as_offset, count);
                         let step = step.map_err(of_step)?;
                         let $word = step.control.command;
                         Ok(($as_c, step.seen.event as i32))
@@ -148,9 +156,10 @@ macro_rules! closed {
                 unsafe {
                     commanded(command, || {
                         let own = content(object)?;
-                        let sample = own.servo_loop.control(&mut own.state, setpoint, $as_offset, count);
-                        own.sample = sample.ok();
-                        let $word = sample.map_err(of_step)?.command;
+                        let (servo_loop, state) = own.next_sample();
+                        let sample = servo_loop.control(state, setpoint, $as_offset, count).map_err(of_step)?;
+                        own.sample = Some(sample);
+                        let $word = sample.command;
                         Ok(($as_c, status::OK))
                     })
                 }

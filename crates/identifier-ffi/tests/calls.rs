@@ -526,6 +526,111 @@ fn whatever_is_called_has_a_status() {
     assert!(commission.holds() && solver.holds());
 }
 
+/// A step with the command of a motor that is driven.
+fn driven() -> CommissionStep {
+    CommissionStep {
+        command: 7.02,
+        is_enabled: 1,
+        phase: 0,
+        has_record: 1,
+        record: Record::empty(),
+    }
+}
+
+/// A sample of a commissioning: its status, its command and whether the stage is enabled.
+fn sampled(commission: &mut Commission, count: i32, stop: i32) -> (i32, f32, i32) {
+    let mut step = driven();
+    // SAFETY: the objects are of their types.
+    let answered = unsafe { servo_id_commission_sample(commission, count, 0, stop, &raw mut step) };
+    (answered, step.command, step.is_enabled)
+}
+
+#[test]
+fn a_stop_by_any_number_disables_the_stage_for_good() {
+    for stop in [255, 256, -1, i32::MIN, i32::MAX, 99, 170] {
+        let mut commission = Commission::empty();
+        // SAFETY: the objects are of their types.
+        let built = unsafe {
+            let size = size::<Commission>();
+            servo_id_commission_init(&raw mut commission, size, &settings(), 0, 7.02, null_mut())
+        };
+        assert_eq!(built, status::OK);
+        let (answered, command, enabled) = sampled(&mut commission, 0, 0);
+        assert_eq!((answered, enabled), (status::OK, 1));
+        assert!((command - 7.02).abs() < 0.01, "{command}");
+        let is_known = stop == 170;
+        let refused = if is_known {
+            status::OK
+        } else {
+            status::NO_SUCH_NUMBER
+        };
+        assert_eq!(
+            sampled(&mut commission, 0, stop),
+            (refused, 0.0, 0),
+            "{stop}"
+        );
+        for count in 0..50 {
+            let after = sampled(&mut commission, count, 0);
+            assert_eq!(after, (status::OK, 0.0, 0), "{stop}");
+        }
+        let mut result = MaybeUninit::uninit();
+        // SAFETY: the objects are of their types; a result that is answered is written.
+        let result = unsafe {
+            let answered =
+                servo_id_commission_get_result(&raw const commission, result.as_mut_ptr());
+            assert_eq!(answered, status::OK);
+            result.assume_init()
+        };
+        assert_eq!((result.phase, result.reason), (10, 170), "{stop}");
+    }
+}
+
+#[test]
+fn a_sample_that_is_refused_drives_no_motor() {
+    let refused = sampled(&mut Commission::empty(), 0, 0);
+    assert_eq!(refused, (status::NOT_INITIALISED, 0.0, 0));
+    let mut step = driven();
+    for misaligned in [false, true] {
+        // SAFETY: null and misaligned addresses are refused; the step is of its type.
+        let answered =
+            unsafe { servo_id_commission_sample(nowhere(misaligned), 0, 0, 0, &raw mut step) };
+        assert!(answered < 0);
+        let written = (step.command, step.is_enabled, step.has_record);
+        assert_eq!(written, (0.0, 0, 0));
+        step = driven();
+    }
+}
+
+/// A loop that controls, processes a sample, and is then to learn.
+macro_rules! learnt_after_process {
+    ($servo_loop:ident, $init:ident $control:ident $process:ident $learn:ident, $zero:literal) => {{
+        use servo_loop::$servo_loop::*;
+        let mut own = Object::<Inner>::empty();
+        let at = &raw mut own;
+        let mut command = $zero;
+        // SAFETY: the objects are of their types.
+        unsafe {
+            let size = size::<Object<Inner>>();
+            assert_eq!($init(at, size, &settings(), 0, null_mut()), status::OK);
+            assert_eq!($control(at, 3, $zero, 0, &raw mut command), status::OK);
+            assert!($process(at, 3, $zero, 1, &raw mut command) >= 0);
+            assert_eq!($learn(at, command), status::NO_SAMPLE);
+            // Nor from one before a sample that may be refused.
+            assert_eq!($control(at, 3, $zero, 1, &raw mut command), status::OK);
+            $process(at, i32::MAX, $zero, 1, &raw mut command);
+            assert_eq!($learn(at, command), status::NO_SAMPLE);
+        }
+    }};
+}
+
+#[test]
+fn a_loop_learns_from_the_last_sample_or_from_none() {
+    learnt_after_process!(gradient, servo_id_gradient_loop_init servo_id_gradient_loop_control
+        servo_id_gradient_loop_process servo_id_gradient_loop_learn, 0.0);
+    learnt_after_process!(fixed_point, servo_id_fixed_loop_init servo_id_fixed_loop_control
+        servo_id_fixed_loop_process servo_id_fixed_loop_learn, 0);
+}
+
 /// Estimates, at a right or a wrong address; finite wherever they are answered.
 fn estimate(numbers: &mut Numbers, call: impl FnOnce(*mut Estimates) -> i32) -> i32 {
     let mut found = NO_ESTIMATES;

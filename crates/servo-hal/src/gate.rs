@@ -2,11 +2,13 @@ use embedded_hal::digital::OutputPin;
 
 use identifier_core::drive::Actuator;
 
-/// An output stage with an enable or brake pin: high while it holds a command, low while disabled.
+/// An output stage with an enable pin: high while it holds a command, low while disabled. It may have the pin of a holding
+/// brake too, high to open it: a disabled stage never leaves the brake open.
 #[derive(Debug)]
 pub struct Gate<A, E> {
     stage: A,
     enable: E,
+    brake: Option<E>,
 }
 
 /// Failures of a gated stage.
@@ -18,12 +20,38 @@ pub enum GateError<A, E> {
     Stage(A),
     /// The pin failed.
     Enable(E),
+    /// The pin of the brake failed.
+    Brake(E),
 }
 
 impl<A, E: OutputPin> Gate<A, E> {
     /// Gates a stage.
     pub fn new(stage: A, enable: E) -> Self {
-        Self { stage, enable }
+        Self {
+            stage,
+            enable,
+            brake: None,
+        }
+    }
+
+    /// The same with the pin of a holding brake.
+    #[must_use]
+    pub fn with_brake(self, brake: E) -> Self {
+        Self {
+            brake: Some(brake),
+            ..self
+        }
+    }
+
+    /// Opens or closes the brake, if there is one.
+    ///
+    /// # Errors
+    /// Its pin failed.
+    pub fn set_brake(&mut self, open: bool) -> Result<(), E::Error> {
+        match &mut self.brake {
+            Some(brake) => brake.set_state(open.into()),
+            None => Ok(()),
+        }
     }
 }
 
@@ -37,12 +65,13 @@ impl<A: Actuator<f32>, E: OutputPin> Actuator<f32> for Gate<A, E> {
         self.enable.set_high().map_err(GateError::Enable)
     }
 
-    /// The pin first, and the stage even if the pin fails.
+    /// The pins first, and the stage even if one fails.
     #[inline]
     fn release(&mut self) -> Result<(), Self::Error> {
-        let pin = self.enable.set_low().map_err(GateError::Enable);
+        let brake = self.set_brake(false).map_err(GateError::Brake);
+        let enable = self.enable.set_low().map_err(GateError::Enable);
         self.stage.release().map_err(GateError::Stage)?;
-        pin
+        enable.and(brake)
     }
 }
 
@@ -78,6 +107,23 @@ mod tests {
         gate.release().expect("released");
         assert_eq!(gate.stage.0, Ok(None));
         gate.enable.done();
+    }
+
+    #[test]
+    fn the_brake_opens_on_demand_and_closes_with_the_stage() {
+        let enable = Mock::new(&[Transaction::set(State::High), Transaction::set(State::Low)]);
+        let brake = Mock::new(&[
+            Transaction::set(State::High),
+            Transaction::set(State::Low),
+            Transaction::set(State::Low),
+        ]);
+        let mut gate = Gate::new(Stage(Ok(None)), enable).with_brake(brake);
+        gate.hold(1.5).expect("held");
+        gate.set_brake(true).expect("opened");
+        gate.set_brake(false).expect("closed");
+        gate.release().expect("released");
+        gate.enable.done();
+        gate.brake.expect("given").done();
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! | [`PwmDirection`] | a bridge with a PWM and a direction input | `SetDutyCycle`, `OutputPin` |
 //! | [`LockedAntiphase`] | a bridge whose one PWM means standstill at one half | `SetDutyCycle` |
 //! | [`HalfBridges`] | two half bridges, one for each direction | two `SetDutyCycle` |
-//! | [`Gate`] | any of these with an enable or brake pin | `OutputPin` |
+//! | [`Gate`] | any of these with an enable pin, and that of a holding brake | `OutputPin` |
 //! | [`As504x`] | AS5047P and AS5048A magnetic encoders, parity checked | `SpiDevice` |
 //! | [`Mt6701`] | MT6701 magnetic encoder, CRC checked | `SpiDevice` |
 //!

@@ -28,6 +28,9 @@ pub mod present;
 pub mod program;
 #[cfg(feature = "pages")]
 pub mod render;
+#[cfg(all(test, feature = "drive"))]
+#[path = "tests/scripted_line.rs"]
+mod scripted_line;
 #[cfg(feature = "program")]
 pub mod simulated_drive;
 

@@ -2,21 +2,28 @@
 
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
-use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use drive_link::{Receiver, frame};
-use serde::Serialize;
+use drive_link::{Command, FrameError, Message, Receiver, Report, Request, frame};
 use serde::de::DeserializeOwned;
 
 /// Bits a second of a serial port, as the firmware has it.
 const BAUD: u32 = 1_000_000;
 
-/// Longest wait for an answer before the question is repeated.
-const PATIENCE: Duration = Duration::from_millis(1000);
+/// Longest wait for a connection to an emulator.
+const MAX_CONNECTION_WAIT: Duration = Duration::from_secs(5);
 
-/// Times that a question is asked.
-const TRIES: u32 = 5;
+/// Longest wait for the acknowledgement of a stop before the stop is repeated. A drive acknowledges within 2 ms, and a
+/// USB adapter holds bytes back for up to 16 ms.
+pub(crate) const STOP_INTERVAL: Duration = Duration::from_millis(20);
+
+/// The time for which a stop is repeated.
+const STOP_TIME: Duration = Duration::from_secs(1);
+
+/// Stops that are sent before the program ends without waiting for an acknowledgement.
+const LAST_STOPS: u32 = 3;
 
 /// Longest wait of a read for a byte.
 const TICK: Duration = Duration::from_millis(5);
@@ -28,8 +35,15 @@ const TCP: &str = "tcp:";
 pub struct Port {
     name: String,
     line: Box<dyn Line>,
+    /// The line once more, for another thread.
+    second: Option<Box<dyn Write + Send>>,
     receiver: Receiver,
+    /// The number of the last request.
+    id: u8,
 }
+
+/// A line, and the same for another thread.
+type TwoLines = (Box<dyn Line>, Box<dyn Write + Send>);
 
 trait Line: Read + Write + Send {}
 impl<L: Read + Write + Send> Line for L {}
@@ -56,70 +70,104 @@ impl Port {
     /// # Errors
     /// If there is no such port, or another program has it.
     pub fn open(name: &str) -> Result<Self, PortError> {
-        let line = match name.strip_prefix(TCP) {
+        let opened = match name.strip_prefix(TCP) {
             Some(address) => connect(address),
-            None => serialport::new(name, BAUD)
-                .timeout(TICK)
-                .open()
-                .map(|port| Box::new(port) as Box<dyn Line>)
-                .map_err(io::Error::from),
+            None => open_serial(name),
         };
-        match line {
-            Ok(line) => Ok(Self {
-                name: name.to_owned(),
-                line,
-                receiver: Receiver::new(),
-            }),
-            Err(error) => Err(PortError {
-                port: name.to_owned(),
-                fault: format!(
+        let (line, second) = opened.map_err(|error| PortError {
+            port: name.to_owned(),
+            fault: match error.kind() {
+                ErrorKind::ResourceBusy => error.to_string(),
+                _ => format!(
                     "cannot be opened: {error}; a port is the name of a serial device, such as /dev/ttyUSB0, or \
                      tcp:HOST:PORT"
                 ),
-            }),
-        }
+            },
+        })?;
+        Ok(Self {
+            second: Some(second),
+            ..Self::at(name, line)
+        })
     }
 
     /// Over anything that carries bytes both ways. A read must end after a few milliseconds without a
     /// byte, with [`ErrorKind::WouldBlock`] or [`ErrorKind::TimedOut`].
     #[must_use]
     pub fn over(name: &str, stream: impl Read + Write + Send + 'static) -> Self {
+        Self::at(name, buffered(stream))
+    }
+
+    fn at(name: &str, line: Box<dyn Line>) -> Self {
+        // Random, as the last answer to the program before this one may still be on the line.
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
         Self {
             name: name.to_owned(),
-            line: buffered(stream),
+            line,
+            second: None,
             receiver: Receiver::new(),
+            id: now.map_or(0, |now| (now.subsec_micros() >> 4) as u8),
         }
     }
 
-    /// Asks until an answer comes that fits the question.
+    /// A number for the next request.
+    pub(crate) fn next_id(&mut self) -> u8 {
+        self.id = self.id.wrapping_add(1);
+        self.id
+    }
+
+    /// Sends a stop, which needs no answer to anything before it, until the drive acknowledges it or a second is over.
+    /// False without an acknowledgement. A stop is the same in every version of the protocol from 18 on.
     ///
     /// # Errors
-    /// If the line breaks, or no answer comes.
-    pub fn ask<Q: Serialize, A: DeserializeOwned>(
-        &mut self,
-        question: &Q,
-        fits: impl Fn(&A) -> bool,
-    ) -> Result<A, PortError> {
-        for _ in 0..TRIES {
-            self.send(question)?;
-            if let Some(answer) = self.listen(&fits, PATIENCE)? {
-                return Ok(answer);
+    /// If the line breaks.
+    pub fn stop(&mut self) -> Result<bool, PortError> {
+        let id = self.next_id();
+        let is_done = |report: &Report| matches!(report, Report::Done { id: same } if *same == id);
+        let until = Instant::now() + STOP_TIME;
+        while Instant::now() < until {
+            let command = Command::Stop;
+            self.send(&Request { id, command })?;
+            if self.listen(&is_done, STOP_INTERVAL)?.is_some() {
+                return Ok(true);
             }
         }
-        Err(self.fault(format_args!(
+        Ok(false)
+    }
+
+    /// Sends stops from another thread, whatever this one waits for. The first call has it; it does nothing where the
+    /// system has the line only once.
+    pub(crate) fn last_stop(&mut self) -> impl FnOnce() + Send + 'static {
+        let (id, command) = (self.next_id(), Command::Stop);
+        let second = self
+            .second
+            .take()
+            .zip(framed(&Request { id, command }).ok());
+        move || {
+            if let Some((mut line, bytes)) = second {
+                for _ in 0..LAST_STOPS {
+                    // The program ends: nothing is left to report it to.
+                    let _ = line.write_all(&bytes).and_then(|()| line.flush());
+                    thread::sleep(STOP_INTERVAL);
+                }
+            }
+        }
+    }
+
+    /// No answer came to a question that was repeated.
+    pub(crate) fn unanswered(&self) -> PortError {
+        self.fault(format_args!(
             "no drive answers: is a firmware of this program's version running there, at {BAUD} baud?"
-        )))
+        ))
     }
 
     /// Sends a message, after a zero: what was on the line before it cannot spoil it.
     ///
     /// # Errors
     /// If the line breaks.
-    pub fn send<Q: Serialize>(&mut self, message: &Q) -> Result<(), PortError> {
-        let framed = frame(message).map_err(|error| self.fault(error))?;
+    pub fn send<Q: Message>(&mut self, message: &Q) -> Result<(), PortError> {
+        let bytes = framed(message).map_err(|error| self.fault(error))?;
         self.line
-            .write_all(&[0])
-            .and_then(|()| self.line.write_all(&framed))
+            .write_all(&bytes)
             .and_then(|()| self.line.flush())
             .map_err(|error| self.broken(&error))
     }
@@ -138,7 +186,7 @@ impl Port {
     ///
     /// # Errors
     /// If the line breaks.
-    pub fn listen<A: DeserializeOwned>(
+    pub fn listen<A: Message + DeserializeOwned>(
         &mut self,
         fits: &impl Fn(&A) -> bool,
         patience: Duration,
@@ -203,11 +251,45 @@ impl<S: Write> Write for Stream<S> {
     }
 }
 
-fn connect(address: &str) -> io::Result<Box<dyn Line>> {
-    let stream = TcpStream::connect(address)?;
-    stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(TICK))?;
-    Ok(buffered(stream))
+/// The frame of a message after a zero, to be written in one piece: two threads may write.
+fn framed(message: &impl Message) -> Result<Vec<u8>, FrameError> {
+    frame(message).map(|frame| [&[0], frame.as_slice()].concat())
+}
+
+fn connect(address: &str) -> io::Result<TwoLines> {
+    let mut failed = ErrorKind::AddrNotAvailable.into();
+    for address in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, MAX_CONNECTION_WAIT) {
+            Ok(stream) => {
+                stream.set_nodelay(true)?;
+                stream.set_read_timeout(Some(TICK))?;
+                let second = stream.try_clone()?;
+                return Ok((buffered(stream), Box::new(second)));
+            }
+            Err(error) if error.kind() == ErrorKind::TimedOut => {
+                let limit = MAX_CONNECTION_WAIT.as_secs();
+                let fault = format!("nothing answers within {limit} s");
+                failed = io::Error::new(ErrorKind::TimedOut, fault);
+            }
+            Err(error) => failed = error,
+        }
+    }
+    Err(failed)
+}
+
+fn open_serial(name: &str) -> io::Result<TwoLines> {
+    let opened = serialport::new(name, BAUD).timeout(TICK).open();
+    let line = opened.map_err(|error| match error.kind() {
+        // On Unix a lock of another program, and nothing else. On Windows a device that is not there, too.
+        serialport::ErrorKind::NoDevice if cfg!(unix) => io::Error::new(
+            ErrorKind::ResourceBusy,
+            "another program holds the port: Ctrl-C in that program stops the drive; without it, switch the drive's \
+             enable or the motor's supply off",
+        ),
+        _ => error.into(),
+    })?;
+    let second = line.try_clone()?;
+    Ok((Box::new(line), Box::new(second)))
 }
 
 fn buffered(stream: impl Read + Write + Send + 'static) -> Box<dyn Line> {
@@ -221,4 +303,42 @@ fn is_silence(error: &io::Error) -> bool {
         error.kind(),
         ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scripted_line;
+
+    #[test]
+    fn a_stop_is_repeated_until_it_is_acknowledged_under_one_number() {
+        let mut heard = 0;
+        let (mut port, received) = scripted_line::port(move |request| {
+            heard += 1;
+            // The first two are lost.
+            (heard > 2).then_some(Report::Done { id: request.id })
+        });
+        assert!(port.stop().expect("the line is whole"));
+        let sent = received.all();
+        assert!(sent.len() >= 3, "{sent:?}");
+        for request in &sent {
+            assert_eq!((request.id, request.command), (sent[0].id, Command::Stop));
+        }
+    }
+
+    #[test]
+    fn a_stop_that_nobody_acknowledges_is_sent_for_a_second() {
+        let (mut port, received) = scripted_line::port(|request| {
+            // The answer to something else.
+            Some(Report::Done {
+                id: request.id.wrapping_add(1),
+            })
+        });
+        let begun = Instant::now();
+        assert!(!port.stop().expect("the line is whole"));
+        assert!(begun.elapsed() >= STOP_TIME);
+        // A machine that is busy sends fewer, and one that is not no more.
+        let sent = received.count(Command::Stop);
+        assert!((2..=51).contains(&sent), "{sent}");
+    }
 }

@@ -11,6 +11,7 @@
 #![deny(missing_docs)]
 
 mod backlash;
+mod brake;
 mod effects;
 mod encoder;
 mod equation;
@@ -26,6 +27,7 @@ mod sensor_errors;
 mod servo;
 mod wander;
 
+pub use brake::VirtualBrake;
 pub use effects::{EffectError, Effects};
 pub use encoder::Encoder;
 pub use identifier_core::parameters::ServoParameters;

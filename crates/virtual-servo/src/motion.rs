@@ -97,6 +97,12 @@ impl Motion {
         acting.excess = acting.at(held.time) - acting.target;
     }
 
+    /// Stands for a sample.
+    pub(crate) fn stand(&mut self) {
+        self.begin_sample();
+        [_, self.state[1], _, self.state[3]] = [0.0; 4];
+    }
+
     /// As if this command had acted for long.
     pub(crate) fn hold(&mut self, command: f64) {
         self.now.acting.target = command;

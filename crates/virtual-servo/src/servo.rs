@@ -101,6 +101,17 @@ impl Servo {
         }
     }
 
+    /// Stands for one sample, at whose beginning this command is given: a closed brake holds the motor.
+    pub fn stand(&mut self, command: f64) {
+        if let Some(front_end) = &mut self.front_end {
+            front_end.process(command);
+        }
+        match &mut self.mechanics {
+            Mechanics::ClosedForm(plant) => plant.velocity = 0.0,
+            Mechanics::Integrated(motion) => motion.stand(),
+        }
+    }
+
     /// Moves for the time of a held command.
     fn move_under(&mut self, held: &Held) {
         match &mut self.mechanics {

@@ -86,6 +86,11 @@ impl Chip for Wiring {
         self.steps.steps()
     }
 
+    fn set_brake(&mut self, open: bool) {
+        // A pin of the chip has no way to fail.
+        let _ = self.output.set_brake(open);
+    }
+
     #[inline]
     fn next_is_due(&self) -> bool {
         sample_timer::is_due(BUS)
@@ -210,7 +215,7 @@ fn background(parts: Parts) {
         ..
     } = wired;
     let image = image::check();
-    let (mut board_test, computed) = self_test(board::NAME, DWT::cycle_count);
+    let (board_test, computed) = self_test(board::NAME, DWT::cycle_count);
     let found = computed.and(image.map(drop)).and(found);
     let (back, interrupt, line_end) = channel.split();
     let built_in = settings::built_in();
@@ -222,7 +227,6 @@ fn background(parts: Parts) {
         resets_in_time,
         image_checked: image == Ok(true),
     });
-    board_test.servo_on_chip = cfg!(feature = "no-motor");
     supervisor.set_board_test(board_test);
     watchdog.start();
     #[cfg(feature = "no-motor")]

@@ -65,12 +65,14 @@ pub const STAGE: drive_logic::OutputStage = drive_logic::OutputStage {
     full_scale: FULL_SCALE,
     period: drive_chip::pwm::PERIOD,
     command_delay: drive_chip::sample_timer::LEAD,
+    board: NAME,
+    is_simulated: cfg!(feature = "no-motor"),
 };
 
 /// The encoder.
 pub type Encoder = drive_chip::quadrature::Quadrature<Mmio>;
 
-/// The output stage with its enable line.
+/// The output stage with its enable line and its brake.
 pub type Output = Gate<Stage, pins::Output<Mmio>>;
 
 type Stage = servo_hal::PwmDirection<drive_chip::pwm::Pwm<Mmio>, drive_chip::pwm::Direction<Mmio>>;
@@ -104,6 +106,6 @@ pub fn wire() -> Option<(Wired, Output)> {
     let to_send = cortex_m::singleton!(: serial::Bytes = serial::Bytes::new())?;
     let chip = drive_chip::wire(BUS, &BOARD, &RECEIVED, to_send);
     let stage = Stage::new(chip.pwm, chip.direction, FULL_SCALE as f32).ok()?;
-    let output = Gate::new(stage, chip.enable);
+    let output = Gate::new(stage, chip.enable).with_brake(chip.brake);
     Some((chip, output))
 }

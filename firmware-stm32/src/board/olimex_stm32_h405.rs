@@ -6,7 +6,8 @@
 //! | PC8 | encoder index (TIM3 channel 3), pulled up: a rising edge counts | encoder |
 //! | PA8 | PWM, 20 kHz (TIM1 channel 1) | amplifier |
 //! | PB14 | direction, high is positive (TIM1 channel 2, complementary) | amplifier |
-//! | PB15 | enable, high is on; pull it down outside | amplifier, brake |
+//! | PB15 | enable, high is on; pull it down outside | amplifier |
+//! | PB13 | brake, high opens it; pull it down outside | holding brake, by a transistor |
 //! | PB12 | fault (TIM1 break), pulled up: low is healthy | amplifier |
 //! | PC0, PC1 | limit switches, lower and upper end, pulled up: closed to ground is healthy | switches |
 //! | PC2 | home switch, pulled up: closed to ground is at home | switch |
@@ -29,6 +30,7 @@ pub const BOARD: Board<F4> = Board {
     pwm: Pin::new(Port::A, 8),
     direction: Pin::new(Port::B, 14),
     enable: Pin::new(Port::B, 15),
+    brake: Pin::new(Port::B, 13),
     fault: Pin::new(Port::B, 12),
     low_switch: Pin::new(Port::C, 0),
     high_switch: Pin::new(Port::C, 1),

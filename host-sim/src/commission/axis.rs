@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use commissioning::CommissionInputs;
 use identifier_core::reason::Reason;
 use virtual_servo::faults::Faults;
-use virtual_servo::{Encoder, SensorErrors, Servo};
+use virtual_servo::{Encoder, SensorErrors, Servo, VirtualBrake};
 
 use crate::scenario::{Fault, Scenario};
 
@@ -22,6 +22,8 @@ pub struct Axis {
     beyond: f64,
     /// The command that balances the load at the servo's start, command units.
     balance: f64,
+    brake: Option<VirtualBrake>,
+    sample_time: f64,
 }
 
 impl Axis {
@@ -57,6 +59,8 @@ impl Axis {
             encoder: Encoder::new(counts.unwrap_or(TAU / units.position_unit())),
             beyond: part * units.position_unit(),
             balance,
+            brake: (scenario.brake).map(|brake| VirtualBrake::closed(brake.opens, brake.closes)),
+            sample_time: time,
         })
     }
 
@@ -103,5 +107,15 @@ impl Axis {
     /// Moves one sample under a held command.
     pub fn advance(&mut self, command: f64) {
         self.servo.advance(self.faults.acting(command));
+    }
+
+    /// The same with the holding brake of the scenario, which opens with power.
+    pub fn advance_beside_brake(&mut self, command: f64, has_power: bool) {
+        let (brake, time) = (self.brake.as_mut(), self.sample_time);
+        if brake.is_some_and(|brake| brake.holds(has_power, time)) {
+            self.servo.stand(self.faults.acting(command));
+        } else {
+            self.advance(command);
+        }
     }
 }

@@ -15,6 +15,10 @@ pub struct DriveStatus {
     /// The fault that holds.
     #[serde(serialize_with = "super::reason::serialize")]
     pub reason: Option<Reason>,
+    /// The drive simulates its servo, and no motor is driven.
+    pub simulated: bool,
+    /// From the edge of the home switch to the index pulse, rad.
+    pub index_from_edge: Option<f32>,
     /// Estimates of the servo, of this run or of the last.
     pub estimates: Option<Estimates>,
     /// Standard deviation of the encoder's noise in motion by the run's first fit, encoder counts; rounding alone is 0.29.
@@ -40,6 +44,8 @@ impl From<&Status> for DriveStatus {
             status: state,
             code: reason.map_or(0, Reason::number),
             reason,
+            simulated: status.simulated,
+            index_from_edge: status.index_from_edge,
             estimates: status.estimates,
             noise_counts: status.noise,
             gains: status

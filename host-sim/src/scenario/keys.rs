@@ -4,6 +4,7 @@
 //! meaning. Reading, messages, help and schema all follow from it.
 
 use commissioning::Limits;
+use drive_link::HoldingBrake;
 use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
@@ -50,6 +51,7 @@ const ANGULAR: Range = Fixed(Allowed::Within(
     -Effects::LARGEST_ACCELERATION,
     Effects::LARGEST_ACCELERATION,
 ));
+const BRAKE: Range = Fixed(Allowed::Within(0.0, HoldingBrake::MAX_TIME));
 const SHARE: Range = Fixed(Allowed::Within(
     -Effects::LARGEST_SHARE,
     Effects::LARGEST_SHARE,
@@ -153,6 +155,10 @@ keys! {
     "known dead band of the power stage, to either side; the term dead-band starts there";
 "amplifier.current_loop": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| given(s).terms.current_loop = v), Value(0.0), "s",
     "known time constant of the current loop, with which the motor's current follows the command";
+"amplifier.brake": Table(Stated), Derived("none"), "",
+    "holding brake of the axis, which power opens, at an output of its own; the drive holds the axis while it opens or closes";
+"amplifier.brake.opens": Number(BRAKE, |s, v| brake(s).opens = v), Required("0.05"), "s", "the longest that it takes to open";
+"amplifier.brake.closes": Number(BRAKE, |s, v| brake(s).closes = v), Required("0.1"), "s", "the longest that it takes to close";
 "amplifier.limit": Limit(|s, v| pid(s).limit = v), Derived("no limit"), "command units",
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
@@ -561,6 +567,13 @@ fn ranges(s: &mut Scenario) -> &mut RangeSettings {
         error: 0.0,
         velocity: 0.0,
         command: 0.0,
+    })
+}
+
+fn brake(s: &mut Scenario) -> &mut HoldingBrake {
+    s.brake.get_or_insert(HoldingBrake {
+        opens: 0.0,
+        closes: 0.0,
     })
 }
 

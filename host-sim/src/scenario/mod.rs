@@ -47,6 +47,7 @@ pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceStat
 pub use set::ModelSet;
 pub(crate) use source::fetch;
 
+use drive_link::HoldingBrake;
 use identifier_core::Settings;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::settings::ControllerSettings;
@@ -75,6 +76,8 @@ pub struct Scenario {
     pub counts_per_rev: Option<f64>,
     /// The errors of the position sensor.
     pub sensor: SensorEffects,
+    /// The holding brake of the axis.
+    pub brake: Option<HoldingBrake>,
     /// The faults injected while the servo runs.
     pub faults: Vec<InjectedFault>,
     /// The settings of loop and identifier that the file states; [`Scenario::settings`] is the whole. A replay may have no controller.
@@ -223,6 +226,7 @@ impl Scenario {
             counts_per_rev: None,
             sensor: SensorEffects::default(),
             faults: Vec::new(),
+            brake: None,
             // Where no controller is declared, its sample time is the log's.
             stated: Settings::new(1e-3, 1.0),
             velocity: Velocity::LowPass,

@@ -35,7 +35,23 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         sensor: &mut S,
         actuator: &mut A,
     ) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>> {
-        let taken = self.try_step(state, setpoint, sensor, actuator);
+        self.control_step_with(state, setpoint, sensor, actuator, |sample| sample.command)
+    }
+
+    /// The same with another command that acts, command units, for each sample of the controller.
+    ///
+    /// # Errors
+    /// As [`control_step`](Self::control_step).
+    #[inline]
+    pub fn control_step_with<S: PositionSensor, A: Actuator<N>>(
+        &self,
+        state: &mut ServoLoopState<N, V::State, I::State>,
+        setpoint: Setpoint<N>,
+        sensor: &mut S,
+        actuator: &mut A,
+        acting: impl FnOnce(&ControlSample<N>) -> N,
+    ) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>> {
+        let taken = self.try_step(state, setpoint, sensor, actuator, acting);
         if taken.is_err() {
             // The first fault is reported, even if disabling fails too.
             let _ = actuator.release();
@@ -50,17 +66,19 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
         setpoint: Setpoint<N>,
         sensor: &mut S,
         actuator: &mut A,
+        acting: impl FnOnce(&ControlSample<N>) -> N,
     ) -> Result<ControlSample<N>, ControlStepError<S::Error, A::Error>> {
         let count = sensor.count().map_err(ControlStepError::Sensor)?;
         let before = state.controlled();
         let sample = self
             .control(state, setpoint.count, setpoint.offset, count)
             .map_err(ControlStepError::Step)?;
-        if let Err(error) = actuator.hold(sample.command) {
+        let command = acting(&sample);
+        if let Err(error) = actuator.hold(command) {
             state.back_to(before);
             return Err(ControlStepError::Actuator(error));
         }
-        Ok(sample)
+        Ok(ControlSample { command, ..sample })
     }
 }
 

@@ -2,14 +2,18 @@
 
 #![no_main]
 
-use drive_link::{Receiver, frame};
+use drive_link::{Message, Receiver, Request, frame};
 use libfuzzer_sys::fuzz_target;
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 
 /// Bytes that are a message as they stand: only with their check are they looked at.
-struct Message<'a>(&'a [u8]);
+struct Bytes<'a>(&'a [u8]);
 
-impl Serialize for Message<'_> {
+impl Message for Bytes<'_> {
+    const SEED: u32 = Request::SEED;
+}
+
+impl Serialize for Bytes<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut bytes = serializer.serialize_tuple(self.0.len())?;
         self.0
@@ -21,7 +25,7 @@ impl Serialize for Message<'_> {
 
 fuzz_target!(|bytes: &[u8]| {
     take(bytes);
-    if let Ok(framed) = frame(&Message(bytes)) {
+    if let Ok(framed) = frame(&Bytes(bytes)) {
         take(&framed);
     }
 });

@@ -27,6 +27,8 @@ pub(super) const STAGE: OutputStage = OutputStage {
     full_scale: 10.0,
     period: 5e-5,
     command_delay: 1.25e-5,
+    board: "bench",
+    is_simulated: false,
 };
 
 /// Settings of a drive at a rate, Hz.
@@ -47,7 +49,7 @@ pub(super) fn settings(rate: u32) -> Settings {
         },
         protection: Protection {
             following_error: 3.0,
-            travel: 51.0,
+            travel: [-51.0, 51.0],
             pace: 5.0,
             speed: 100.0,
             breakaway: 0.3,
@@ -60,6 +62,7 @@ pub(super) fn settings(rate: u32) -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
+        brake: None,
     }
 }
 

@@ -87,9 +87,9 @@ impl<N: Number> Holding<N> {
         self.rest.begin();
     }
 
-    /// Sets the samples after which it counts as at rest.
+    /// Counts as at rest after this many samples, if they are more than otherwise.
     pub(super) fn rest_for(&mut self, samples: u32) {
-        self.rest.needed = samples;
+        self.rest.needed = self.rest.needed.max(samples);
     }
 
     /// Brings the servo to a place.

@@ -34,7 +34,7 @@ pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};
 pub use limits::Limits;
 pub use message::{Decision, RecordEvent};
 pub use phase::Phase;
-pub use probing::LargestMotion;
+pub use probing::{CommandRamp, LargestMotion};
 pub(crate) use probing::{Probing, ProbingSettings, ProbingState};
 pub(crate) use rough_model::RoughModel;
 pub use settings::CommissionSettings;

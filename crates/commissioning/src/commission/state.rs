@@ -239,6 +239,13 @@ impl<N: Number> CommissionState<N> {
         self.count = Held::at(count);
     }
 
+    /// Has the old gains, if there are any, hold the servo at rest for this many samples before the first motion.
+    pub fn rest_for(&mut self, samples: u32) {
+        if let Activity::Holding(holding) = &mut self.activity {
+            holding.rest_for(samples);
+        }
+    }
+
     /// The last sample of the controller that holds the servo, for one that takes over from there; none where
     /// none acts.
     #[must_use]

@@ -143,6 +143,29 @@ fn a_stop_restores_the_gains_before_in_the_same_sample() {
 }
 
 #[test]
+fn a_stop_after_the_end_disables_whatever_holds_the_servo() {
+    for stopped_in in [None, Some(Phase::Fit)] {
+        for (reason, disables) in [(Reason::Stopped, true), (Reason::ModeChanged, false)] {
+            let mut ended = 0;
+            let course = beside_a_controller().commission(&mut |phase| {
+                ended += u32::from(phase.is_end());
+                let stops = Some(phase) == stopped_in;
+                match ended {
+                    0 => stops.then_some(Reason::ModeChanged),
+                    50 => Some(reason),
+                    _ => None,
+                }
+            });
+            let (held, later) = course.after.split_at(49);
+            assert!(held.iter().all(Option::is_some), "{stopped_in:?}");
+            let is_held = |command: &Option<f64>| command.is_some() != disables;
+            let is_right = later[1..].iter().all(is_held);
+            assert!(is_right, "{stopped_in:?} {reason:?}");
+        }
+    }
+}
+
+#[test]
 fn the_gains_before_resume_with_the_command_that_held_the_load() {
     let mut bench = beside_a_controller();
     bench.servo.load = 200.0;

@@ -33,6 +33,7 @@ pub(crate) const BOARD: Board<Family> = Board {
     pwm: Pin::new(Port::A, 8),
     direction: Pin::new(Port::B, 14),
     enable: Pin::new(Port::B, 15),
+    brake: Pin::new(Port::B, 13),
     fault: Pin::new(Port::B, 12),
     low_switch: Pin::new(Port::C, 0),
     high_switch: Pin::new(Port::C, 1),

@@ -1,10 +1,11 @@
+use drive_chip::disable_outputs;
 use drive_chip::flash::Areas;
 use drive_chip::pins::{Pin, Port};
 use embedded_hal::digital::OutputPin;
 
 use crate::facts::{TIM1_FUNCTION, UNUSED};
 use crate::model::{Level, Mode, Output, Pull};
-use crate::{healthy, wired};
+use crate::{BOARD, healthy, wired};
 
 #[test]
 fn every_pin_has_the_function_of_its_board() {
@@ -17,6 +18,7 @@ fn every_pin_has_the_function_of_its_board() {
         ((1, 7), Mode::Alternate(2), Pull::Up),
         ((1, 12), Mode::Alternate(TIM1_FUNCTION), Pull::Up),
         ((1, 14), Mode::Alternate(TIM1_FUNCTION), Pull::None),
+        ((1, 13), Mode::Output, Pull::None),
         ((1, 15), Mode::Output, Pull::None),
         ((2, 0), Mode::Input, Pull::Up),
         ((2, 1), Mode::Input, Pull::Up),
@@ -43,7 +45,7 @@ fn every_pin_has_the_function_of_its_board() {
     for (port, number) in [(0, 13), (0, 14), (0, 15), (1, 3), (1, 4)] {
         assert_eq!(chip.pins.mode(port, number), Mode::Alternate(0));
     }
-    for (port, number) in [(0, 1), (0, 4), (0, 7), (1, 11), (1, 13), (2, 5), (2, 9)] {
+    for (port, number) in [(0, 1), (0, 4), (0, 7), (1, 11), (2, 5), (2, 9)] {
         assert_eq!(chip.pins.mode(port, number), UNUSED);
         assert_eq!(chip.pins.pull(port, number), Pull::None);
     }
@@ -59,6 +61,18 @@ fn enable_is_an_output_of_its_own() {
     assert_eq!(chip.direction(), Output::Low);
     assert_eq!(wired.enable.set_low(), Ok(()));
     assert_eq!(chip.pins.level(1, 15), Level::Low);
+}
+
+#[test]
+fn the_brake_is_an_output_of_its_own_that_closes_with_the_outputs() {
+    let chip = healthy();
+    let mut wired = wired(&chip);
+    assert_eq!(chip.pins.level(1, 13), Level::Low);
+    assert_eq!(wired.brake.set_high(), Ok(()));
+    assert_eq!(chip.pins.level(1, 13), Level::High);
+    assert_eq!(chip.pins.level(1, 15), Level::Low);
+    disable_outputs(&chip, &BOARD);
+    assert_eq!(chip.pins.level(1, 13), Level::Low);
 }
 
 #[test]

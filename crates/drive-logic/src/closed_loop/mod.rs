@@ -1,5 +1,6 @@
 //! The loop of a drive, controller and identifier with their states, in single precision.
 
+mod first_motion;
 mod single;
 mod unknowns;
 
@@ -8,6 +9,7 @@ use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::identifier::GaussNewtonFitted;
 
+pub(crate) use self::first_motion::FirstMotion;
 pub(crate) use self::single::{ClosedLoop, Learnt, Settled};
 use crate::conversion::refusal;
 
@@ -48,7 +50,17 @@ pub(crate) struct Handover {
     pub(crate) origin: i32,
     /// The count at which the servo rested before, and is to rest again.
     pub(crate) rest_count: i32,
+    /// Steps of a step input came meanwhile, or may have.
+    pub(crate) missed_steps: bool,
 }
+
+/// At rest, before the first sample.
+pub(crate) const AT_REST: ControlSample<f32> = ControlSample {
+    error: 0.0,
+    increment: 0.0,
+    velocity: 0.0,
+    command: 0.0,
+};
 
 /// Checks settings without building their loop.
 ///

@@ -2,10 +2,10 @@
 //! run the store is left alone, which holds all of the old. The result is saved as one record, once it is validated and
 //! the servo is disabled.
 
-use commissioning::{CommissionSettings, HoldingGains, Phase};
+use commissioning::{CommissionSettings, HoldingGains, Limits, Phase};
 use drive_link::{
-    Commissioned, Commissioning as LastCommissioning, Estimator, Gains, Kept, NotAllowed, Origin,
-    Outcome, Protection, Record, Refusal, Settings, State,
+    Commissioned, Commissioning as LastCommissioning, Estimates, Estimator, Gains, Kept,
+    NotAllowed, Origin, Outcome, Protection, Record, Refusal, Settings, State,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::reason::Reason;
@@ -14,11 +14,13 @@ use identifier_core::settings::{ControllerSettings, IdentifierSettings};
 use super::Supervisor;
 use super::memory::Slot;
 use super::solver::Solver;
+use crate::brake::BrakeTimes;
 use crate::chip::OutputStage;
 use crate::commissioning::Commissioning;
 use crate::conversion;
 use crate::ending::REST_TIME;
 use crate::guide;
+use crate::limits::AllowedRange;
 use crate::messages::{Mode, Order};
 use crate::protection::{check_limit, largest};
 use crate::run::Run;
@@ -27,6 +29,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a commissioning, unless it is overtaken by a stop.
     pub(super) fn commission(
         &mut self,
+        id: u8,
         given: &CommissionSettings,
         listen: impl FnOnce(),
     ) -> Result<(), Refusal> {
@@ -34,6 +37,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         if self.is_commissioning() && !self.is_stopping() && self.requested == Some(*given) {
             return Ok(());
         }
+        self.begun.check(id)?;
         let replaces_run = self.state() == State::Running && !self.is_stopping();
         if replaces_run {
             self.must_not_be_homing()?;
@@ -52,7 +56,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
             self.mark_and_order(commissioning, listen)
         };
         match ordered {
-            Ok(()) => (self.requested, self.phase) = (Some(*given), Phase::Idle),
+            Ok(()) => {
+                (self.requested, self.phase) = (Some(*given), Phase::Idle);
+                self.begun.take(id);
+            }
             Err(_) => self.solver.end_commissioning(),
         }
         ordered
@@ -60,8 +67,19 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// Fills the slot with a commissioning, and begins its solver.
     fn prepare_commissioning(&mut self, given: &CommissionSettings) -> Result<(), Refusal> {
+        let position = self.position();
         let slot = self.commissioning_slot.as_mut().ok_or(Refusal::Busy)?;
-        let begun = prepare(slot, &mut self.solver, given, &self.settings, &self.stage);
+        let (settings, stage) = (&self.settings, &self.stage);
+        let known = self.estimates.as_ref();
+        let begun = prepare(
+            slot,
+            &mut self.solver,
+            given,
+            settings,
+            position,
+            known,
+            stage,
+        );
         begun.map_err(Refusal::Setting)?;
         self.channel.discard_record();
         Ok(())
@@ -173,7 +191,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
             commissioned: self.commissioned,
             under_way,
         };
-        let kept = self.store.keep(|room| record.to_bytes(room));
+        let build = self.stage.build();
+        let kept = self.store.keep(|room| record.to_bytes(build, room));
         kept.map_err(|_| Refusal::NotKept)?;
         self.kept = Kept::Record;
         self.save_pending = under_way;
@@ -240,7 +259,31 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 }
 
-/// Fills a slot with a commissioning beside these settings, and begins its solver.
+/// Checks that an order for an axis at this position, rad from the origin, asks for no more than the settings allow.
+///
+/// # Errors
+/// The limit that is wider than the drive's.
+#[inline(never)]
+fn check_order(order: &Limits, settings: &Settings, position: f64) -> Result<(), NotAllowed> {
+    /// Part of the travel by which an axis at rest may be off its target: the loop holds it against friction.
+    const OFF_TARGET: f64 = 0.01;
+    let Protection { travel, speed, .. } = settings.protection;
+    let travel = AllowedRange::new(travel);
+    travel.narrowed("travel", order.travel)?;
+    if position.abs() > OFF_TARGET * travel.width() {
+        let from_here = travel.seen_from(position);
+        from_here.narrowed("travel", order.travel)?;
+    }
+    let speeds = AllowedRange::new([-speed, speed]);
+    speeds.narrowed("speed", [order.speed; 2])?;
+    if let Some(controller) = settings.closed_loop.core.controller {
+        AllowedRange::new(controller.limit).narrowed("command", order.command)?;
+    }
+    Ok(())
+}
+
+/// Fills a slot with a commissioning beside these settings, of an axis at this position, rad from the origin, and begins
+/// its solver.
 ///
 /// Not generic, to be compiled here and once.
 #[inline(never)]
@@ -249,6 +292,8 @@ fn prepare(
     solver: &mut Solver,
     given: &CommissionSettings,
     beside: &Settings,
+    position: f64,
+    known: Option<&Estimates>,
     stage: &OutputStage,
 ) -> Result<(), NotAllowed> {
     let core = &beside.closed_loop.core;
@@ -269,6 +314,7 @@ fn prepare(
     check_limit("speed", limits.speed, fastest)?;
     check_limit("duration", limits.duration, longest)?;
     conversion::check_stage_limits(limits.command, stage)?;
+    check_order(limits, beside, position)?;
     let settings = CommissionSettings {
         command_delay: given.command_delay + stage.command_delay,
         ..*given
@@ -277,21 +323,23 @@ fn prepare(
         controller,
         cutoff: core.cutoff,
     });
-    let slices = fill(slot, &settings, before.as_ref(), &beside.protection)?;
+    let brake = BrakeTimes::new(beside.brake.as_ref(), &units)?;
+    let commissioning = fill(slot, &settings, before.as_ref(), &beside.protection)?;
+    let balance = known.map_or(0.0, |known| conversion::balance(known, limits.command));
+    commissioning.prepare_hold(balance as f32, brake);
+    let slices = commissioning.slices();
     solver.begin_commissioning(&settings, slices)
 }
 
-/// Fills a slot with a commissioning, and returns the slices of work that go with its samples. Not inlined, for its stack
-/// to be free again.
+/// Fills a slot with a commissioning. Not inlined, for its stack to be free again.
 #[inline(never)]
-fn fill(
-    slot: &mut Slot<Commissioning>,
+fn fill<'a>(
+    slot: &'a mut Slot<Commissioning>,
     settings: &CommissionSettings,
     before: Option<&HoldingGains>,
     protection: &Protection,
-) -> Result<u32, NotAllowed> {
-    let commissioning = Commissioning::new(settings, before, protection)?;
-    Ok(slot.fill(commissioning).slices())
+) -> Result<&'a mut Commissioning, NotAllowed> {
+    Ok(slot.fill(Commissioning::new(settings, before, protection)?))
 }
 
 /// Settings with the gains of a commissioning, within the limits of the command that were given, or else these. An

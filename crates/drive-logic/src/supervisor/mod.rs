@@ -1,5 +1,6 @@
 //! The background's half: everything that may take its time.
 
+mod begun;
 mod changes;
 mod commission;
 mod memory;
@@ -18,6 +19,7 @@ use drive_link::{
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::reason::Reason;
 
+use self::begun::Begun;
 pub use self::memory::Memory;
 use self::memory::Slot;
 use self::solver::Solver;
@@ -25,9 +27,10 @@ use crate::channel::{BackgroundEnd, Heard};
 use crate::chip::OutputStage;
 use crate::closed_loop::ClosedLoop;
 use crate::commissioning::Commissioning;
-use crate::guide::Origin;
+use crate::ending::Coasting;
+use crate::guide::{Origin, TargetsFrom};
+use crate::limits::AllowedRange;
 use crate::messages::{Mode, Order};
-use crate::protection::reach;
 use crate::run::Run;
 use crate::store::Store;
 use crate::telemetry::Counts;
@@ -64,6 +67,9 @@ pub struct Supervisor<'a, F> {
     outcome: Option<Outcome>,
     /// The origin of targets and travel, by the last report.
     origin: Origin,
+    /// The distance of the index pulse from the edge of the home switch, counts, by the last homing that found both.
+    index_from_edge: Option<i32>,
+    begun: Begun,
     /// A commissioning is over and holds the servo for a run to resume.
     awaits_resume: bool,
     /// The settings in force are saved as soon as the servo is disabled, and at standstill if that takes erasing.
@@ -72,8 +78,9 @@ pub struct Supervisor<'a, F> {
     commissioned: Option<Commissioned>,
     fault: Option<Fault>,
     ended: Option<Ended>,
-    /// The stops that the interrupt has obeyed.
+    /// The stops that the interrupt has obeyed, and whether it holds the servo until its brake has closed.
     stops: u32,
+    closes_brake: bool,
     counts: Counts,
     /// Samples of the interrupt that were not reported for want of room on the line.
     reports_dropped: u32,
@@ -112,12 +119,16 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// On its own, for its stack to be free again.
     #[inline(never)]
     fn open(flash: F, start: u32, stage: &OutputStage) -> (Store<F>, Option<Record>, Kept) {
-        let (store, record, kept) = Store::open(flash, start, Record::VERSION, Record::from_bytes);
-        match record {
-            Some(record) if Run::check(&record.settings, stage).is_err() => {
-                (store, None, Kept::OtherVersion)
+        let own = stage.build();
+        let read = |bytes: &[u8]| Record::from_bytes(own, bytes);
+        let (store, read, kept) = Store::open(flash, start, Record::VERSION, read);
+        match read {
+            Some(Ok(record)) if Run::check(&record.settings, stage).is_ok() => {
+                (store, Some(record), kept)
             }
-            record => (store, record, kept),
+            Some(Ok(_)) => (store, None, Kept::OtherVersion),
+            Some(Err(stored)) => (store, None, Kept::OtherBuild { stored, own }),
+            None => (store, None, kept),
         }
     }
 
@@ -151,11 +162,14 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             phase: Phase::Idle,
             outcome: record.and_then(Self::outcome_in),
             origin: Origin::Start,
+            index_from_edge: None,
+            begun: Begun::default(),
             awaits_resume: false,
             save_pending: false,
             commissioned: record.and_then(|record| record.commissioned),
             fault: found_at_boot.err(),
             ended: None,
+            closes_brake: false,
             counts: Counts::default(),
             reports_dropped: 0,
             garbled: 0,
@@ -166,7 +180,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             // Reported once. If it cannot be saved, it is reported again.
             supervisor.save_pending = supervisor.keep(false).is_err();
         }
-        supervisor.set_disabled_patience(DISABLED_PATIENCE);
+        let patience = supervisor.disabled_patience();
+        supervisor.channel.set_disabled_patience(patience);
         supervisor
     }
 
@@ -177,14 +192,17 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
 
     /// Sets the test of the board, which a request reports.
     pub fn set_board_test(&mut self, test: BoardTest) {
-        self.board_test = test;
+        let servo_on_chip = self.stage.is_simulated;
+        self.board_test = BoardTest {
+            servo_on_chip,
+            ..test
+        };
     }
 
-    /// Sets the time for which the background may not run while the servo is disabled, s.
-    fn set_disabled_patience(&self, time: f64) {
+    /// Samples for which the background may not run while the servo is disabled.
+    fn disabled_patience(&self) -> u32 {
         // A cast saturates.
-        let samples = (time / self.sample_time()) as u32;
-        self.channel.set_disabled_patience(samples);
+        (DISABLED_PATIENCE / self.sample_time()) as u32
     }
 
     /// The sample time that holds, s: the firmware's timer follows it while the stage is disabled.
@@ -214,9 +232,9 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.commissioning_slot.is_none()
     }
 
-    /// True until the interrupt has reported that it has obeyed a stop.
+    /// True until the interrupt has reported that it has obeyed a stop, and until the brake has closed at an end.
     fn is_stopping(&self) -> bool {
-        self.stops != self.channel.stops()
+        self.closes_brake || self.stops != self.channel.stops()
     }
 
     /// Estimates of the last run, or of the one that was saved.
@@ -257,12 +275,16 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// The same, but listens to the line before motion is ordered. Building a loop and saving a record take many times
     /// as long as a stop, which may have come meanwhile.
     pub fn answer_after(&mut self, request: &Request, listen: impl FnOnce()) -> Report {
-        self.channel.count_host_frame();
+        if request.command.keeps_alive() {
+            self.channel.count_host_frame();
+        }
         let id = request.id;
         let refused = |refusal| Report::Refused { id, refusal };
-        match self.obey(&request.command, listen) {
+        let done = self.obey(request, listen);
+        self.begun.count_request();
+        match done {
             Ok(()) => match request.command {
-                Command::Hello => self.status(Some(id)),
+                Command::Hello | Command::KeepAlive => self.status(Some(id)),
                 Command::Show => Report::Settings {
                     id,
                     settings: self.settings,
@@ -285,12 +307,14 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
     }
 
-    fn obey(&mut self, command: &Command, listen: impl FnOnce()) -> Result<(), Refusal> {
+    fn obey(&mut self, request: &Request, listen: impl FnOnce()) -> Result<(), Refusal> {
+        let Request { id, command } = *request;
         if command.may_move() {
             self.must_be_last()?;
         }
-        match *command {
+        match command {
             Command::Hello
+            | Command::KeepAlive
             | Command::Show
             | Command::Outcome
             | Command::MotionRecord(_)
@@ -315,24 +339,25 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 }
                 self.settings = settings;
                 self.configured = true;
-                self.set_disabled_patience(DISABLED_PATIENCE);
+                self.channel.set_disabled_patience(self.disabled_patience());
             }
             Command::Start => {
                 // Repeated, it is done already.
                 if self.state() == State::Running && !self.is_stopping() {
                     return Ok(());
                 }
+                self.begun.check(id)?;
                 self.start(listen)?;
+                self.begun.take(id);
             }
             Command::Target(radians) => {
-                self.must_be_running()?;
-                if self.settings.source != TargetSource::Line {
-                    return Err(Refusal::TargetsFromOutside);
-                }
-                self.must_not_be_homing()?;
-                let target = Order::Target(self.counts(radians)?);
-                self.order(target)?;
+                let from = match self.settings.homing {
+                    Some(_) => TargetsFrom::Home,
+                    None => TargetsFrom::Start,
+                };
+                self.target(from, radians)?;
             }
+            Command::RelativeTarget(radians) => self.target(TargetsFrom::Start, radians)?,
             Command::Home => {
                 self.must_be_running()?;
                 if self.settings.homing.is_none() {
@@ -360,7 +385,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 self.must_be_disabled()?;
                 self.keep(false)?;
             }
-            Command::Commission(settings) => self.commission(&settings, listen)?,
+            Command::Commission(settings) => self.commission(id, &settings, listen)?,
         }
         Ok(())
     }
@@ -403,6 +428,44 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         self.must_be_disabled()
     }
 
+    /// The axis hardly moves, within the travel: a run may start.
+    fn must_be_startable(&self) -> Result<(), Refusal> {
+        /// Part of the largest speed that an axis may have at a start: the loop needs room to brake it.
+        const SPEED_AT_START: f64 = 0.8;
+        let most = SPEED_AT_START * self.settings.protection.speed;
+        let speed = self.coasting_speed();
+        if speed > most {
+            return Err(Refusal::Moves { speed, most });
+        }
+        let (position, travel) = (self.position(), self.settings.protection.travel);
+        if AllowedRange::new(travel).contains(position) {
+            Ok(())
+        } else {
+            Err(Refusal::OutsideTravel { position, travel })
+        }
+    }
+
+    /// The speed of the disabled axis, rad/s.
+    fn coasting_speed(&self) -> f64 {
+        let window = f64::from(Coasting::window(self.disabled_patience()));
+        let distance = f64::from(self.channel.coasted()) * self.resolution();
+        distance / (window * self.sample_time())
+    }
+
+    /// The position of the axis, rad from the origin.
+    fn position(&self) -> f64 {
+        let origin = match self.origin {
+            Origin::Found(home) => home,
+            Origin::Start | Origin::Sought => self.channel.started_at(),
+        };
+        f64::from(self.channel.count().wrapping_sub(origin)) * self.resolution()
+    }
+
+    /// Position of a count, rad.
+    fn resolution(&self) -> f64 {
+        self.settings.closed_loop.core.resolution
+    }
+
     /// Disabled or faulted, as the interrupt has reported.
     fn must_be_disabled(&self) -> Result<(), Refusal> {
         if self.is_driven() || self.is_stopping() {
@@ -436,12 +499,15 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
     }
 
-    fn counts(&self, radians: f64) -> Result<i32, Refusal> {
-        let most = reach(&self.settings);
-        if !radians.is_finite() || radians.abs() > most {
-            return Err(Refusal::TooFar { most });
+    /// Sends the servo to a target.
+    fn target(&mut self, from: TargetsFrom, radians: f64) -> Result<(), Refusal> {
+        self.must_be_running()?;
+        if self.settings.source != TargetSource::Line {
+            return Err(Refusal::TargetsFromOutside);
         }
-        // Within what 32 bits hold, as the travel is.
-        Ok((radians / self.settings.closed_loop.core.resolution) as i32)
+        let base = self.origin.base(from, self.channel.started_at())?;
+        let reach = AllowedRange::of_targets(&self.settings);
+        let target = base.target(radians, self.resolution(), reach)?;
+        self.order(Order::Target(target))
     }
 }

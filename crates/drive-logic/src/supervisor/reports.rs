@@ -55,9 +55,11 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.fault = state.fault;
         self.ended = state.ended;
         self.stops = state.stops;
+        self.closes_brake = state.closes_brake;
         self.phase = state.phase.unwrap_or(self.phase);
         self.awaits_resume = state.awaits_resume;
         self.origin = state.origin.unwrap_or(self.origin);
+        self.index_from_edge = state.index_from_edge.or(self.index_from_edge);
         let has_returned = state.returned.is_some();
         match state.returned {
             Some(Mode::Run(run)) => {
@@ -65,6 +67,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
                     self.take_in_all(run);
                 }
                 self.origin = run.origin().after_run();
+                self.index_from_edge = run.index_from_edge().or(self.index_from_edge);
                 self.free(Mode::Run(run));
             }
             Some(Mode::Commissioning(over)) => self.conclude(over),
@@ -86,12 +89,16 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let status = Status {
             state: self.state(),
             kept: self.kept,
+            simulated: self.stage.is_simulated,
             configured: self.configured,
             ended: self.ended,
             commissioning: self.last_commissioning(),
             gains: self.gains(),
             command_delay: self.stage.command_delay as f32,
             home: self.origin.home(),
+            index_from_edge: self
+                .index_from_edge
+                .map(|counts| (f64::from(counts) * self.resolution()) as f32),
             estimates: self.estimates,
             rejection_reason: self.solver.rejection_reason(),
             noise: self.solver.noise().map(|counts| counts as f32),

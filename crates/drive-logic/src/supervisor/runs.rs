@@ -16,6 +16,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a run from the servo's position, unless it is overtaken by a stop.
     pub(super) fn start(&mut self, listen: impl FnOnce()) -> Result<(), Refusal> {
         self.must_be_ready()?;
+        self.must_be_startable()?;
         let known = self.known();
         let slot = self.run_slot.as_mut().ok_or(Refusal::Busy)?;
         let begun_from = prepare(slot, &self.settings, &known, &self.stage);
@@ -109,13 +110,17 @@ fn prepare(
         let mut settings = *settings;
         conversion::set_initial(estimates, &mut settings.closed_loop.core.identifier);
         if let Ok(run) = fill(slot, &settings, stage) {
+            run.balance(estimates, &settings);
             if let Some(found) = &known.identified {
                 run.know(&found.servo(), &found.motion());
             }
             return Ok(settings.closed_loop);
         }
     }
-    fill(slot, settings, stage)?;
+    let run = fill(slot, settings, stage)?;
+    if let Some(estimates) = &known.estimates {
+        run.balance(estimates, settings);
+    }
     Ok(settings.closed_loop)
 }
 

@@ -94,7 +94,7 @@ pub(crate) fn ready() -> Vec<u8> {
 /// Runs, with requests that keep the link alive, until the drive reports a phase.
 pub(crate) fn until(drive: &mut Drive<'_>, phase: Phase) {
     for _ in 0..MAX_SAMPLES {
-        drive.status();
+        drive.ask(Command::KeepAlive);
         for report in drive.pass(1) {
             if let Report::Status { status, .. } = report
                 && let Some(stands) = status.commissioning

@@ -20,7 +20,7 @@ use embedded_storage::nor_flash::{
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::{ControllerSettings, ParameterRangeSettings};
-use virtual_servo::{Encoder, Plant};
+use virtual_servo::{Encoder, Plant, VirtualBrake};
 
 pub(crate) const SAMPLE_TIME: f64 = 1e-3;
 pub(crate) const COUNTS: f64 = 10_000.0;
@@ -51,7 +51,7 @@ pub(crate) fn settings() -> Settings {
         },
         protection: Protection {
             following_error: 3.0,
-            travel: 51.0,
+            travel: [-51.0, 51.0],
             pace: 5.0,
             speed: 100.0,
             breakaway: 0.3,
@@ -64,6 +64,7 @@ pub(crate) fn settings() -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
+        brake: None,
     }
 }
 
@@ -184,6 +185,8 @@ pub(crate) const STAGE: OutputStage = OutputStage {
     full_scale: 10.0,
     period: 5e-5,
     command_delay: 1.25e-5,
+    board: "bench",
+    is_simulated: false,
 };
 
 /// Levels of the input lines without a fault.
@@ -198,6 +201,7 @@ pub(crate) const HEALTHY: Lines = Lines {
 pub(crate) struct Bench {
     pub(crate) plant: RefCell<Plant>,
     pub(crate) encoder: Encoder,
+    pub(crate) sample_time: Cell<f64>,
     pub(crate) connected: Cell<bool>,
     /// Counts of an encoder that is not connected.
     pub(crate) flicker: Cell<i32>,
@@ -222,6 +226,9 @@ pub(crate) struct Bench {
     pub(crate) fed: Cell<u32>,
     /// The cycle counter, and what every part between two readings takes.
     pub(crate) cycles: Cell<[u32; 2]>,
+    /// The holding brake of the axis, and whether it has power.
+    pub(crate) brake: Cell<Option<VirtualBrake>>,
+    pub(crate) brake_power: Cell<bool>,
     /// Commands that have not acted yet.
     waiting: RefCell<VecDeque<f32>>,
 }
@@ -236,6 +243,7 @@ impl Bench {
             first: Cell::new(first),
             plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
             encoder: Encoder::new(COUNTS),
+            sample_time: Cell::new(SAMPLE_TIME),
             connected: Cell::new(true),
             flicker: Cell::new(0),
             sensor_works: Cell::new(true),
@@ -250,6 +258,8 @@ impl Bench {
             steps: Cell::new(Some(0)),
             fed: Cell::new(0),
             cycles: Cell::new([0, 0]),
+            brake: Cell::new(None),
+            brake_power: Cell::new(false),
             waiting: RefCell::default(),
         }
     }
@@ -292,7 +302,16 @@ impl Bench {
         let command = waiting.pop_front().unwrap_or(0.0);
         let mut plant = self.plant.borrow_mut();
         let before = plant.position;
-        plant.advance(f64::from(command));
+        let mut brake = self.brake.get();
+        let is_braked = brake
+            .as_mut()
+            .is_some_and(|brake| brake.holds(self.brake_power.get(), self.sample_time.get()));
+        self.brake.set(brake);
+        if is_braked {
+            plant.velocity = 0.0;
+        } else {
+            plant.advance(f64::from(command));
+        }
         if let Some(index_at) = self.index_at.get() {
             let turns = |position: f64| ((position - index_at) / TAU).floor();
             let last = turns(before.max(plant.position));
@@ -346,6 +365,10 @@ impl<'a> Chip for Pins<'a> {
         self.bench.steps.replace(Some(0))
     }
 
+    fn set_brake(&mut self, open: bool) {
+        self.bench.brake_power.set(open);
+    }
+
     fn next_is_due(&self) -> bool {
         self.bench.late.get()
     }
@@ -391,6 +414,7 @@ impl Actuator<f32> for &Bench {
 
     fn release(&mut self) -> Result<(), ()> {
         self.held.set(None);
+        self.brake_power.set(false);
         if self.releases.get() { Ok(()) } else { Err(()) }
     }
 }

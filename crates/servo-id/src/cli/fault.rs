@@ -34,6 +34,14 @@ impl Fault {
         }
     }
 
+    /// The same, with what followed.
+    pub(super) fn and(mut self, what: impl fmt::Display) -> Self {
+        let (Self::Input(text) | Self::Unmet(text) | Self::Interrupted(text) | Self::Other(text)) =
+            &mut self;
+        *text = format!("{text}; {what}");
+        self
+    }
+
     /// A fault of the content of a file.
     pub(super) fn of_file(file: &Path, fault: impl fmt::Display) -> Self {
         Self::Input(format!("{}: {fault}", file.display()))

@@ -1,4 +1,4 @@
-//! Ctrl-C, and every other request to end the program: no file is left half written.
+//! Ctrl-C, and every other request to end the program: no file is left half written, and no drive driven.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,6 +18,9 @@ static ENDS_BY_ITSELF: AtomicBool = AtomicBool::new(false);
 /// An end was requested.
 static END_REQUESTED: AtomicBool = AtomicBool::new(false);
 
+/// What the interruption that ends the program does first.
+static LAST_ACT: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
+
 /// From now on, an interruption removes the temporary files before it ends the program.
 pub(super) fn handle() {
     // Without a handler the program ends as any other does.
@@ -31,12 +34,17 @@ pub(super) fn end_requested() -> &'static AtomicBool {
     &END_REQUESTED
 }
 
+/// From now on, the interruption that ends the program does this first.
+pub(super) fn before_end(act: impl FnOnce() + Send + 'static) {
+    *locked(&LAST_ACT) = Some(Box::new(act));
+}
+
 /// Makes a temporary file that an interruption removes; `make` returns it, `path` its path.
 pub(super) fn removing<T>(
     make: impl FnOnce() -> io::Result<T>,
     path: impl FnOnce(&T) -> &Path,
 ) -> io::Result<T> {
-    let mut temporaries = temporaries();
+    let mut temporaries = locked(&TEMPORARIES);
     let made = make()?;
     temporaries.push(path(&made).to_owned());
     Ok(made)
@@ -76,8 +84,11 @@ fn interrupt() {
     if ENDS_BY_ITSELF.load(Ordering::Relaxed) && !END_REQUESTED.swap(true, Ordering::Relaxed) {
         return;
     }
+    if let Some(act) = locked(&LAST_ACT).take() {
+        act();
+    }
     // The lock is never released: nothing new appears between the removal and the end.
-    let temporaries = temporaries();
+    let temporaries = locked(&TEMPORARIES);
     for path in temporaries.iter() {
         // Most are gone: they were renamed or removed when they were complete.
         let _ = std::fs::remove_file(path);
@@ -85,6 +96,6 @@ fn interrupt() {
     process::exit(INTERRUPTED.into());
 }
 
-fn temporaries() -> MutexGuard<'static, Vec<PathBuf>> {
-    TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner)
+fn locked<T>(shared: &'static Mutex<T>) -> MutexGuard<'static, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,14 +1,16 @@
 //! The host's end of a drive's link.
 
+mod driven;
 mod loop_settings;
 mod silence;
 
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
-use commissioning::CommissionSettings;
 use drive_link::{BoardTest, Command, Outcome, Refusal, Report, Request, Settings, State, Status};
 use host_sim::commission::Recorded;
 
+pub use self::driven::{AtEnd, Driven};
 pub use self::loop_settings::loop_settings;
 pub use self::silence::Silence;
 use crate::port::{Port, PortError};
@@ -16,20 +18,27 @@ use crate::port::{Port, PortError};
 /// Longest wait for a report.
 const MAX_REPORT_WAIT: Duration = Duration::from_secs(20);
 
-/// Longest time from one sign of life to the next, s.
-const MAX_SIGN_PERIOD: f64 = 1.0;
+/// Longest wait for an answer before the question is repeated.
+const PATIENCE: Duration = Duration::from_millis(1000);
 
-/// Signs of life within the drive's link timeout.
-const SIGNS_PER_TIMEOUT: f64 = 4.0;
+/// Times that a question is asked.
+const TRIES: u32 = 5;
 
-/// A drive at the other end of a port.
+/// Longest time from one question for the drive's state to the next.
+const MAX_SIGN_PERIOD: Duration = Duration::from_secs(1);
+
+/// Longest time until an interruption is noticed.
+const TICK: Duration = Duration::from_millis(20);
+
+/// A drive at the other end of a port, to be looked at and set. It moves by a [`Driven`] only.
 #[derive(Debug)]
 pub struct Client {
     port: Port,
-    id: u8,
-    /// Period of signs of life while listening, and the time of the last message.
-    keep_alive: Option<Duration>,
-    last_sent: Instant,
+    /// The request for the state that is repeated while listening, its period, and the time of the last one.
+    sign: Option<(Command, Duration)>,
+    last_sign: Instant,
+    /// Ends every wait when it is set.
+    interruption: Option<&'static AtomicBool>,
 }
 
 /// Why a drive did not carry out a command.
@@ -50,31 +59,32 @@ pub enum DriveError {
         "the drive accepted the stop but still drives its servo: switch the motor's supply off"
     )]
     NotStopped,
+    /// No stop was acknowledged.
+    #[error(
+        "stops were sent for 1 s and none was acknowledged: if the axis is still driven, press Ctrl-C in the program that \
+         drives it, or switch the drive's enable or the motor's supply off"
+    )]
+    NotAcknowledged,
+    /// The wait for the drive was interrupted.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 impl Client {
     /// A client at a port.
     #[must_use]
     pub fn new(port: Port) -> Self {
-        // Random, as the last answer to the program before this one may still be on the line.
-        let now = SystemTime::now().duration_since(UNIX_EPOCH);
-        let id = now.map_or(0, |now| (now.subsec_micros() >> 4) as u8);
         Self {
             port,
-            id,
-            keep_alive: None,
-            last_sent: Instant::now(),
+            sign: None,
+            last_sign: Instant::now(),
+            interruption: None,
         }
     }
 
-    /// Keeps a run of a drive with this link timeout (s; 0 for none) alive from now on, while it listens.
-    pub fn keep_alive(&mut self, link_timeout: f64) {
-        let period = if link_timeout > 0.0 {
-            (link_timeout / SIGNS_PER_TIMEOUT).min(MAX_SIGN_PERIOD)
-        } else {
-            MAX_SIGN_PERIOD
-        };
-        self.keep_alive = Some(Duration::from_secs_f64(period));
+    /// Asks for the drive's state now and then while it listens. That keeps no run alive.
+    pub fn poll(&mut self) {
+        self.sign = Some((Command::Hello, MAX_SIGN_PERIOD));
     }
 
     /// The port, for bytes that are no requests.
@@ -83,80 +93,74 @@ impl Client {
     }
 
     /// Sends a command without waiting for the answer, which will carry the returned number.
-    ///
-    /// # Errors
-    /// If the line breaks.
-    pub fn send(&mut self, command: Command) -> Result<u8, DriveError> {
-        self.id = self.id.wrapping_add(1);
-        self.last_sent = Instant::now();
-        let id = self.id;
+    fn send(&mut self, command: Command) -> Result<u8, DriveError> {
+        let id = self.port.next_id();
         self.port.send(&Request { id, command })?;
         Ok(id)
     }
 
     /// Sends a command and waits until it is done.
-    ///
-    /// # Errors
-    /// If it is refused, or the line breaks.
-    pub fn ask(&mut self, command: Command) -> Result<(), DriveError> {
+    fn ask(&mut self, command: Command) -> Result<(), DriveError> {
         self.report(command).map(|_| ())
     }
 
-    /// Starts a run, and never two: without an answer, the drive's state decides.
+    /// Replaces the settings.
     ///
     /// # Errors
-    /// If it is refused, the line breaks, or the run has already ended.
-    pub fn start(&mut self) -> Result<(), DriveError> {
-        const PATIENCE: Duration = Duration::from_millis(200);
-        self.begin(Command::Start, PATIENCE, State::Running)
+    /// If they are refused, or the line breaks.
+    pub fn configure(&mut self, settings: Settings) -> Result<(), DriveError> {
+        self.ask(Command::Configure(settings))
     }
 
-    /// Stops everything that the drive does, and returns when its servo is disabled. A stop is answered before the
-    /// sample that obeys it. Only after that sample are the estimates of the run complete.
+    /// Reports a sample at this interval, samples; 0 for never.
     ///
     /// # Errors
-    /// If the line breaks, or the drive does not stop.
-    pub fn stop(&mut self) -> Result<(), DriveError> {
-        self.ask(Command::Stop)?;
-        let until = Instant::now() + MAX_REPORT_WAIT;
-        while matches!(self.status()?.state, State::Running | State::Commissioning) {
-            if Instant::now() > until {
-                return Err(DriveError::NotStopped);
+    /// If it is refused, or the line breaks.
+    pub fn watch(&mut self, every: u16) -> Result<(), DriveError> {
+        self.ask(Command::Watch(every))
+    }
+
+    /// Clears a fault whose cause is gone.
+    ///
+    /// # Errors
+    /// If it is refused, or the line breaks.
+    pub fn clear(&mut self) -> Result<(), DriveError> {
+        self.ask(Command::Clear)
+    }
+
+    /// Saves settings and estimates.
+    ///
+    /// # Errors
+    /// If it is refused, or the line breaks.
+    pub fn save(&mut self) -> Result<(), DriveError> {
+        self.ask(Command::Save)
+    }
+
+    /// Stops everything that the drive does before it asks it anything, and returns its status when its servo is
+    /// disabled. A stop is acknowledged before the sample that obeys it. Only after that sample are the estimates of the
+    /// run complete.
+    ///
+    /// # Errors
+    /// If the line breaks, or the drive does not stop. A drive that acknowledges the stop and refuses to tell its state
+    /// is of another version.
+    pub fn stop(&mut self) -> Result<Status, DriveError> {
+        // It has led to this stop, and no sign of life may follow that.
+        self.interruption = None;
+        self.sign = None;
+        for _ in 0..TRIES {
+            let is_acknowledged = self.port.stop()?;
+            let until = Instant::now() + PATIENCE;
+            while Instant::now() < until {
+                match self.report_in(Command::Hello, 1) {
+                    Ok(Report::Status { status, .. }) if !is_driven(status.state) => {
+                        return Ok(status);
+                    }
+                    Err(_) if !is_acknowledged => return Err(DriveError::NotAcknowledged),
+                    other => other?,
+                };
             }
         }
-        Ok(())
-    }
-
-    /// Begins a commissioning, and never two. Before it begins, the drive's flash may have to be erased.
-    ///
-    /// # Errors
-    /// If it is refused, the line breaks, or it has already ended.
-    pub fn commission(&mut self, order: &CommissionSettings) -> Result<(), DriveError> {
-        const PATIENCE: Duration = Duration::from_secs(5);
-        let command = Command::Commission(*order);
-        self.begin(command, PATIENCE, State::Commissioning)
-    }
-
-    /// Sends a command once that must not be done twice. Without an answer, the drive's state decides whether it was
-    /// done.
-    fn begin(
-        &mut self,
-        command: Command,
-        patience: Duration,
-        wanted: State,
-    ) -> Result<(), DriveError> {
-        self.send(command)?;
-        let id = self.id;
-        let answer = self.next_within(patience, |report| match report {
-            Report::Done { id: same } if *same == id => Some(Ok(())),
-            Report::Refused { id: same, refusal } if *same == id => Some(Err(refusal.clone())),
-            _ => None,
-        })?;
-        match answer {
-            Some(done) => done.map_err(DriveError::Refused),
-            None if self.status()?.state == wanted => Ok(()),
-            None => Err(DriveError::Silent),
-        }
+        Err(DriveError::NotStopped)
     }
 
     /// The result of the last commissioning.
@@ -239,14 +243,21 @@ impl Client {
     ) -> Result<Option<T>, DriveError> {
         let until = Instant::now() + time;
         loop {
+            if self
+                .interruption
+                .is_some_and(|is_set| is_set.load(Ordering::Relaxed))
+            {
+                return Err(DriveError::Interrupted);
+            }
             let now = Instant::now();
-            let mut patience = until.saturating_duration_since(now);
+            let mut patience = until.saturating_duration_since(now).min(TICK);
             if patience.is_zero() {
                 return Ok(None);
             }
-            if let Some(period) = self.keep_alive {
-                if now.duration_since(self.last_sent) >= period {
-                    self.send(Command::Hello)?;
+            if let Some((command, period)) = self.sign {
+                if now.duration_since(self.last_sign) >= period {
+                    self.last_sign = now;
+                    self.send(command)?;
                 }
                 patience = patience.min(period);
             }
@@ -260,9 +271,13 @@ impl Client {
     }
 
     fn report(&mut self, command: Command) -> Result<Report, DriveError> {
-        self.id = self.id.wrapping_add(1);
-        let id = self.id;
-        let fits = |report: &Report| match report {
+        self.report_in(command, TRIES)
+    }
+
+    /// The report that answers a command, which is sent this often at most.
+    fn report_in(&mut self, command: Command, tries: u32) -> Result<Report, DriveError> {
+        let id = self.port.next_id();
+        let answers = |report: &Report| match report {
             Report::Status { id: same, .. } => *same == Some(id),
             Report::Settings { id: same, .. }
             | Report::Outcome { id: same, .. }
@@ -272,10 +287,21 @@ impl Client {
             | Report::Refused { id: same, .. } => *same == id,
             Report::Snapshot(_) | Report::Progress(_) | Report::Fault(_) => false,
         };
-        self.last_sent = Instant::now();
-        match self.port.ask(&Request { id, command }, fits)? {
-            Report::Refused { refusal, .. } => Err(DriveError::Refused(refusal)),
-            report => Ok(report),
+        for _ in 0..tries {
+            self.port.send(&Request { id, command })?;
+            let answer =
+                self.next_within(PATIENCE, |report| answers(report).then(|| report.clone()))?;
+            match answer {
+                Some(Report::Refused { refusal, .. }) => return Err(DriveError::Refused(refusal)),
+                Some(report) => return Ok(report),
+                None => {}
+            }
         }
+        Err(self.port.unanswered().into())
     }
+}
+
+/// The servo is driven in this state.
+pub(crate) fn is_driven(state: State) -> bool {
+    matches!(state, State::Running | State::Commissioning)
 }

@@ -44,9 +44,14 @@ pub struct Firmware {
     /// The words hold the servo that Gauss–Newton starts from too.
     has_servo: bool,
     has_loop: bool,
+    /// The longest that the holding brake takes to open and to close, samples.
+    brake: Option<[u32; 2]>,
     /// Sentences for a reader.
     remarks: Vec<String>,
 }
+
+/// What the constant of the brake means, in a firmware.
+const BRAKE: &str = "The longest that the holding brake takes to open and to close, samples: hold the axis meanwhile.";
 
 /// The words of a configuration, and the units of its estimates.
 type Built = Result<(Vec<u32>, [f64; 4]), SettingsError>;
@@ -98,6 +103,10 @@ impl Firmware {
             c: c_object(&scenario, has_loop),
             has_servo: law == Estimator::GaussNewton,
             has_loop,
+            brake: scenario.brake.map(|brake| {
+                // A cast saturates.
+                [brake.opens, brake.closes].map(|time| (time / settings.sample_time).ceil() as u32)
+            }),
             remarks: remarks(&scenario, &settings, result),
         })
     }
@@ -149,6 +158,12 @@ impl Firmware {
             self.rust,
             rows(&self.words, "        ", ""),
         );
+        if let Some(brake) = self.brake {
+            let _ = write!(
+                text,
+                "\n/// {BRAKE}\npub const BRAKE: [u32; 2] = {brake:?};\n"
+            );
+        }
         text
     }
 
@@ -162,11 +177,14 @@ impl Firmware {
             1.0
         };
         let si = self.si.map(|unit| format!("{:?}f", (unit * bit) as f32));
+        let brake = self.brake.map_or_else(String::new, |[opens, closes]| {
+            format!("/* {BRAKE} */\nstatic const uint32_t {name}_brake[2] = {{{opens}u, {closes}u}};\n\n")
+        });
         format!(
             "/* {} */\n#ifndef {guard}\n#define {guard}\n\n#include <stdint.h>\n\n\
              /* For servo_id_{}_init_from_constants. */\nstatic const uint32_t {name}_words[{}] = {{\n{}}};\n\n\
              /* SI values of machine estimates of one: a, b, Coulomb friction, load. */\n\
-             static const float {name}_si[4] = {{{}}};\n\n#endif\n",
+             static const float {name}_si[4] = {{{}}};\n\n{brake}#endif\n",
             lines.join("\n * "),
             self.c,
             self.words.len(),

@@ -15,7 +15,7 @@ mod view;
 
 pub use dialogue::{Action, Dialogue, Motion};
 pub use frame::{Frame, Kind};
-pub use link::{AtEnd, Ending, Link, LinkError, LinkEvent};
+pub use link::{Ending, Link, LinkError, LinkEvent};
 pub use recording::{Recording, Taken};
 pub use state::{Note, State};
 pub use telemetry::Telemetry;

@@ -22,6 +22,8 @@ pub(super) struct SimulatedChip {
     /// The count at the last index pulse, to a sample, and the revolution that it began.
     index: Option<i32>,
     revolution: f64,
+    /// The holding brake, if there is one, has power.
+    opens_brake: bool,
 }
 
 /// The home switch is closed below this position, rad from the start.
@@ -48,6 +50,7 @@ impl SimulatedChip {
             late: false,
             index: None,
             revolution: 0.0,
+            opens_brake: false,
         }
     }
 }
@@ -68,13 +71,14 @@ impl SimulatedPins for SimulatedChip {
     /// After a whole number of the axis's steps.
     fn pass(&mut self, sample_time: f64) {
         let command = self.output.0.map_or(0.0, f64::from);
+        let has_power = self.opens_brake && self.output.0.is_some();
         let steps = (sample_time / self.step).round().max(1.0) as u32;
         for step in 0..steps {
             if step > 0 {
                 // Faults develop with every step.
                 let _ = self.axis.sense();
             }
-            self.axis.advance(command);
+            self.axis.advance_beside_brake(command, has_power);
         }
     }
 }
@@ -107,6 +111,10 @@ impl Chip for SimulatedChip {
     /// Nothing is connected to it.
     fn steps(&mut self) -> Option<i16> {
         Some(0)
+    }
+
+    fn set_brake(&mut self, open: bool) {
+        self.opens_brake = open;
     }
 
     /// Nothing is connected to it.

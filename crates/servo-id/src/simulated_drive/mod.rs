@@ -97,6 +97,8 @@ impl SimulatedDrive {
             // The servo moves in steps of that.
             period: core.sample_time,
             command_delay: COMMAND_DELAY,
+            board: "simulated",
+            is_simulated: true,
         };
         Ok(Self {
             listener,
@@ -187,8 +189,7 @@ impl Board<'_> {
         let memory = Box::leak(Box::new(Memory::new()));
         let mut supervisor =
             Supervisor::new(background, memory, (flash, 0), built_in, stage, Ok(()));
-        let (mut board_test, _) = self_test("simulated", || 0);
-        board_test.servo_on_chip = true;
+        let (board_test, _) = self_test(stage.board, || 0);
         supervisor.set_board_test(board_test);
         if let Some(settings) = configured {
             let command = Command::Configure(settings);
@@ -244,5 +245,6 @@ fn example(core: identifier_core::Settings) -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
+        brake: None,
     }
 }

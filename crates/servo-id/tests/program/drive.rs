@@ -1,16 +1,21 @@
 //! The first power-on of the firmware's manual, step by step, on a simulated axis with a hand on its
 //! shaft, and everything else that a person does to a drive from the command line.
 
+use std::collections::BTreeSet;
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::support::pages::root;
 use crate::support::simulated_drive::{Hand, SERVO, SimulatedDrive, built_in};
 use crate::support::{folder, servo_id, standard_error};
-use drive_link::{Estimator, Settings};
+use drive_link::{Estimator, Receiver, Settings};
 use identifier_core::settings::diagonal;
-use servo_id::drive::Client;
+use servo_id::drive::{AtEnd, Client, Driven};
 use servo_id::port::Port;
 
 #[test]
@@ -326,17 +331,143 @@ fn a_program_that_is_killed_leaves_an_axis_that_comes_to_rest() {
 }
 
 #[test]
-fn watching_alone_keeps_a_run_alive() {
+fn who_drives_keeps_a_run_alive_and_who_looks_does_not() {
     let person = Person::before_a_drive("looking_on");
     let drive = &person.drive;
     drive.with(|around| around.supply = true);
     person.does("configure my-servo.toml --link-timeout 4");
-    let mut client = Client::new(Port::open(&drive.port).expect("it listens"));
-    client.ask(drive_link::Command::Start).expect("started");
-    client.keep_alive(4.0 / 2.0);
-    let none = client.next_within(Duration::from_secs(4), |_| None::<()>);
+    let client = Client::new(Port::open(&drive.port).expect("it listens"));
+    let mut driven = Driven::new(client, 4.0 / 2.0, AtEnd::Stop);
+    driven.start().expect("started");
+    let none = driven.next_within(Duration::from_secs(4), |_| None::<()>);
     assert!(none.expect("the line is whole").is_none());
     assert!(drive.with(|around| around.held).is_some());
+    driven.leave();
+    drop(driven);
+    for _ in 0..8 {
+        person.does("status");
+        drive.pass(1.0);
+    }
+    assert_eq!(drive.with(|around| around.held), None);
+    let answer = person.does("status");
+    assert!(answer.contains("fault 40:"), "{answer}");
+}
+
+/// Sends a signal to a program.
+#[cfg(unix)]
+fn signal(to: &Child, name: &str) {
+    let sent = Command::new("kill")
+        .args([name, &to.id().to_string()])
+        .status();
+    assert!(sent.is_ok_and(|status| status.success()));
+}
+
+#[test]
+#[cfg(unix)]
+fn a_signal_and_an_error_stop_a_run_and_an_order_to_leave_it_does_not() {
+    let person = Person::before_a_drive("start_ended");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    // The line is silent for much less.
+    person.does("configure my-servo.toml --link-timeout 60");
+    for name in ["-INT", "-TERM", "-HUP"] {
+        let start = person.begins("start");
+        drive.wait_until_driven();
+        signal(&start, name);
+        let (status, _, why) = Person::ends(start);
+        assert_eq!(status, Some(130), "{name}: {why}");
+        assert!(why.contains("interrupted; the servo is disabled"), "{why}");
+        assert_eq!(drive.with(|around| around.held), None, "{name}");
+        let answer = person.does("status");
+        assert!(answer.contains("the last run was stopped"), "{answer}");
+    }
+    let why = person.fails(1, "start --home");
+    assert!(why.contains("--home-seek first"), "{why}");
+    assert!(why.contains("the servo is disabled"), "{why}");
+    assert_eq!(drive.with(|around| around.held), None);
+
+    // Without a link timeout, nothing would stop it if the program were killed.
+    person.does("configure my-servo.toml --link-timeout 0");
+    for words in ["start", "start --for 1"] {
+        let refused = person.fails(2, words);
+        assert!(refused.contains("--leave"), "{refused}");
+    }
+    assert_eq!(drive.with(|around| around.held), None);
+    person.does("start --leave");
+    person.fails(2, "target 1000");
+    person.does("target 0.1");
+    assert!(drive.with(|around| around.held).is_some(), "it is left");
+    assert!(person.does("stop").contains("disabled"));
+    assert_eq!(drive.with(|around| around.held), None);
+}
+
+/// A line to a drive from which nothing comes back once this is set, and the numbers of the stops on it.
+#[cfg(unix)]
+fn half_a_line(to: &str) -> (String, Arc<AtomicBool>, Arc<Mutex<BTreeSet<u8>>>) {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
+    let port = format!("tcp:{}", listener.local_addr().expect("it has an address"));
+    let to = TcpStream::connect(to.trim_start_matches("tcp:")).expect("the drive listens");
+    let (is_deaf, stops) = (Arc::<AtomicBool>::default(), Arc::default());
+    let (cut, heard) = (
+        Arc::clone(&is_deaf),
+        Arc::<Mutex<BTreeSet<u8>>>::clone(&stops),
+    );
+    std::thread::spawn(move || {
+        let (mut program, _) = listener.accept().expect("the program connects");
+        let mut back = program.try_clone().expect("a socket");
+        let mut drive = to.try_clone().expect("a socket");
+        std::thread::spawn(move || {
+            let mut bytes = [0; 1024];
+            while let Ok(read @ 1..) = drive.read(&mut bytes) {
+                if !cut.load(Ordering::Relaxed) && back.write_all(&bytes[..read]).is_err() {
+                    return;
+                }
+            }
+        });
+        let (mut drive, mut receiver) = (to, Receiver::new());
+        let mut bytes = [0; 1024];
+        while let Ok(read @ 1..) = program.read(&mut bytes) {
+            for &byte in &bytes[..read] {
+                if let Some(Ok(request)) = receiver.take_request(byte)
+                    && request.command == drive_link::Command::Stop
+                {
+                    heard.lock().expect("no panic").insert(request.id);
+                }
+            }
+            drive.write_all(&bytes[..read]).expect("the drive listens");
+        }
+    });
+    (port, is_deaf, stops)
+}
+
+#[test]
+#[cfg(unix)]
+fn a_second_signal_sends_the_stop_again_and_ends_the_program() {
+    let person = Person::before_a_drive("start_twice_interrupted");
+    let drive = &person.drive;
+    drive.with(|around| around.supply = true);
+    person.does("configure my-servo.toml --link-timeout 60");
+    let (port, is_deaf, stops) = half_a_line(&drive.port);
+    let start = as_from_a_terminal()
+        .args(["drive", "--port", &port, "start"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    drive.wait_until_driven();
+    is_deaf.store(true, Ordering::Relaxed);
+    signal(&start, "-INT");
+    let begin = Instant::now();
+    while stops.lock().expect("no panic").is_empty() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "no stop");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    signal(&start, "-INT");
+    let (status, _, why) = Person::ends(start);
+    assert_eq!((status, why.as_str()), (Some(130), ""));
+    assert_eq!(stops.lock().expect("no panic").len(), 2);
+    drive.pass(0.1);
+    assert_eq!(drive.with(|around| around.held), None);
 }
 
 /// The program, with no signal ignored: the parent of these tests may ignore some.
@@ -419,7 +550,7 @@ fn a_run_is_ended_when_its_output_cannot_be_read() {
     let person = Person::before_a_drive("full_output");
     let drive = &person.drive;
     drive.with(|around| around.supply = true);
-    person.does("configure my-servo.toml --link-timeout 0");
+    person.does("configure my-servo.toml --link-timeout 20");
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
     let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
         .args(person.arguments("start --for 1.5"))

@@ -31,6 +31,7 @@ mod replay;
 mod report;
 mod report_in_browser;
 mod scenario_reader;
+mod stop;
 mod support;
 #[cfg(target_os = "linux")]
 mod terminal;

@@ -38,6 +38,7 @@ fn settings() -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
+        brake: None,
     }
 }
 
@@ -45,12 +46,14 @@ fn status(state: Does) -> Status {
     Status {
         state,
         kept: Kept::Nothing,
+        simulated: false,
         configured: true,
         ended: None,
         commissioning: None,
         gains: None,
         command_delay: 0.0,
         home: Home::Unknown,
+        index_from_edge: None,
         estimates: None,
         rejection_reason: None,
         noise: None,

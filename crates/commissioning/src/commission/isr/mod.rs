@@ -61,7 +61,7 @@ pub struct CommissionInputs {
     pub count: Option<i32>,
     /// True if the sample before ended too late.
     pub late: bool,
-    /// A reason for which the caller ends it.
+    /// A reason for which the caller ends it. After its end too, one that disables the stage does so.
     pub stop: Option<Reason>,
 }
 
@@ -236,9 +236,13 @@ impl<N: Number> CommissionIsr<N> {
         // For as long as anything drives the servo.
         state.was_end = is_end;
         state.is_watched = !is_end || !matches!(state.activity, Activity::Free);
-        if let Some(reason) = inputs.stop.filter(|_| !is_end) {
-            self.end(state, reason);
-            state.is_watched = false;
+        match inputs.stop {
+            Some(reason) if !is_end => {
+                self.end(state, reason);
+                state.is_watched = false;
+            }
+            Some(reason) if reason.disables_stage() => state.activity = Activity::Free,
+            _ => {}
         }
         let is_end = state.phase.is_end();
         state.acting = match increment {

@@ -283,7 +283,7 @@ impl<N: Number> CommissionIsr<N> {
         let last = held.resting();
         // Friction may hold it a little short of where it was sent.
         let mut holding = self.held_after(candidate.controller, state.position, &last);
-        holding.rest_for(self.rest.max(candidate.rest));
+        holding.rest_for(candidate.rest);
         let trial = Activity::OnTrial(holding, candidate.trial);
         state.phase = Phase::Trial;
         state.begin(trial);

@@ -100,8 +100,8 @@ impl<N: Number> Probing<N> {
         // One that does not begin to move needs more.
         let late = state.still > plan.reaction && state.samples - state.stage_since > plan.reaction;
         if late {
-            let step = plan.first_step + plan.growth * state.extra;
-            state.extra += step.limited(N::ZERO, plan.steepest + plan.steepest);
+            let step = plan.ramp.first_step + plan.ramp.growth * state.extra;
+            state.extra += step.limited(N::ZERO, plan.ramp.steepest + plan.ramp.steepest);
         }
         let command = state
             .servo
@@ -150,7 +150,7 @@ impl<N: Number> Probing<N> {
         let measured = -(direction * state.observed.acceleration);
         let waited = state.samples - state.stage_since > plan.reaction;
         if waited && measured < N::from_f64(0.5) * needed {
-            let step = plan.first_step + plan.growth * state.extra;
+            let step = plan.ramp.first_step + plan.ramp.growth * state.extra;
             state.extra += step;
         }
         state.servo.command(-(direction * braking), direction) - direction * state.extra

@@ -22,6 +22,7 @@
 //!
 //! A fifth of the travel and a quarter of the speed are kept in reserve.
 
+mod command_ramp;
 mod experiment;
 mod half_cycle;
 mod observer;
@@ -30,6 +31,7 @@ mod ramp;
 mod settings;
 mod state;
 
+pub use command_ramp::CommandRamp;
 pub(crate) use experiment::Probing;
 pub use settings::LargestMotion;
 pub(crate) use settings::ProbingSettings;

@@ -1,5 +1,5 @@
 use super::super::noise::{EDGE_COUNTS, QUANTISATION_SIGMA};
-use super::ProbingSettings;
+use super::{CommandRamp, ProbingSettings};
 use identifier_core::number::Number;
 
 /// Commands that may be under way.
@@ -22,11 +22,9 @@ pub(super) struct Plan<N> {
     pub(super) noticed: N,
     /// A travel at which it is noticed at once.
     pub(super) much: N,
-    /// First step of the ramp, its growth a sample and its steepest change a sample.
-    pub(super) first_step: N,
-    pub(super) growth: N,
+    pub(super) ramp: CommandRamp<N>,
+    /// The reciprocal of its growth.
     pub(super) per_growth: N,
-    pub(super) steepest: N,
     /// The least b of a servo whose break-away command is measurable. Such a servo passes a count, q = b u̇ t³/6,
     /// before the steepest command has grown by much.
     pub(super) timed_gain: N,
@@ -38,8 +36,6 @@ pub(super) struct Plan<N> {
     pub(super) least_half_cycle: N,
     /// Samples without an edge after which a servo that should be slow is at standstill.
     pub(super) standing: u32,
-    /// Samples without an edge under all of the command after which nothing moves the servo.
-    pub(super) jammed: u32,
     /// Samples.
     pub(super) longest: u32,
     /// Samples within which a motion that is to end must be at rest.
@@ -97,15 +93,8 @@ impl<N: Number> Plan<N> {
     /// A first motion is noticed after this part of the room, one in so many, and after the fewest to the most counts.
     const NOTICED: (f64, f64, f64) = (12.0, 3.0, 20.0);
 
-    /// The growth of the ramp, 1/s, and its steepest change, limits of the command a second.
-    const GROWTH: f64 = 200.0;
-    const STEEPEST: f64 = 20.0;
-
     /// The error of the rough model beside the rounding, a part of the room.
     const OFF: f64 = 0.003;
-
-    /// The time under all of the command within which a servo must move, s.
-    const JAMMED: f64 = 0.02;
 
     /// The time within which a motion that is to end must be at rest, s.
     const SETTLING: f64 = 1.0;
@@ -130,10 +119,8 @@ impl<N: Number> Plan<N> {
         let half_of_cycle = 0.042_f64
             .max(16.0 * time)
             .max(Self::HALF_CYCLE_DELAYS * settings.command_delay);
-        let steepest = Self::STEEPEST * time * most;
-        // That of a push that does not move the servo.
-        let pushed = 2.0 * steepest;
-        let growth = (Self::GROWTH * time).min(0.5);
+        // The steepest of a push that does not move the servo.
+        let pushed = 2.0 * CommandRamp::<N>::STEEPEST * time * most;
         let usable_speed = Self::USED_SPEED * limits.speed * time * counts;
         let [ringing_speed, ringing_time] = Self::RINGING;
         let bandwidth = 60.0_f64.min(0.1 / time);
@@ -155,16 +142,13 @@ impl<N: Number> Plan<N> {
                 .min(COMMANDS - 2),
             noticed: number(noticed),
             much: number(share.max(fewest)),
-            first_step: number(0.005 * most),
-            growth: number(growth),
-            per_growth: number(1.0 / growth),
-            steepest: number(steepest),
+            ramp: CommandRamp::new(most, time),
+            per_growth: number(1.0 / CommandRamp::<N>::growth(time)),
             timed_gain: number(6.0 * pushed * pushed / libm::pow(Self::TIMED * most, 3.0)),
             half_cycle: number(half_of_cycle * half_of_cycle / (8.0 * time * time)),
             half_cycle_speed: number(half_of_cycle / (2.0 * time)),
             least_half_cycle: number(40.0),
             standing: samples(0.005).max(3.0) as u32,
-            jammed: samples(Self::JAMMED) as u32,
             longest: samples(limits.duration) as u32,
             settling: samples(Self::SETTLING) as u32,
             later: samples(Self::LATER.min(limits.duration)) as u32,

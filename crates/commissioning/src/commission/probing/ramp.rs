@@ -112,7 +112,7 @@ impl<N: Number> Probing<N> {
     /// The next step of the ramp. It is the faster, the sooner a servo that moves alone would be too far or too fast.
     fn ramp_step(&self, state: &ProbingState<N>, moved: N) -> N {
         let plan = &self.plan;
-        let usual = (plan.first_step + plan.growth * state.ramp).limited(N::ZERO, plan.steepest);
+        let usual = plan.ramp.step(state.ramp);
         let against = -(state.direction * state.observed.velocity);
         if moved.magnitude() < plan.noticed || against <= N::ZERO {
             return usual;
@@ -138,9 +138,9 @@ impl<N: Number> Probing<N> {
         } else {
             by_speed
         };
-        let careful = N::from_f64(0.3) * plan.growth;
+        let careful = N::from_f64(0.3) * plan.ramp.growth;
         let growth = (N::from_f64(4.0) * soon).limited(careful, N::from_f64(0.5));
-        N::from_f64(4.0) * growth * plan.first_step * plan.per_growth + growth * state.ramp
+        N::from_f64(4.0) * growth * plan.ramp.first_step * plan.per_growth + growth * state.ramp
     }
 
     /// True if the samples since the first count suffice for the time of the break-away. Also true if the travel
@@ -172,7 +172,7 @@ impl<N: Number> Probing<N> {
         let command = now - state.direction * slope * all;
         // One that moves at the first of the ramp falls.
         let ramped = state.direction * (first.command - state.held);
-        let possible = slope > N::ZERO && ramped > N::from_f64(6.0) * plan.first_step;
+        let possible = slope > N::ZERO && ramped > N::from_f64(6.0) * plan.ramp.first_step;
         let command = if state.direction * (command - state.held) < N::ZERO {
             state.held
         } else {

@@ -1,10 +1,9 @@
 //! `servo-id drive commission`: the drive identifies its servo, tunes itself and validates the gains.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use commissioning::{HoldingGains, Phase};
-use drive_link::{Command, Commissioning, Outcome, Progress, State, Status};
+use drive_link::{Commissioning, Outcome, Progress, State, Status};
 use host_sim::provenance::ScenarioText;
 use host_sim::result::{CommissioningEnd, DriveCommissioningResult};
 use host_sim::verdict::Cause;
@@ -15,10 +14,9 @@ use super::plan::{DrivePlan, Plan};
 use crate::cli::commission::Choices;
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
-use crate::cli::interruption;
 use crate::cli::standard_output::show;
 use crate::cli::terminal::{notify, width};
-use crate::drive::Client;
+use crate::drive::Driven;
 use crate::present;
 use crate::render::terminal;
 
@@ -41,14 +39,14 @@ pub(super) struct Arguments {
 const LINE_INTERVAL: f64 = 0.1;
 
 impl Arguments {
-    pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
+    pub(super) fn run(&self, drive: &mut Driven, status: &Status) -> Result<(), Fault> {
         let text = ScenarioText::read(&self.scenario)?;
         let plan = Plan::from_text(&self.choices.stated_in(text))?;
         let mut files = Files::reading(&[&self.scenario], self.force);
         let json = files.output(self.json.as_deref())?;
         let silent = files.own_standard_output();
 
-        let settings = client.settings().map_err(fault)?;
+        let settings = drive.settings().map_err(fault)?;
         let DrivePlan {
             configure,
             order,
@@ -57,7 +55,7 @@ impl Arguments {
             link_timeout,
         } = plan.for_drive(&settings, status)?;
         if let Some(settings) = configure {
-            client.ask(Command::Configure(settings)).map_err(fault)?;
+            drive.configure(settings).map_err(fault)?;
         }
         let before = gains_before.as_ref();
         if !silent {
@@ -66,22 +64,28 @@ impl Arguments {
         }
 
         let every = samples_in(LINE_INTERVAL, order.sample_time);
-        client.ask(Command::Watch(every)).map_err(fault)?;
-        let stop = interruption::end_requested();
-        client.commission(&order).map_err(fault)?;
-        client.keep_alive(link_timeout);
-        show_progress(client, order.sample_time, stop)?;
-        let outcome = client.outcome().map_err(fault)?;
-        client.ask(Command::Watch(0)).map_err(fault)?;
-        let state = client.status().map_err(fault)?.state;
+        drive.watch(every).map_err(fault)?;
+        drive.commission(&order).map_err(fault)?;
+        match show_progress(drive, order.sample_time) {
+            Err(Fault::Interrupted(_)) => {
+                notify("stopping");
+                drive.stop().map_err(fault)?;
+            }
+            shown => shown?,
+        }
+        let outcome = drive.outcome().map_err(fault)?;
+        drive.watch(0).map_err(fault)?;
+        let state = drive.status().map_err(fault)?.state;
         let effects = match outcome.commissioning.reason {
             None => Vec::new(),
             reason => {
-                let recorded = client.recorded().map_err(fault)?;
+                let recorded = drive.recorded().map_err(fault)?;
                 recorded.effects(&plan.scenario, reason)
             }
         };
 
+        // From here on its state is a result, which is told.
+        drive.leave();
         let (time, limits) = (order.sample_time, &order.limits);
         let result = DriveCommissioningResult {
             end: CommissioningEnd::new(time, limits, &largest_motion, before, &outcome, &effects),
@@ -100,16 +104,10 @@ impl Arguments {
     }
 }
 
-/// Prints the progress on standard error until the commissioning is over; an interruption stops it.
-fn show_progress(client: &mut Client, sample_time: f64, stop: &AtomicBool) -> Result<(), Fault> {
+/// Prints the progress on standard error until the commissioning is over.
+fn show_progress(drive: &mut Driven, sample_time: f64) -> Result<(), Fault> {
     let mut shown = Phase::Idle;
-    let mut stopped = false;
-    follow(client, |client, event| {
-        if stop.load(Ordering::Relaxed) && !stopped {
-            stopped = true;
-            client.ask(Command::Stop).map_err(fault)?;
-            notify("stopping");
-        }
+    follow(drive, |_, event| {
         match event {
             Some(Event::Status(status)) if status.state != State::Commissioning => {
                 return Ok(Some(()));

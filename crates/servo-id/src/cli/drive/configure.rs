@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use drive_link::{Command, Homing, Refusal, ServoChanges, Settings, TargetSource};
+use drive_link::{Homing, Refusal, ServoChanges, Settings, TargetSource};
 use host_sim::scenario::{ExcitationKind, Purpose, Scenario};
 
 use super::fault;
@@ -15,9 +15,10 @@ pub(super) struct Arguments {
     /// Largest position error, rad: at least three amplitudes of the dither.
     #[arg(long, value_name = "RAD")]
     following_error: Option<f64>,
-    /// Largest distance from where the servo started, rad: at least two amplitudes of the dither.
-    #[arg(long, value_name = "RAD")]
-    travel: Option<f64>,
+    /// Lowest and highest position, rad from home or from where the servo started, or one distance either way: at least
+    /// two amplitudes of the dither.
+    #[arg(long, value_name = "LOW,HIGH", value_parser = travel, allow_hyphen_values = true)]
+    travel: Option<[f64; 2]>,
     /// Speed of a motion to a target, rad/s.
     #[arg(long, value_name = "RAD/S")]
     pace: Option<f64>,
@@ -56,6 +57,9 @@ pub(super) struct Arguments {
     /// The origin of targets and travel, rad from the home position.
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     home_offset: Option<f64>,
+    /// The axis has no holding brake any more; a brake is stated by amplifier.brake in the scenario.
+    #[arg(long)]
+    no_brake: bool,
     /// Source of targets: line, or steps:RAD (each step moves the target by RAD).
     #[arg(long, value_name = "SOURCE", value_parser = source)]
     source: Option<TargetSource>,
@@ -77,17 +81,17 @@ enum HomeAt {
 impl Arguments {
     pub(super) fn run(&self, client: &mut Client) -> Result<(), Fault> {
         let settings = self.settings(client.settings().map_err(fault)?)?;
-        client.ask(Command::Configure(settings)).map_err(refused)
+        client.configure(settings).map_err(refused)
     }
 
     /// The drive's settings with the scenario and the options applied.
     fn settings(&self, now: Settings) -> Result<Settings, Fault> {
         let scenario = Scenario::load(&self.scenario, Purpose::Run)?;
         let mut settings = with_scenario(&self.scenario, &scenario, now)?;
+        settings.brake = settings.brake.filter(|_| !self.no_brake);
         let protection = &mut settings.protection;
         for (place, given) in [
             (&mut protection.following_error, self.following_error),
-            (&mut protection.travel, self.travel),
             (&mut protection.pace, self.pace),
             (&mut protection.speed, self.speed),
             (&mut protection.breakaway, self.breakaway),
@@ -98,6 +102,7 @@ impl Arguments {
         ] {
             *place = given.unwrap_or(*place);
         }
+        protection.travel = self.travel.unwrap_or(protection.travel);
         settings.homing = self.homing(settings.homing)?;
         settings.source = self.source.unwrap_or(settings.source);
         settings.servo_changes = self.servo_changes.unwrap_or(settings.servo_changes);
@@ -147,6 +152,19 @@ impl Arguments {
     }
 }
 
+/// Both ends of a travel, or the distance of both.
+fn travel(text: &str) -> Result<[f64; 2], String> {
+    let number = |text: &str| {
+        text.trim()
+            .parse::<f64>()
+            .map_err(|error| error.to_string())
+    };
+    match text.split_once(',') {
+        Some((low, high)) => Ok([number(low)?, number(high)?]),
+        None => number(text).map(|distance| [-distance, distance]),
+    }
+}
+
 /// A refusal, with the option or the key of the scenario that changes the setting.
 fn refused(error: DriveError) -> Fault {
     let place = match &error {
@@ -189,6 +207,8 @@ fn place_of(setting: &str) -> Option<String> {
         "feed_forward_coulomb_speed" => "controller.feed_forward.coulomb_speed",
         "cutoff" => "controller.velocity_filter.cutoff",
         "resolution" => "encoder.counts_per_rev",
+        "brake.opens" => "amplifier.brake.opens",
+        "brake.closes" => "amplifier.brake.closes",
         _ => return None,
     };
     Some(format!("{key} in the scenario"))
@@ -227,7 +247,11 @@ pub(super) fn with_scenario(
     now: Settings,
 ) -> Result<Settings, Fault> {
     let closed_loop = loop_settings(scenario).map_err(|error| Fault::of_file(file, error))?;
-    let mut settings = Settings { closed_loop, ..now };
+    let mut settings = Settings {
+        closed_loop,
+        brake: scenario.brake.or(now.brake),
+        ..now
+    };
     let (excitation, dither) = (&scenario.excitation, &mut settings.dither);
     match excitation.kind {
         ExcitationKind::Prbs => {

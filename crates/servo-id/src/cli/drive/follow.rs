@@ -1,5 +1,6 @@
 //! The reports of a drive while a verb waits for it.
 
+use std::ops::DerefMut;
 use std::time::Duration;
 
 use drive_link::{Progress, Report, Snapshot, State, Status};
@@ -39,25 +40,24 @@ pub(super) fn samples_in(time: f64, sample_time: f64) -> u16 {
     (time / sample_time).clamp(1.0, f64::from(u16::MAX)) as u16
 }
 
-/// Passes every report to `observe`, and `None` where none comes for a while, until it returns a value.
+/// Passes every report of a drive, or of a [`Driven`](crate::drive::Driven), to `observe`, and `None` where none comes for
+/// a while, until it returns a value.
 ///
 /// # Errors
 /// If the line breaks, the drive falls silent, or `observe` fails.
-pub(super) fn follow<T>(
-    client: &mut Client,
-    mut observe: impl FnMut(&mut Client, Option<Event>) -> Result<Option<T>, Fault>,
+pub(super) fn follow<T, D: DerefMut<Target = Client>>(
+    drive: &mut D,
+    mut observe: impl FnMut(&mut D, Option<Event>) -> Result<Option<T>, Fault>,
 ) -> Result<T, Fault> {
     let mut silence = Silence::begin();
     loop {
-        let event = client
-            .next_within(TICK, Event::from_report)
-            .map_err(fault)?;
+        let event = drive.next_within(TICK, Event::from_report).map_err(fault)?;
         if event.is_some() {
             silence.end();
         } else if silence.is_too_long() {
             return Err(fault(DriveError::Silent));
         }
-        if let Some(end) = observe(client, event)? {
+        if let Some(end) = observe(drive, event)? {
             return Ok(end);
         }
     }

@@ -1,20 +1,17 @@
 //! `servo-id drive home`: the way to the home position.
 
-use drive_link::{Command, Home, Settings, State};
+use drive_link::{Command, Home, State};
 
 use super::fault;
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
-use crate::drive::Client;
+use crate::drive::Driven;
 
 /// Drives the axis home and waits until it is there.
-pub(super) fn run(client: &mut Client) -> Result<(), Fault> {
-    let Settings { protection, .. } = client.settings().map_err(fault)?;
-    client.keep_alive(protection.link_timeout);
-    client.ask(Command::Home).map_err(fault)?;
+pub(super) fn run(drive: &mut Driven) -> Result<(), Fault> {
+    drive.ask(Command::Home).map_err(fault)?;
     loop {
-        // Asking keeps the run alive.
-        let status = client.status().map_err(fault)?;
+        let status = drive.status().map_err(fault)?;
         match (status.state, status.home) {
             (State::Running, Home::Sought) => {}
             (State::Running, Home::Known) => return show!("{}", status.home),

@@ -10,13 +10,15 @@ mod plan;
 mod simulate;
 mod start;
 mod status;
+mod stop;
 mod watch;
 
 use clap::Subcommand;
-use drive_link::{Command, Refusal};
+use drive_link::{Command, Refusal, State};
 
 use super::fault::Fault;
-use crate::drive::{Client, DriveError};
+use super::interruption;
+use crate::drive::{AtEnd, Client, DriveError, Driven};
 use crate::port::Port;
 
 #[derive(Debug, clap::Args)]
@@ -39,15 +41,19 @@ enum Verb {
     Configure(configure::Arguments),
     /// Close the loop at the present position, identify, and print reports until the run ends.
     Start(start::Arguments),
-    /// Move the servo to a position, rad from where it started.
+    /// Move the servo to a position, rad from home, or from where the run started if homing is not configured.
     #[command(allow_negative_numbers = true, alias = "aim")]
     Target {
-        /// Position, rad from where the servo started.
+        /// Position, rad.
         radians: f64,
+        /// Count it from where the run started, whether the axis is homed or not.
+        #[arg(long)]
+        relative: bool,
     },
     /// Home the axis: targets and travel then count from its origin. The loop must be closed.
     Home,
-    /// Disable the output stage: the servo coasts.
+    /// Disable the output stage: the servo coasts. The stop is sent before anything is asked, also to a drive of another
+    /// version.
     Stop,
     /// Clear a fault after its cause is removed.
     Clear,
@@ -87,22 +93,69 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     };
     let line = Port::open(port).map_err(|error| Fault::Input(error.to_string()))?;
     let mut client = Client::new(line);
+    // Nothing comes before a stop.
+    if let Verb::Stop = arguments.verb {
+        return stop::run(&mut client);
+    }
     let status = client.status().map_err(fault)?;
     match &arguments.verb {
         Verb::Status(verb) => verb.run(&mut client, &status),
         Verb::BoardTest(verb) => verb.run(&mut client, &status),
         Verb::Configure(configure) => configure.run(&mut client),
-        Verb::Start(start) => start.run(&mut client),
-        Verb::Target { radians } => client.ask(Command::Target(*radians)).map_err(fault),
-        Verb::Home => home::run(&mut client),
-        Verb::Stop => client.stop().map_err(fault),
-        Verb::Clear => client.ask(Command::Clear).map_err(fault),
-        Verb::Save => client.ask(Command::Save).map_err(fault),
+        Verb::Start(start) => driving(client, |drive| start.run(drive)),
+        Verb::Target { radians, relative } => driving(client, |drive| {
+            let target = match relative {
+                true => Command::RelativeTarget(*radians),
+                false => Command::Target(*radians),
+            };
+            drive.ask(target).map_err(fault)?;
+            drive.leave();
+            Ok(())
+        }),
+        Verb::Home => driving(client, |drive| {
+            home::run(drive)?;
+            drive.leave();
+            Ok(())
+        }),
+        Verb::Clear => client.clear().map_err(fault),
+        Verb::Save => client.save().map_err(fault),
         Verb::Watch(watch) => watch.run(&mut client, table),
-        Verb::Commission(commission) => commission.run(&mut client, &status),
+        Verb::Commission(commission) => driving(client, |drive| commission.run(drive, &status)),
         Verb::Monitor(monitor) => monitor.run(plan, client, status, port),
         // Run above.
-        Verb::Simulate(_) => Ok(()),
+        Verb::Stop | Verb::Simulate(_) => Ok(()),
+    }
+}
+
+/// Runs a verb that may move the servo. If it fails, is interrupted or panics, the drive is stopped.
+fn driving(
+    mut client: Client,
+    verb: impl FnOnce(&mut Driven) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    let settings = client.settings().map_err(fault)?;
+    let link_timeout = settings.protection.link_timeout;
+    let mut drive = Driven::new(client, link_timeout, AtEnd::Stop);
+    drive.end_waits_by(interruption::end_requested());
+    interruption::before_end(drive.last_stop());
+    let done = verb(&mut drive);
+    let Err(why) = done else { return Ok(()) };
+    if !drive.is_to_be_stopped() {
+        return Err(why);
+    }
+    Err(match drive.stop() {
+        Ok(status) if status.state == State::Disabled => why.and("the servo is disabled"),
+        // It is the reason.
+        Ok(_) => why,
+        Err(error) => why.and(format!("{error}; {}", afterwards(link_timeout))),
+    })
+}
+
+/// The behaviour of a drive without a host.
+fn afterwards(link_timeout: f64) -> String {
+    if link_timeout > 0.0 {
+        format!("if it still runs, it stops by itself after {link_timeout} s")
+    } else {
+        "if it still runs, it keeps running: its link timeout is 0".to_owned()
     }
 }
 
@@ -112,6 +165,7 @@ fn fault(error: DriveError) -> Fault {
         DriveError::Refused(Refusal::Setting(_) | Refusal::TooFar { .. }) => {
             Fault::Input(error.to_string())
         }
+        DriveError::Interrupted => Fault::Interrupted(error.to_string()),
         other => Fault::Other(other.to_string()),
     }
 }

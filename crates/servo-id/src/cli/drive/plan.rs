@@ -63,8 +63,10 @@ impl Plan {
         status: &Status,
     ) -> Result<DrivePlan, Fault> {
         let order = self.order;
-        let configure =
-            (!status.configured).then(|| unconfigured(settings, &order, self.gains.as_ref()));
+        let configure = (!status.configured).then(|| Settings {
+            brake: self.scenario.brake.or(settings.brake),
+            ..unconfigured(settings, &order, self.gains.as_ref())
+        });
         let settings = configure.as_ref().unwrap_or(settings);
         let core = &settings.closed_loop.core;
         for (key, own, wanted) in [
@@ -120,7 +122,6 @@ fn unconfigured(
     gains: Option<&HoldingGains>,
 ) -> Settings {
     let [low, high] = order.limits.travel;
-    let travel = 0.5 * (high - low);
     let mut core = identifier_core::Settings {
         resolution: order.resolution,
         ..identifier_core::Settings::new(order.sample_time, 1.0)
@@ -139,13 +140,14 @@ fn unconfigured(
             ..example.dither
         },
         protection: Protection {
-            following_error: travel,
-            travel,
+            following_error: 0.5 * (high - low),
+            travel: order.limits.travel,
             speed: order.limits.speed,
             pace: 0.2 * order.limits.speed,
             ..example.protection
         },
         servo_changes: ServoChanges::Ignored,
+        brake: example.brake,
         homing: example.homing,
         source: example.source,
     }

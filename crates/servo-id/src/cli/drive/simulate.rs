@@ -35,10 +35,10 @@ impl Arguments {
             let Settings {
                 dither, protection, ..
             } = &mut settings;
-            let at_least =
-                |room: &mut f64, amplitudes: f64| *room = room.max(amplitudes * dither.amplitude);
-            at_least(&mut protection.following_error, 4.0);
-            at_least(&mut protection.travel, 4.0);
+            let room = 4.0 * dither.amplitude;
+            protection.following_error = protection.following_error.max(room);
+            let [low, high] = protection.travel;
+            protection.travel = [low.min(-room), high.max(room)];
             drive = drive.configured(settings);
         }
         let address = drive

@@ -1,6 +1,6 @@
 use std::time::Instant;
 
-use drive_link::{Command, Ended, Settings, State, Status};
+use drive_link::{Ended, Settings, State, Status};
 
 use super::fault;
 use super::follow::{Event, follow, samples_in};
@@ -8,57 +8,60 @@ use super::home;
 use super::status::{change_line, estimates_line, no_first_fit, snapshot_line};
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
-use crate::drive::Client;
+use crate::drive::{AtEnd, Driven};
 
 /// Time between two lines that are printed, s.
 const LINE_INTERVAL: f64 = 0.5;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Stop after this time, s. Without it the run lasts until it ends by itself or this program is interrupted: the
-    /// drive then stops after its link timeout.
+    /// Stop after this time, s. Without it the run lasts until it ends by itself or this program is interrupted, which
+    /// stops it.
     #[arg(long = "for", value_name = "S", value_parser = positive, conflicts_with = "leave")]
     time: Option<f64>,
     /// Home the axis first.
     #[arg(long)]
     home: bool,
-    /// Leave the drive running unattended; only with a link timeout of 0.
+    /// Leave the drive running unattended; only with a link timeout of 0, which needs it.
     #[arg(long)]
     leave: bool,
 }
 
 impl Arguments {
-    pub(super) fn run(&self, client: &mut Client) -> Result<(), Fault> {
+    pub(super) fn run(&self, drive: &mut Driven) -> Result<(), Fault> {
         let Settings {
             closed_loop,
             protection,
             ..
-        } = client.settings().map_err(fault)?;
+        } = drive.settings().map_err(fault)?;
         let link_timeout = protection.link_timeout;
-        if self.leave {
-            may_be_left(link_timeout)?;
-            client.start().map_err(fault)?;
-            return if self.home { home::run(client) } else { Ok(()) };
+        if at_end(self.leave, link_timeout)? == AtEnd::Leave {
+            drive.start().map_err(fault)?;
+            if self.home {
+                home::run(drive)?;
+            }
+            drive.leave();
+            return Ok(());
         }
         let every = samples_in(LINE_INTERVAL, closed_loop.core.sample_time);
-        client.ask(Command::Watch(every)).map_err(fault)?;
-        client.start().map_err(fault)?;
-        client.keep_alive(link_timeout);
+        drive.watch(every).map_err(fault)?;
+        drive.start().map_err(fault)?;
         if self.home {
-            home::run(client)?;
+            home::run(drive)?;
         }
         // An output that cannot be written is no reason to leave a running drive alone.
-        let mut printed = if link_timeout > 0.0 {
-            show!("running; it stops {link_timeout} s after this program has ended")
-        } else {
-            show!("running; it continues after this program has ended: the link timeout is 0")
-        };
+        let mut printed = show!(
+            "running; Ctrl-C stops it, and it stops by itself when the line is silent for {link_timeout} s"
+        );
         let begin = Instant::now();
         let is_over = |time: f64| begin.elapsed().as_secs_f64() >= time;
-        follow(client, |client, event| match event {
+        follow(drive, |drive, event| match event {
             Some(Event::Fault(fault)) => Err(Fault::Other(fault.to_string())),
             Some(Event::Status(status)) if status.state == State::Disabled => Ok(Some(())),
-            _ if self.time.is_some_and(is_over) => client.stop().map_err(fault).map(Some),
+            _ if self.time.is_some_and(is_over) => {
+                drive.stop().map_err(fault)?;
+                Ok(Some(()))
+            }
             Some(Event::Status(Status {
                 rejection_reason: Some(rejection_reason),
                 ..
@@ -81,8 +84,8 @@ impl Arguments {
             }
             _ => Ok(None),
         })?;
-        client.ask(Command::Watch(0)).map_err(fault)?;
-        let status = client.status().map_err(fault)?;
+        drive.watch(0).map_err(fault)?;
+        let status = drive.status().map_err(fault)?;
         if let Some(estimates) = &status.estimates {
             printed = printed.and(show!("estimates: {}", estimates_line(estimates)));
         }
@@ -96,15 +99,22 @@ impl Arguments {
     }
 }
 
-/// Refuses to leave a drive running that stops when its line is silent.
-pub(super) fn may_be_left(link_timeout: f64) -> Result<(), Fault> {
-    if link_timeout > 0.0 {
-        return Err(Fault::Input(format!(
+/// What happens to a driven servo at the end of this program: it is left only where the drive does not stop by itself, and
+/// stopped only where the drive stops when this program cannot.
+pub(super) fn at_end(leave: bool, link_timeout: f64) -> Result<AtEnd, Fault> {
+    match (leave, link_timeout > 0.0) {
+        (true, false) => Ok(AtEnd::Leave),
+        (false, true) => Ok(AtEnd::Stop),
+        (true, true) => Err(Fault::Input(format!(
             "--leave: the drive stops when its line is silent for {link_timeout} s; configure it with \
              --link-timeout 0 first, if that is intended"
-        )));
+        ))),
+        (false, false) => Err(Fault::Input(
+            "the drive's link timeout is 0: it would run on after this program is killed or its line is cut; configure \
+             it with --link-timeout 1, or state --leave, if that is intended"
+                .to_owned(),
+        )),
     }
-    Ok(())
 }
 
 fn positive(text: &str) -> Result<f64, String> {

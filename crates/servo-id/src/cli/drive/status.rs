@@ -119,6 +119,9 @@ pub(super) fn interrupt_line(status: &Status) -> String {
 /// Prints state, estimates, history and settings.
 fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
     show!("{}", status.state)?;
+    if status.simulated {
+        show!("simulated: the drive computes its servo, and no motor is driven")?;
+    }
     match &status.estimates {
         Some(estimates) => show!("estimates: {}", estimates_line(estimates))?,
         None => show!("the servo is not identified yet")?,
@@ -133,6 +136,12 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
         show!("{line}")?;
     }
     show!("{}", status.home)?;
+    if let Some(distance) = status.index_from_edge {
+        let eighth = std::f64::consts::FRAC_PI_4;
+        show!(
+            "the index pulse is {distance:.4} rad from the home switch's edge ({eighth:.4} at least)"
+        )?;
+    }
     if !status.configured {
         show!("not configured: it does not start; the settings below are an example")?;
     }

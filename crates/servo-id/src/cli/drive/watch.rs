@@ -2,7 +2,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use drive_link::{Command, Estimates, Snapshot, State};
+use drive_link::{Estimates, Snapshot, State};
 use identifier_core::parameters::ServoParameters;
 
 use super::fault;
@@ -40,12 +40,11 @@ impl Arguments {
     }
 
     pub(super) fn run(&self, client: &mut Client, mut table: Option<Table>) -> Result<(), Fault> {
-        let settings = client.settings().map_err(fault)?;
-        client.keep_alive(settings.protection.link_timeout);
-        client.ask(Command::Watch(self.every)).map_err(fault)?;
+        client.poll();
+        client.watch(self.every).map_err(fault)?;
         let stop = interruption::end_requested();
         let mut left = self.reports;
-        let ended = follow(client, |_, event| {
+        let ended = follow(&mut &mut *client, |_, event| {
             match event {
                 Some(Event::Snapshot(snapshot)) if left > 0 => {
                     left -= 1;
@@ -68,7 +67,7 @@ impl Arguments {
         let kept = table.map_or(Ok(()), Table::keep);
         ended?;
         kept?;
-        client.ask(Command::Watch(0)).map_err(fault)?;
+        client.watch(0).map_err(fault)?;
         if left > 0 {
             return Err(Fault::Other(format!(
                 "stopped after {} of {} reports",

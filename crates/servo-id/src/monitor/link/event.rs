@@ -2,15 +2,6 @@ use drive_link::{Command, Refusal, Report};
 
 use crate::drive::{DriveError, Silence};
 
-/// The end of a session whose servo is driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AtEnd {
-    /// The stage is disabled.
-    Stop,
-    /// The servo stays driven.
-    Leave,
-}
-
 /// The state in which the servo was left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {

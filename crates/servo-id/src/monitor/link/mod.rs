@@ -9,9 +9,9 @@ use std::thread::{self, JoinHandle};
 
 use drive_link::Command;
 
-pub use self::event::{AtEnd, Ending, LinkError, LinkEvent};
+pub use self::event::{Ending, LinkError, LinkEvent};
 use self::talk::Talk;
-use crate::drive::Client;
+use crate::drive::{AtEnd, Driven};
 
 /// The line to a drive, served by a thread. However it is dropped, the servo is left as [`AtEnd`] orders.
 #[derive(Debug)]
@@ -22,14 +22,13 @@ pub struct Link {
 }
 
 impl Link {
-    /// Serves a drive with this link timeout, s; 0 for none.
+    /// Serves a drive.
     #[must_use]
-    pub fn open(mut client: Client, link_timeout: f64, at_end: AtEnd) -> Self {
-        client.keep_alive(link_timeout);
+    pub fn open(drive: Driven, at_end: AtEnd) -> Self {
         let (orders, ordered) = mpsc::channel();
         let (report, events) = mpsc::channel();
         let thread = thread::spawn(move || {
-            let mut talk = Talk::new(client, report);
+            let mut talk = Talk::new(drive, report);
             talk.run(&ordered)?;
             talk.end(at_end)
         });

@@ -3,10 +3,11 @@
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
-use drive_link::{Command, Report, State};
+use drive_link::{Command, Report, Request};
 
-use super::event::{AtEnd, Ending, LinkError, LinkEvent};
-use crate::drive::{Client, DriveError, Silence};
+use super::event::{Ending, LinkError, LinkEvent};
+use crate::drive::{AtEnd, DriveError, Driven, Silence, is_driven};
+use crate::port::STOP_INTERVAL;
 
 /// Longest wait of a command.
 const MAX_COMMAND_WAIT: Duration = Duration::from_millis(5);
@@ -17,7 +18,7 @@ const GIVE_UP_AFTER: Duration = Duration::from_secs(5);
 
 /// The conversation with a drive.
 pub(super) struct Talk {
-    client: Client,
+    drive: Driven,
     events: Sender<LinkEvent>,
     unanswered: Vec<Unanswered>,
     silence: Silence,
@@ -34,9 +35,9 @@ struct Unanswered {
 }
 
 impl Talk {
-    pub(super) fn new(client: Client, events: Sender<LinkEvent>) -> Self {
+    pub(super) fn new(drive: Driven, events: Sender<LinkEvent>) -> Self {
         Self {
-            client,
+            drive,
             events,
             unanswered: Vec::new(),
             silence: Silence::begin(),
@@ -54,7 +55,7 @@ impl Talk {
             }
             self.repeat_unanswered()?;
             match self
-                .client
+                .drive
                 .next_within(MAX_COMMAND_WAIT, |report| Some(report.clone()))?
             {
                 Some(report) => {
@@ -68,7 +69,14 @@ impl Talk {
     }
 
     fn send(&mut self, command: Command) -> Result<(), DriveError> {
-        let id = self.client.send(command)?;
+        // A motion that is pending belongs to the run before.
+        if matches!(
+            command,
+            Command::Stop | Command::Start | Command::Commission(_)
+        ) {
+            self.forget_motions();
+        }
+        let id = self.drive.send(command)?;
         let now = Instant::now();
         self.unanswered.push(Unanswered {
             id,
@@ -94,20 +102,34 @@ impl Talk {
         for asked in &mut self.unanswered {
             // Sent twice, these could be done twice: once now, and once after they have ended.
             let once = matches!(asked.command, Command::Start | Command::Commission(_));
-            if !once && asked.last.elapsed() > REPEAT_AFTER {
+            let interval = match asked.command {
+                Command::Stop => STOP_INTERVAL,
+                _ => REPEAT_AFTER,
+            };
+            if !once && asked.last.elapsed() >= interval {
                 asked.last = Instant::now();
-                asked.id = self.client.send(asked.command)?;
+                let (id, command) = (asked.id, asked.command);
+                self.drive.port().send(&Request { id, command })?;
             }
         }
         Ok(())
     }
 
+    /// What is pending belongs to a run and ends with it: nobody has ordered it of the next run.
+    fn forget_motions(&mut self) {
+        self.unanswered.retain(|asked| !asked.command.may_move());
+    }
+
     fn take(&mut self, report: Report) {
+        let drove = self.drives;
         match &report {
             Report::Status { status, .. } => self.drives = is_driven(status.state),
             Report::Snapshot(_) | Report::Progress(_) => self.drives = true,
             Report::Fault(_) => self.drives = false,
             _ => {}
+        }
+        if drove && !self.drives {
+            self.forget_motions();
         }
         match report {
             Report::Done { id } => {
@@ -144,21 +166,98 @@ impl Talk {
         let ending = match at_end {
             AtEnd::Stop => {
                 // Whatever it does: nothing comes before a stop.
-                self.client.stop()?;
+                self.drive.stop()?;
                 if self.drives {
                     Ending::Stopped
                 } else {
                     Ending::WasDisabled
                 }
             }
-            AtEnd::Leave if is_driven(self.client.status()?.state) => Ending::Left,
+            AtEnd::Leave if is_driven(self.drive.status()?.state) => Ending::Left,
             AtEnd::Leave => Ending::WasDisabled,
         };
-        self.client.ask(Command::Watch(0))?;
+        self.drive.watch(0)?;
         Ok(ending)
     }
 }
 
-fn is_driven(state: State) -> bool {
-    matches!(state, State::Running | State::Commissioning)
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use drive_link::Fault;
+
+    use super::*;
+    use crate::drive::Client;
+    use crate::scripted_line::{self, Received};
+
+    /// A conversation whose drive answers nothing.
+    fn unanswered() -> (Talk, Received) {
+        let (port, received) = scripted_line::port(|_| None);
+        let drive = Driven::new(Client::new(port), 1.0, AtEnd::Leave);
+        (Talk::new(drive, mpsc::channel().0), received)
+    }
+
+    /// The times that a command is sent again after a while.
+    fn repeated(talk: &mut Talk, received: &Received, command: Command) -> usize {
+        let before = received.count(command);
+        for asked in &mut talk.unanswered {
+            asked.last -= REPEAT_AFTER;
+        }
+        talk.repeat_unanswered().expect("the line is whole");
+        received.count(command) - before
+    }
+
+    #[test]
+    fn a_motion_that_is_pending_ends_with_its_run() {
+        const TARGET: Command = Command::Target(0.5);
+        type End = fn(&mut Talk) -> Result<(), DriveError>;
+        let ends: [End; 4] = [
+            |talk| talk.send(Command::Stop),
+            // It was sent before there was a run.
+            |_| Ok(()),
+            |talk| {
+                talk.drives = true;
+                talk.take(Report::Fault(Fault::LinkLost));
+                Ok(())
+            },
+            |talk| {
+                talk.send(Command::Stop)?;
+                talk.send(Command::Clear)
+            },
+        ];
+        for end in ends {
+            let (mut talk, received) = unanswered();
+            for motion in [TARGET, Command::Home] {
+                talk.send(motion).expect("the line is whole");
+                assert_eq!(repeated(&mut talk, &received, motion), 1);
+            }
+            end(&mut talk).expect("the line is whole");
+            talk.send(Command::Start).expect("the line is whole");
+            for motion in [TARGET, Command::Home, Command::Start] {
+                assert_eq!(repeated(&mut talk, &received, motion), 0, "{motion:?}");
+            }
+            // What is ordered in the new run is sent until it is answered.
+            talk.send(TARGET).expect("the line is whole");
+            assert_eq!(repeated(&mut talk, &received, TARGET), 1);
+        }
+    }
+
+    #[test]
+    fn a_stop_is_repeated_sooner_than_anything_else_and_under_its_number() {
+        let (mut talk, received) = unanswered();
+        for command in [Command::Stop, Command::Save] {
+            talk.send(command).expect("the line is whole");
+        }
+        for asked in &mut talk.unanswered {
+            asked.last = Instant::now() - STOP_INTERVAL;
+        }
+        talk.repeat_unanswered().expect("the line is whole");
+        let all = received.all();
+        assert_eq!(
+            received.commands(),
+            [Command::Stop, Command::Save, Command::Stop]
+        );
+        assert_eq!(all[0].id, all[2].id);
+    }
 }

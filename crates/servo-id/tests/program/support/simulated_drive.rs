@@ -55,6 +55,7 @@ pub(crate) fn built_in(law: Estimator) -> Settings {
         homing: None,
         source: TargetSource::Line,
         servo_changes: ServoChanges::Ignored,
+        brake: None,
     }
 }
 
@@ -173,6 +174,8 @@ fn power_cycles(
                 full_scale: 10.0,
                 period: 5e-5,
                 command_delay: 1.25e-5,
+                board: "simulated",
+                is_simulated: true,
             },
             built_in: example,
             clock: Clock::at_pace(PACE),

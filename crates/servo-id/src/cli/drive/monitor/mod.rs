@@ -11,14 +11,14 @@ use drive_link::Status;
 use self::recordings::Recordings;
 use self::screen::Screen;
 use self::session::{End, Session};
-use super::fault;
 use super::plan::Plan;
-use super::start::may_be_left;
+use super::start::at_end;
+use super::{afterwards, fault};
 use crate::cli::fault::Fault;
 use crate::cli::interruption;
 use crate::cli::standard_output::show;
-use crate::drive::Client;
-use crate::monitor::{AtEnd, Ending, Link, LinkError};
+use crate::drive::{Client, Driven};
+use crate::monitor::{Ending, Link, LinkError};
 
 /// Shortest time from one frame to the next by default, s.
 const FRAME_TIME: f64 = 1e-3;
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// Samples from one frame to the next; by default the fewest that give at most 1000 frames per second.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     every: Option<u16>,
-    /// Leave the drive running at the end; only with a link timeout of 0. By default the servo is disabled.
+    /// Leave the drive running at the end; only with a link timeout of 0, which needs it. By default the servo is disabled.
     #[arg(long)]
     leave: bool,
 }
@@ -55,24 +55,19 @@ impl Arguments {
     ) -> Result<(), Fault> {
         let settings = client.settings().map_err(fault)?;
         let link_timeout = settings.protection.link_timeout;
-        if self.leave {
-            may_be_left(link_timeout)?;
-        }
+        let at_end = at_end(self.leave, link_timeout)?;
         let sample_time = settings.closed_loop.core.sample_time;
         let least = (FRAME_TIME / sample_time).clamp(1.0, f64::from(u16::MAX));
         let every = self.every.unwrap_or(least.round() as u16);
         let plan = plan
             .map(|plan| plan.for_drive(&settings, &status))
             .transpose()?;
-        let at_end = if self.leave {
-            AtEnd::Leave
-        } else {
-            AtEnd::Stop
-        };
         let end_requested = interruption::end_requested();
+        let mut drive = Driven::new(client, link_timeout, at_end);
+        interruption::before_end(drive.last_stop());
 
         let mut screen = Screen::open()?;
-        let link = Link::open(client, link_timeout, at_end);
+        let link = Link::open(drive, at_end);
         let recordings = Recordings::to(&self.record);
         let mut session = Session::new(port, settings, status, every, link, recordings, plan);
         let ended = session.run(&mut screen, end_requested, at_end);
@@ -116,14 +111,5 @@ fn conclude(session: Session, ended: Result<(), End>) -> Result<(), Fault> {
         (Ok(_), Ok(_)) => Ok(()),
         (Err(fault), Ok(_)) | (Ok(_), Err(fault)) => Err(fault),
         (Err(servo), Err(files)) => Err(Fault::Other(format!("{servo}; {files}"))),
-    }
-}
-
-/// The behaviour of a drive without a host.
-fn afterwards(link_timeout: f64) -> String {
-    if link_timeout > 0.0 {
-        format!("if it still runs, it stops by itself after {link_timeout} s")
-    } else {
-        "if it still runs, it keeps running: its link timeout is 0".to_owned()
     }
 }

@@ -10,9 +10,8 @@ use super::recordings::Recordings;
 use super::screen::Screen;
 use crate::cli::drive::plan::DrivePlan;
 use crate::cli::fault::Fault;
-use crate::monitor::{
-    Action, AtEnd, Dialogue, Link, LinkError, LinkEvent, Motion, Note, Shown, State,
-};
+use crate::drive::AtEnd;
+use crate::monitor::{Action, Dialogue, Link, LinkError, LinkEvent, Motion, Note, Shown, State};
 use crate::present::largest_motion;
 
 /// Time between two drawings of the screen.
@@ -195,7 +194,9 @@ impl Session {
             // The report came first, and said so; a recording that it has ended is named.
             Command::Stop if !self.state.is_driven() => return,
             Command::Stop => "stopped: the servo is disabled".to_owned(),
-            Command::Target(radians) => format!("moving to {radians} rad"),
+            Command::Target(radians) | Command::RelativeTarget(radians) => {
+                format!("moving to {radians} rad")
+            }
             Command::Home => "homing".to_owned(),
             Command::Clear => "the fault is cleared, if its cause is gone".to_owned(),
             Command::Save => "settings and estimates are stored in flash".to_owned(),
@@ -209,7 +210,8 @@ impl Session {
             | Command::Watch(_)
             | Command::Outcome
             | Command::MotionRecord(_)
-            | Command::BoardTest => return,
+            | Command::BoardTest
+            | Command::KeepAlive => return,
         };
         self.state.set_note(Note::Done(message));
     }
@@ -232,7 +234,7 @@ fn name(command: &Command) -> &'static str {
     match command {
         Command::Start => "start",
         Command::Stop => "stop",
-        Command::Target(_) => "target",
+        Command::Target(_) | Command::RelativeTarget(_) => "target",
         Command::Home => "home",
         Command::Clear => "clear",
         Command::Save => "keep",
@@ -243,6 +245,7 @@ fn name(command: &Command) -> &'static str {
         | Command::Watch(_)
         | Command::Outcome
         | Command::MotionRecord(_)
-        | Command::BoardTest => "report",
+        | Command::BoardTest
+        | Command::KeepAlive => "report",
     }
 }

@@ -1,0 +1,463 @@
+//! A vertical axis with a holding brake, and the load at the start of a run.
+
+#[macro_use]
+mod support;
+
+use commissioning::Phase;
+use drive_link::{
+    Command, Ended, Estimator, Fault, HoldingBrake, NotAllowed, Refusal, Request, Settings, State,
+    TargetSource, Why, frame,
+};
+use identifier_core::parameters::ServoParameters;
+use identifier_core::reason::Reason;
+use identifier_core::settings::ControllerSettings;
+use support::commission::{ORDER, outcome, over, until};
+use support::drive::Drive;
+use support::{Bench, COUNTS, Flash, settings};
+use virtual_servo::{Plant, VirtualBrake};
+
+/// A vertical axis whose load takes 30 % of the command.
+const VERTICAL: ServoParameters = ServoParameters {
+    a: 0.2174,
+    b: 257.7,
+    coulomb: 0.0,
+    load: -0.3 * 10.0 * 257.7,
+};
+
+const BRAKE: HoldingBrake = HoldingBrake {
+    opens: 0.05,
+    closes: 0.1,
+};
+
+/// Samples in which it closes.
+const CLOSES: u32 = 100;
+
+/// The largest fall where the loop holds the axis, rad.
+const MAX_FALL: f64 = 0.005;
+
+/// The page with the table of the falls.
+const PAGE: &str = include_str!("../../../docs/faults.md");
+
+/// Settings of the axis, without dither.
+fn vertical(brake: Option<HoldingBrake>) -> Settings {
+    let mut settings = settings();
+    settings.closed_loop.law = Estimator::GaussNewton;
+    settings.closed_loop.core.identifier.parameter_range = None;
+    settings.closed_loop.core.identifier.gamma = None;
+    settings.dither.amplitude = 0.0;
+    settings.brake = brake;
+    settings
+}
+
+/// Has a run identify the load, so that the drive keeps it.
+fn identify(drive: &mut Drive<'_>, settings: &Settings) {
+    let mut shaken = *settings;
+    (shaken.dither.amplitude, shaken.brake) = (0.3, None);
+    (shaken.protection.duration, shaken.protection.link_timeout) = (0.0, 0.0);
+    drive.done(Command::Configure(shaken));
+    drive.done(Command::Start);
+    let samples = (2.0 / settings.closed_loop.core.sample_time) as u32;
+    drive.pass(samples);
+    drive.done(Command::Stop);
+    drive.pass(3);
+    let load = drive.status().estimates.expect("identified").servo.load;
+    assert!((load / VERTICAL.load - 1.0).abs() < 0.01, "{load}");
+    drive.done(Command::Configure(*settings));
+    drive.bench.hold_at(0.0);
+}
+
+/// A drive on a vertical axis that rests on its brake; the load is known.
+macro_rules! on_its_brake {
+    ($drive:ident, $bench:ident, $settings:expr) => {
+        let ($bench, flash) = (Bench::new(&VERTICAL), Flash::blank());
+        boot!($drive, &$bench, &flash);
+        identify(&mut $drive, &$settings);
+        let brake = VirtualBrake::closed(BRAKE.opens, BRAKE.closes);
+        $bench.brake.set(Some(brake));
+    };
+}
+
+/// The lowest position in these samples, rad.
+fn lowest(drive: &mut Drive<'_>, samples: u32) -> f64 {
+    let positions = (0..samples).map(|_| {
+        drive.pass(1);
+        drive.bench.position()
+    });
+    positions.fold(f64::INFINITY, f64::min)
+}
+
+/// Runs samples until the stage is disabled: their number.
+fn until_disabled(drive: &mut Drive<'_>) -> u32 {
+    let disabled = (1..3000).find(|_| {
+        drive.pass(1);
+        drive.bench.held.get().is_none()
+    });
+    disabled.expect("it is disabled")
+}
+
+/// What happens to the axis, how, and the fault that holds afterwards.
+type Case = (&'static str, fn(&mut Drive<'_>), Option<Fault>);
+
+const CASES: [Case; 9] = [
+    ("start", |_| {}, None),
+    ("move", |drive| drive.done(Command::Target(2.0)), None),
+    ("stop", |drive| drive.done(Command::Stop), None),
+    ("end of the time", |_| {}, None),
+    ("link lost", |_| {}, Some(Fault::LinkLost)),
+    (
+        "limit switch",
+        |drive| drive.lines(|lines| lines.low_switch = false),
+        Some(Fault::LimitSwitch),
+    ),
+    (
+        "encoder lost",
+        |drive| drive.bench.sensor_works.set(false),
+        Some(Fault::EncoderLost),
+    ),
+    (
+        "amplifier fault",
+        |drive| drive.lines(|lines| lines.amplifier = false),
+        Some(Fault::AmplifierFault),
+    ),
+    (
+        "supply low",
+        |drive| drive.lines(|lines| lines.supply = false),
+        Some(Fault::SupplyLow),
+    ),
+];
+
+#[test]
+fn a_vertical_axis_falls_in_no_case_but_faults_of_what_holds_it() {
+    for (name, cause, fault) in CASES {
+        let mut settings = vertical(Some(BRAKE));
+        settings.protection.duration = if name == "end of the time" { 0.5 } else { 0.0 };
+        settings.protection.link_timeout = if name == "link lost" { 0.5 } else { 0.0 };
+        on_its_brake!(drive, bench, settings);
+        drive.done(Command::Start);
+        let mut position = lowest(&mut drive, 400);
+        if name != "start" {
+            cause(&mut drive);
+            position = position.min(lowest(&mut drive, 1600));
+        }
+        let fall = (-position).max(0.0);
+        let row = format!(
+            "| {name} | {} | {fall:.3} |",
+            fault.map_or_else(|| "–".to_owned(), |fault| fault.number().to_string())
+        );
+        println!("{row}");
+        let keeps_running = matches!(name, "start" | "move");
+        assert_eq!(bench.held.get().is_some(), keeps_running, "{name}");
+        assert_eq!(bench.brake_power.get(), keeps_running, "{name}");
+        let state = match fault {
+            Some(fault) => State::Faulted(fault),
+            None if keeps_running => State::Running,
+            None => State::Disabled,
+        };
+        assert_eq!(drive.supervisor.state(), state, "{name}");
+        let is_cut = fault.is_some_and(|fault| [20, 10, 13].contains(&fault.number()));
+        assert_eq!(fall > MAX_FALL, is_cut, "{row}");
+        assert!(PAGE.contains(&row), "docs/faults.md has another row: {row}");
+    }
+}
+
+#[test]
+fn a_load_that_is_known_is_held_from_the_first_sample() {
+    let own = ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0);
+    for sample_time in [1e-3, 2.5e-4, 1e-4, 5e-5] {
+        // As it is, an eighth and a sixty-fourth of its stiffness, and without integral.
+        for (part, ki) in [(1.0, 4.0), (8.0, 4.0), (64.0, 0.01), (1.0, 0.0)] {
+            let mut settings = vertical(None);
+            settings.closed_loop.core.sample_time = sample_time;
+            settings.closed_loop.core.controller = Some(ControllerSettings {
+                kp: own.kp / part,
+                kd: own.kd / part.sqrt(),
+                ki,
+                ..own
+            });
+            let (bench, flash) = (Bench::new(&VERTICAL), Flash::blank());
+            bench.sample_time.set(sample_time);
+            *bench.plant.borrow_mut() = Plant::at_rest(&VERTICAL, sample_time);
+            boot!(drive, &bench, &flash);
+            settings.protection.following_error = 40.0;
+            identify(&mut drive, &settings);
+            drive.done(Command::Start);
+            let samples = (0.3 / sample_time) as u32;
+            let fall = -lowest(&mut drive, samples);
+            let end = bench.position();
+            assert!(
+                fall < MAX_FALL && end < MAX_FALL,
+                "{sample_time} {part} {ki}: {fall} {end}"
+            );
+        }
+    }
+}
+
+/// A drive that holds the axis with its brake open.
+macro_rules! holding {
+    ($drive:ident, $bench:ident) => {
+        on_its_brake!($drive, $bench, vertical(Some(BRAKE)));
+        $drive.done(Command::Start);
+        $drive.pass(400);
+        assert!($bench.brake_power.get());
+    };
+}
+
+#[test]
+fn a_stop_closes_the_brake_at_once_and_holds_for_as_long_as_it_closes() {
+    holding!(drive, bench);
+    drive.done(Command::Stop);
+    drive.pass(1);
+    assert!(!bench.brake_power.get(), "within a sample");
+    // Nothing new meanwhile.
+    assert_eq!(drive.refusal(Command::Start), Refusal::Running);
+    assert_eq!(drive.refusal(Command::Target(1.0)), Refusal::NotRunning);
+    assert_eq!(
+        drive.refusal(Command::Configure(settings())),
+        Refusal::Running
+    );
+    assert_eq!(drive.refusal(Command::Commission(ORDER)), Refusal::Running);
+    assert_eq!(until_disabled(&mut drive), CLOSES);
+    assert_eq!(drive.supervisor.state(), State::Disabled);
+    assert_eq!(drive.status().ended, Some(Ended::Stopped));
+    // And once more.
+    drive.done(Command::Start);
+    drive.pass(400);
+    assert!(bench.held.get().is_some() && bench.brake_power.get());
+    assert!(bench.position().abs() < MAX_FALL);
+}
+
+#[test]
+fn a_second_stop_or_a_fault_while_the_brake_closes_disables_at_once() {
+    let second: [(fn(&mut Drive<'_>), Option<Fault>); 4] = [
+        (|drive| drive.done(Command::Stop), None),
+        (
+            |drive| drive.bench.sensor_works.set(false),
+            Some(Fault::EncoderLost),
+        ),
+        (
+            |drive| drive.lines(|lines| lines.amplifier = false),
+            Some(Fault::AmplifierFault),
+        ),
+        (
+            |drive| drive.lines(|lines| lines.high_switch = false),
+            Some(Fault::LimitSwitch),
+        ),
+    ];
+    for (cause, fault) in second {
+        holding!(drive, bench);
+        drive.done(Command::Stop);
+        drive.pass(20);
+        assert!(bench.held.get().is_some());
+        cause(&mut drive);
+        // A switch is debounced for 2 ms, a reading is bridged.
+        assert!(until_disabled(&mut drive) <= 3, "{fault:?}");
+        drive.pass(3);
+        let state = fault.map_or(State::Disabled, State::Faulted);
+        assert_eq!(drive.supervisor.state(), state);
+        assert_eq!(drive.status().ended, Some(Ended::Stopped), "the first end");
+    }
+}
+
+#[test]
+fn a_stop_that_was_sent_again_is_no_second_stop_and_a_first_one_lets_go_of_no_held_axis() {
+    holding!(drive, bench);
+    let mut listener = drive.listener.take().expect("one line");
+    let mut stop = |id| {
+        let command = Command::Stop;
+        for byte in frame(&Request { id, command }).expect("it fits") {
+            listener.take(byte);
+        }
+    };
+    for _ in 0..3 {
+        stop(7);
+        drive.pass(20);
+        assert!(bench.held.get().is_some() && !bench.brake_power.get());
+    }
+    stop(8);
+    drive.pass(1);
+    assert_eq!(bench.held.get(), None);
+    // After a limit switch.
+    holding!(drive, bench);
+    drive.lines(|lines| lines.low_switch = false);
+    drive.pass(20);
+    drive.done(Command::Stop);
+    drive.pass(20);
+    assert!(bench.held.get().is_some() && !bench.brake_power.get());
+    drive.done(Command::Stop);
+    drive.pass(1);
+    assert_eq!(bench.held.get(), None);
+    drive.pass(3);
+    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LimitSwitch));
+}
+
+#[test]
+fn every_fault_that_ends_a_run_at_once_closes_the_brake_in_the_same_sample() {
+    let causes: [fn(&mut Drive<'_>); 3] = [
+        |drive| drive.bench.sensor_works.set(false),
+        |drive| drive.lines(|lines| lines.amplifier = false),
+        |drive| drive.lines(|lines| lines.supply = false),
+    ];
+    for cause in causes {
+        holding!(drive, bench);
+        cause(&mut drive);
+        until_disabled(&mut drive);
+        assert!(!bench.brake_power.get());
+    }
+}
+
+#[test]
+fn motion_waits_until_the_brake_has_opened_and_the_loop_holds_before() {
+    on_its_brake!(drive, bench, vertical(Some(BRAKE)));
+    drive.done(Command::Start);
+    drive.pass(1);
+    let held = f64::from(bench.held.get().expect("held"));
+    assert!((held - 3.0).abs() < 0.1, "{held}");
+    assert!(!bench.brake_power.get(), "held before it opens");
+    drive.done(Command::Target(2.0));
+    for sample in 0..50 {
+        drive.pass(1);
+        assert!(bench.brake_power.get());
+        assert!(bench.position().abs() < MAX_FALL, "{sample}");
+    }
+    drive.pass(2000);
+    assert!((bench.position() - 2.0).abs() < 0.01);
+    // A stop on the way up: the loop brakes the axis, and the brake takes it over.
+    drive.done(Command::Target(-2.0));
+    drive.pass(300);
+    drive.done(Command::Stop);
+    let stopped = bench.position();
+    assert_eq!(until_disabled(&mut drive), CLOSES + 1);
+    assert!((bench.position() - stopped).abs() < 0.3);
+}
+
+#[test]
+fn steps_while_the_brake_opens_are_followed_afterwards() {
+    let step = core::f64::consts::TAU / COUNTS;
+    let settings = Settings {
+        source: TargetSource::Steps { step },
+        ..vertical(Some(BRAKE))
+    };
+    on_its_brake!(drive, bench, settings);
+    drive.done(Command::Start);
+    drive.pass(2);
+    bench.steps.set(Some(50));
+    drive.pass(30);
+    assert!(bench.position().abs() < 3.0 * step);
+    drive.pass(1000);
+    assert!((bench.position() - 50.0 * step).abs() < 3.0 * step);
+}
+
+#[test]
+fn a_brake_that_takes_longer_than_a_second_is_refused() {
+    let (bench, flash) = (Bench::new(&VERTICAL), Flash::blank());
+    boot!(drive, &bench, &flash);
+    for (name, opens, closes, given) in [
+        ("brake.closes", 0.05, 1.5, 1.5),
+        ("brake.opens", 1.001, 0.1, 1.001),
+        ("brake.opens", -0.1, 0.1, -0.1),
+    ] {
+        let settings = vertical(Some(HoldingBrake { opens, closes }));
+        let why = Why::OutOfRange {
+            given,
+            least: 0.0,
+            most: 1.0,
+        };
+        assert_eq!(
+            drive.refusal(Command::Configure(settings)),
+            Refusal::Setting(NotAllowed::new(name, why))
+        );
+    }
+    let slowest = HoldingBrake {
+        opens: 1.0,
+        closes: 1.0,
+    };
+    drive.done(Command::Configure(vertical(Some(slowest))));
+}
+
+#[test]
+fn settings_with_a_brake_survive_a_loss_of_power() {
+    let (bench, flash) = (Bench::new(&VERTICAL), Flash::blank());
+    {
+        boot!(drive, &bench, &flash);
+        drive.done(Command::Configure(vertical(Some(BRAKE))));
+        drive.done(Command::Save);
+    }
+    boot!(drive, &bench, &flash);
+    assert_eq!(drive.shown().brake, Some(BRAKE));
+}
+
+#[test]
+fn a_commissioning_holds_the_axis_from_its_start_to_the_closed_brake() {
+    // The axis may fall as far as its motions go.
+    let travel = ORDER.limits.travel[1];
+    type Cause = fn(&mut Drive<'_>);
+    let ends: [(Option<Phase>, Cause, Option<Reason>); 4] = [
+        (None, |_| {}, None),
+        (
+            Some(Phase::Fit),
+            |drive| drive.done(Command::Stop),
+            Some(Reason::Stopped),
+        ),
+        (
+            Some(Phase::Probe),
+            |drive| drive.lines(|lines| lines.low_switch = false),
+            Some(Reason::LimitSwitch),
+        ),
+        (
+            Some(Phase::Trial),
+            |drive| drive.done(Command::Stop),
+            Some(Reason::Stopped),
+        ),
+    ];
+    for (phase, cause, reason) in ends {
+        on_its_brake!(drive, bench, vertical(Some(BRAKE)));
+        drive.done(Command::Commission(ORDER));
+        // Before the first motion.
+        assert!(-lowest(&mut drive, 40) < MAX_FALL);
+        if let Some(phase) = phase {
+            until(&mut drive, phase);
+        }
+        let before = bench.position();
+        cause(&mut drive);
+        over(&mut drive);
+        let phase = outcome(&mut drive).commissioning;
+        assert_eq!(phase.reason, reason, "{phase}");
+        assert_eq!(bench.held.get(), None);
+        let rests_at = bench.position();
+        assert!(
+            (rests_at - before).abs() < travel,
+            "{phase}: {before} {rests_at}"
+        );
+        drive.pass(200);
+        assert_eq!(
+            bench.position().to_bits(),
+            rests_at.to_bits(),
+            "{phase}: the brake holds it"
+        );
+        if reason.is_none() {
+            assert!(rests_at.abs() < MAX_FALL, "{rests_at}");
+        }
+    }
+}
+
+#[test]
+fn a_commissioning_in_place_of_a_run_waits_for_the_brake() {
+    on_its_brake!(drive, bench, vertical(Some(BRAKE)));
+    drive.done(Command::Start);
+    drive.pass(3);
+    drive.done(Command::Commission(ORDER));
+    for _ in 0..45 {
+        drive.pass(1);
+        assert!(bench.position().abs() < MAX_FALL);
+        let phase = drive.status().commissioning.map(|last| last.phase);
+        assert!(
+            matches!(phase, Some(Phase::Idle | Phase::Rest)),
+            "{phase:?}"
+        );
+    }
+    over(&mut drive);
+    drive.pass(10);
+    assert_eq!(drive.supervisor.state(), State::Running);
+    drive.done(Command::Stop);
+    assert!(-lowest(&mut drive, 400) < MAX_FALL);
+}

@@ -1,0 +1,283 @@
+//! A drive that this program may set in motion, and what stops it.
+
+use std::ops::{Deref, DerefMut};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use commissioning::CommissionSettings;
+use drive_link::{Command, Report, State, Status};
+
+use super::{Client, DriveError, MAX_SIGN_PERIOD};
+
+/// Signs of life within the drive's link timeout.
+const SIGNS_PER_TIMEOUT: f64 = 4.0;
+
+/// The end of a program that has set a servo in motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AtEnd {
+    /// The stage is disabled.
+    Stop,
+    /// The servo stays driven.
+    Leave,
+}
+
+/// A drive that this program may set in motion. It keeps the drive's run alive while it listens. However it is dropped,
+/// it stops a drive that it has ordered to move, unless the servo is to be left driven.
+#[derive(Debug)]
+pub struct Driven {
+    client: Client,
+    /// It has ordered a motion that the drive did not refuse.
+    has_moved: bool,
+    at_end: AtEnd,
+}
+
+impl Driven {
+    /// A drive with this link timeout, s; 0 for none.
+    #[must_use]
+    pub fn new(mut client: Client, link_timeout: f64, at_end: AtEnd) -> Self {
+        let most = MAX_SIGN_PERIOD.as_secs_f64();
+        let period = match link_timeout > 0.0 {
+            true => (link_timeout / SIGNS_PER_TIMEOUT).min(most),
+            false => most,
+        };
+        client.sign = Some((Command::KeepAlive, Duration::from_secs_f64(period)));
+        Self {
+            client,
+            has_moved: false,
+            at_end,
+        }
+    }
+
+    /// Ends every wait for the drive, until it is stopped, when this is set.
+    pub fn end_waits_by(&mut self, interruption: &'static AtomicBool) {
+        self.client.interruption = Some(interruption);
+    }
+
+    /// Stops the drive from another thread just before the program ends.
+    pub(crate) fn last_stop(&mut self) -> impl FnOnce() + Send + 'static {
+        self.client.port.last_stop()
+    }
+
+    /// From now on the servo stays as it is when this is dropped.
+    pub fn leave(&mut self) {
+        self.at_end = AtEnd::Leave;
+    }
+
+    /// True if dropping this stops the drive.
+    #[must_use]
+    pub fn is_to_be_stopped(&self) -> bool {
+        self.has_moved && self.at_end == AtEnd::Stop
+    }
+
+    /// Sends a command without waiting for the answer, which will carry the returned number.
+    ///
+    /// # Errors
+    /// If the line breaks.
+    pub fn send(&mut self, command: Command) -> Result<u8, DriveError> {
+        self.has_moved |= command.may_move();
+        self.client.send(command)
+    }
+
+    /// Sends a command and waits until it is done.
+    ///
+    /// # Errors
+    /// If it is refused, or the line breaks.
+    pub fn ask(&mut self, command: Command) -> Result<(), DriveError> {
+        self.guarded(command, |client| client.ask(command))
+    }
+
+    /// Starts a run, and never two: without an answer, the drive's state decides.
+    ///
+    /// # Errors
+    /// If it is refused, the line breaks, or the run has already ended.
+    pub fn start(&mut self) -> Result<(), DriveError> {
+        const PATIENCE: Duration = Duration::from_millis(200);
+        self.begin(Command::Start, PATIENCE, State::Running)
+    }
+
+    /// Begins a commissioning, and never two. Before it begins, the drive's flash may have to be erased.
+    ///
+    /// # Errors
+    /// If it is refused, the line breaks, or it has already ended.
+    pub fn commission(&mut self, order: &CommissionSettings) -> Result<(), DriveError> {
+        const PATIENCE: Duration = Duration::from_secs(5);
+        let command = Command::Commission(*order);
+        self.begin(command, PATIENCE, State::Commissioning)
+    }
+
+    /// As [`Client::stop`].
+    ///
+    /// # Errors
+    /// Those of [`Client::stop`].
+    pub fn stop(&mut self) -> Result<Status, DriveError> {
+        self.has_moved = false;
+        self.client.stop()
+    }
+
+    /// Sends a command once that must not be done twice. Without an answer, the drive's state decides whether it was
+    /// done.
+    fn begin(
+        &mut self,
+        command: Command,
+        patience: Duration,
+        wanted: State,
+    ) -> Result<(), DriveError> {
+        self.guarded(command, |client| {
+            let id = client.send(command)?;
+            let answer = client.next_within(patience, |report| match report {
+                Report::Done { id: same } if *same == id => Some(Ok(())),
+                Report::Refused { id: same, refusal } if *same == id => Some(Err(refusal.clone())),
+                _ => None,
+            })?;
+            match answer {
+                Some(done) => done.map_err(DriveError::Refused),
+                None if client.status()?.state == wanted => Ok(()),
+                None => Err(DriveError::Silent),
+            }
+        })
+    }
+
+    /// Counts a motion as ordered from before its first byte on, unless the drive refuses it.
+    fn guarded(
+        &mut self,
+        command: Command,
+        order: impl FnOnce(&mut Client) -> Result<(), DriveError>,
+    ) -> Result<(), DriveError> {
+        let before = self.has_moved;
+        self.has_moved |= command.may_move();
+        let done = order(&mut self.client);
+        if matches!(done, Err(DriveError::Refused(_))) {
+            self.has_moved = before;
+        }
+        done
+    }
+}
+
+impl Drop for Driven {
+    fn drop(&mut self) {
+        if self.is_to_be_stopped() {
+            // Nothing is left to report it to.
+            let _ = self.client.port.stop();
+        }
+    }
+}
+
+impl Deref for Driven {
+    type Target = Client;
+
+    fn deref(&self) -> &Client {
+        &self.client
+    }
+}
+
+impl DerefMut for Driven {
+    fn deref_mut(&mut self) -> &mut Client {
+        &mut self.client
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    use drive_link::{Refusal, Request};
+
+    use super::*;
+    use crate::scripted_line::{Received, obedient};
+
+    /// Runs a program with a drive that obeys, but for these answers, and returns what the drive has received.
+    fn received(
+        own: impl FnMut(&Request) -> Option<Option<Report>> + Send + 'static,
+        program: impl FnOnce(&mut Driven),
+    ) -> Received {
+        let (port, received) = obedient(own);
+        let mut drive = Driven::new(Client::new(port), 1.0, AtEnd::Stop);
+        // However it ends.
+        let _ = catch_unwind(AssertUnwindSafe(move || program(&mut drive)));
+        received
+    }
+
+    #[test]
+    fn a_panic_stops_a_drive_that_was_set_in_motion() {
+        for motion in [Command::Start, Command::Target(1.0), Command::Home] {
+            let received = received(
+                |_| None,
+                move |drive| {
+                    drive.ask(motion).expect("it obeys");
+                    panic!("a defect of this program");
+                },
+            );
+            assert_eq!(received.commands(), [motion, Command::Stop]);
+        }
+    }
+
+    #[test]
+    fn a_motion_whose_answer_is_lost_is_stopped() {
+        let deaf = |request: &Request| (request.command == Command::Start).then_some(None);
+        let sent = received(deaf, |drive| {
+            // The guard is armed before the answer, and before the first byte.
+            drive.send(Command::Start).expect("the line is whole");
+        });
+        assert_eq!(sent.commands(), [Command::Start, Command::Stop]);
+    }
+
+    #[test]
+    fn a_look_a_refused_motion_and_one_that_is_left_are_not_stopped() {
+        let refuses = |request: &Request| {
+            let (id, refusal) = (request.id, Refusal::NotConfigured);
+            let is_start = request.command == Command::Start;
+            is_start.then_some(Some(Report::Refused { id, refusal }))
+        };
+        let sent = received(refuses, |drive| {
+            drive.start().expect_err("it is refused");
+            drive.watch(0).expect("it obeys");
+        });
+        assert_eq!(sent.count(Command::Stop), 0);
+        let sent = received(
+            |_| None,
+            |drive| {
+                drive.start().expect("it obeys");
+                drive.leave();
+            },
+        );
+        assert_eq!(sent.commands(), [Command::Start]);
+    }
+
+    #[test]
+    fn an_interruption_ends_every_wait_but_that_for_the_stop() {
+        static INTERRUPTION: AtomicBool = AtomicBool::new(true);
+        let sent = received(
+            |_| None,
+            |drive| {
+                drive.ask(Command::Start).expect("it obeys");
+                drive.end_waits_by(&INTERRUPTION);
+                assert!(matches!(drive.status(), Err(DriveError::Interrupted)));
+                drive.stop().expect("it obeys");
+            },
+        );
+        assert_eq!(sent.count(Command::Stop), 1);
+    }
+
+    #[test]
+    fn who_drives_keeps_the_run_alive_and_who_looks_does_not() {
+        const TIME: Duration = Duration::from_millis(30);
+        let sent = received(
+            |_| None,
+            |drive| {
+                drive.client.sign = drive.client.sign.map(|(sign, _)| (sign, TIME / 10));
+                let none = drive.next_within(TIME, |_| None::<()>);
+                assert!(none.expect("the line is whole").is_none());
+            },
+        );
+        assert!(sent.count(Command::KeepAlive) > 0);
+        let (port, sent) = obedient(|_| None);
+        let mut client = Client::new(port);
+        client.poll();
+        client.sign = client.sign.map(|(sign, _)| (sign, TIME / 10));
+        let none = client.next_within(TIME, |_| None::<()>);
+        assert!(none.expect("the line is whole").is_none());
+        client.status().expect("it answers");
+        client.settings().expect_err("the script has none");
+        assert!(sent.commands().iter().all(|command| !command.keeps_alive()));
+    }
+}
