@@ -5,10 +5,9 @@ use super::{Settings, SettingsError};
 use crate::error::Allowed;
 use crate::fit::{FitterConfig, PATIENCE, QUANTISATION_VARIANCE};
 use crate::measurement::angle::AngleSettings;
-use crate::model::IdentifiableSet;
 use crate::model::ZeroOrderHoldStep;
 use crate::number::Number;
-use crate::parameters::Parameter;
+use crate::parameters::{Parameter, Terms, Unknown};
 use crate::units::Units;
 
 /// The settings that identifiers which fit are built from, with their units.
@@ -31,11 +30,18 @@ impl<'a> Listening<'a> {
         self.settings.identifier.memory
     }
 
-    /// The optional terms of a model with the unknowns S.
-    pub(super) fn terms<N: Number, S: IdentifiableSet<P>, const P: usize>(
+    /// The optional terms of a model that has these, with delays of at most so many samples.
+    pub(super) fn terms(
         &self,
+        own: Terms,
+        longest_delay: f64,
     ) -> Result<TermConfig, SettingsError> {
-        TermConfig::new::<N, S, P>(&self.settings.identifier.terms, &self.units)
+        TermConfig::new(
+            own,
+            longest_delay,
+            &self.settings.identifier.terms,
+            &self.units,
+        )
     }
 
     /// The longest increment that is accepted, counts.
@@ -46,11 +52,12 @@ impl<'a> Listening<'a> {
         Ok(N::from_f64(longest))
     }
 
-    /// The fitter's configuration for the parameters that a model `has`, in machine units. A record has at most
-    /// `places` blocks; `time` is the default time span of a fit, s.
+    /// The fitter's configuration for the parameters among a model's `unknowns`, in machine units. A record has at most
+    /// `places` blocks; `time` is the default time span of a fit, s. One copy serves every model.
+    #[inline(never)]
     pub(super) fn fitter(
         &self,
-        has: impl Fn(Parameter) -> bool,
+        unknowns: &[Unknown],
         places: usize,
         time: f64,
     ) -> Result<FitterConfig, SettingsError> {
@@ -72,7 +79,7 @@ impl<'a> Listening<'a> {
         };
         for i in 0..Parameter::ALL.len() {
             let parameter = Parameter::ALL[i];
-            if !has(parameter) {
+            if !unknowns.contains(&parameter.into()) {
                 continue;
             }
             let scale = parameter.scale(&self.units);

@@ -4,7 +4,7 @@ use super::fitting::{Listening, MAX_BANDWIDTH_PER_SAMPLE};
 use super::{FromSettings, Settings, SettingsError};
 use crate::fit::{Blocking, Fitter, place_of};
 use crate::model::FrictionStep;
-use crate::model::IdentifiableSet;
+use crate::model::{IdentifiableSet, KnownInputs};
 use crate::number::Number;
 use crate::parameters::{Parameter, Unknown};
 use crate::recursive::{
@@ -23,12 +23,8 @@ where
         let config = Listening::new(settings)?;
         let units = config.units;
         let sample_time = units.sample_time();
-        let fitter = config.fitter(
-            |parameter| S::UNKNOWNS.contains(&parameter.into()),
-            W,
-            Self::START_TIME,
-        )?;
-        let terms = config.terms::<N, S, P>()?;
+        let fitter = config.fitter(&S::UNKNOWNS, W, Self::START_TIME)?;
+        let terms = config.terms(S::TERMS, S::Inputs::<N>::MAX_DELAY)?;
         let samples = |time: f64| libm::ceil(time / sample_time).max(2.0) as u16;
         let block_time = f64::from(GaussNewton::<N, P>::BLOCK) * sample_time;
         let blocks = |time: f64| libm::ceil(time / block_time);
@@ -121,11 +117,7 @@ where
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         const { assert!(W >= 32, "fewer blocks do not determine a servo") };
         let time = GaussNewtonRecursion::<N, S, P, W>::START_TIME;
-        let config = Listening::new(settings)?.fitter(
-            |parameter| S::UNKNOWNS.contains(&parameter.into()),
-            W,
-            time,
-        )?;
+        let config = Listening::new(settings)?.fitter(&S::UNKNOWNS, W, time)?;
         Ok(Self {
             fitter: Fitter::new(&config),
             free: Parameter::ALL.map(|parameter| {

@@ -7,7 +7,8 @@ use super::{FromSettings, Settings, SettingsError};
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
 use crate::gradient::{
-    Certificate, Gradient, GradientConfig, GradientIdentifier, StabilityCheck, automatic_mu,
+    Certificate, Gradient, GradientConfig, GradientIdentifier, ParameterRange, StabilityCheck,
+    automatic_mu,
 };
 use crate::interval::Interval;
 use crate::linalg::PositiveDefinite;
@@ -72,12 +73,20 @@ pub(crate) fn allowed(
     }
 }
 
-impl<const P: usize> GradientPlan<P> {
-    /// Checks everything that a gradient identifier of a parameter set needs.
-    pub(crate) fn new<S: ParameterSet<P>>(
-        settings: &Settings,
-        velocity: &Transfer,
-    ) -> Result<Self, SettingsError> {
+/// What a gradient identifier needs whatever its parameters are, as checked. One copy serves every set of parameters.
+struct Correction<'a> {
+    settings: &'a Settings,
+    sampled_loop: SampledLoop,
+    units: Units,
+    gains: Gains,
+    parameter_range: Option<ParameterRange>,
+    nominal: ParameterRange,
+    mu: f64,
+}
+
+impl<'a> Correction<'a> {
+    #[inline(never)]
+    fn new(settings: &'a Settings, velocity: &Transfer) -> Result<Self, SettingsError> {
         let units = settings.units()?;
         let given = &settings.identifier;
         if let Some(setting) = given.terms.of_amplifier().next() {
@@ -87,50 +96,98 @@ impl<const P: usize> GradientPlan<P> {
         let parameter_range = parameter_range(settings)?;
         let nominal = nominal_range(settings)?;
         let mu = given.mu.unwrap_or_else(|| automatic_mu(&gains, &nominal));
+        Ok(Self {
+            settings,
+            sampled_loop: SampledLoop::new(&units, &gains, velocity),
+            units,
+            gains,
+            parameter_range,
+            nominal,
+            mu,
+        })
+    }
 
-        let mut bounds = [nominal.b(); P];
-        let mut initial = [0.0; P];
-        let own = S::PARAMETERS.into_iter().zip(&mut bounds).zip(&mut initial);
-        for ((parameter, bounds), initial) in own {
-            let (allowed, bounds_name, initial_name) = allowed(parameter, &units);
-            let widest = || match parameter {
-                Parameter::A => [0.0, ZeroOrderHoldStep::<f64>::LARGEST_RATE / units.rate()],
-                Parameter::B => {
-                    let most =
-                        SampledLoop::new(&units, &gains, velocity).most_gain(nominal.b().max());
-                    [SMALLEST_GAIN.min(nominal.b().min()), most]
-                }
-                Parameter::Coulomb => [0.0, LARGEST],
-                Parameter::Load => [-LARGEST, LARGEST],
-            };
-            let [low, high] = given.bounds.get(parameter).unwrap_or_else(widest);
-            allowed.check(bounds_name, low)?;
-            allowed.check(bounds_name, high)?;
-            *bounds = Interval::new(bounds_name, low, high)?;
-            let start = given.initial.get(parameter).unwrap_or(match parameter {
-                Parameter::B => libm::sqrt(nominal.b().min() * nominal.b().max()),
-                _ => 0.0_f64.max(low).min(high),
-            });
-            *initial = Allowed::Within(low, high).check(initial_name, start)?;
-        }
-        let stability_check = match &parameter_range {
+    /// Bounds and initial value of a parameter.
+    #[inline(never)]
+    fn bounds(&self, parameter: Parameter) -> Result<(Interval, f64), SettingsError> {
+        let (given, nominal) = (&self.settings.identifier, &self.nominal);
+        let (allowed, bounds_name, initial_name) = allowed(parameter, &self.units);
+        let widest = || match parameter {
+            Parameter::A => [
+                0.0,
+                ZeroOrderHoldStep::<f64>::LARGEST_RATE / self.units.rate(),
+            ],
+            Parameter::B => {
+                let most = self.sampled_loop.most_gain(nominal.b().max());
+                [SMALLEST_GAIN.min(nominal.b().min()), most]
+            }
+            Parameter::Coulomb => [0.0, LARGEST],
+            Parameter::Load => [-LARGEST, LARGEST],
+        };
+        let [low, high] = given.bounds.get(parameter).unwrap_or_else(widest);
+        allowed.check(bounds_name, low)?;
+        allowed.check(bounds_name, high)?;
+        let bounds = Interval::new(bounds_name, low, high)?;
+        let start = given.initial.get(parameter).unwrap_or(match parameter {
+            Parameter::B => libm::sqrt(nominal.b().min() * nominal.b().max()),
+            _ => 0.0_f64.max(low).min(high),
+        });
+        let initial = Allowed::Within(low, high).check(initial_name, start)?;
+        Ok((bounds, initial))
+    }
+
+    /// The check of the parameter range, and then that of the estimates of b up to their bound.
+    #[inline(never)]
+    fn stability_check(
+        &self,
+        most_gain: Option<f64>,
+    ) -> Result<Option<StabilityCheck>, SettingsError> {
+        let sampled_loop = &self.sampled_loop;
+        let stability_check = match &self.parameter_range {
             Some(parameter_range) => {
-                let certificate = Certificate::new(&gains, parameter_range, mu)?;
-                SampledLoop::new(&units, &gains, velocity).check(parameter_range)?;
+                let certificate = Certificate::new(&self.gains, parameter_range, self.mu)?;
+                sampled_loop.check(parameter_range)?;
                 Some(StabilityCheck {
                     certificate,
-                    gain_margin: SampledLoop::new(&units, &gains, velocity)
-                        .gain_margin(parameter_range),
+                    gain_margin: sampled_loop.gain_margin(parameter_range),
                 })
             }
             None => None,
         };
-        for (parameter, bounds) in S::PARAMETERS.iter().zip(&bounds) {
-            if *parameter == Parameter::B {
-                let from = nominal.b().max().min(bounds.max());
-                SampledLoop::new(&units, &gains, velocity).check_estimates(from, bounds.max())?;
+        if let Some(most) = most_gain {
+            sampled_loop.check_estimates(self.nominal.b().max().min(most), most)?;
+        }
+        Ok(stability_check)
+    }
+}
+
+impl<const P: usize> GradientPlan<P> {
+    /// Checks everything that a gradient identifier of a parameter set needs.
+    pub(crate) fn new<S: ParameterSet<P>>(
+        settings: &Settings,
+        velocity: &Transfer,
+    ) -> Result<Self, SettingsError> {
+        let correction = Correction::new(settings, velocity)?;
+        let given = &settings.identifier;
+        let mut bounds = [correction.nominal.b(); P];
+        let mut initial = [0.0; P];
+        let mut most_gain = None;
+        let own = S::PARAMETERS.into_iter().zip(&mut bounds).zip(&mut initial);
+        for ((parameter, bounds), initial) in own {
+            (*bounds, *initial) = correction.bounds(parameter)?;
+            if parameter == Parameter::B {
+                most_gain = Some(bounds.max());
             }
         }
+        let stability_check = correction.stability_check(most_gain)?;
+        let Correction {
+            units,
+            gains,
+            parameter_range,
+            nominal,
+            mu,
+            ..
+        } = correction;
         let gamma = match (given.gamma, settings.largest_command()) {
             (Some(gamma), _) => PositiveDefinite::new(
                 S::PARAMETERS

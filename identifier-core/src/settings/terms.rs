@@ -2,8 +2,6 @@ use super::gradient::LARGEST;
 use super::{SettingsError, TermSettings};
 use crate::error::Allowed;
 use crate::measurement::angle::AngleSettings;
-use crate::model::IdentifiableSet;
-use crate::model::KnownInputs;
 use crate::number::Number;
 use crate::parameters::{Term, Terms, Unknown};
 use crate::units::Units;
@@ -22,12 +20,16 @@ pub(super) struct TermConfig {
 }
 
 impl TermConfig {
-    /// Checks the settings of the terms for a model with the unknowns S.
-    pub(super) fn new<N: Number, S: IdentifiableSet<P>, const P: usize>(
+    /// Checks the settings of the terms for a model that has its `own`, with delays up to the longest, samples. One copy
+    /// serves every model.
+    #[inline(never)]
+    pub(super) fn new(
+        own: Terms,
+        longest_delay: f64,
         given: &TermSettings,
         units: &Units,
     ) -> Result<Self, SettingsError> {
-        let has = |term| S::TERMS.has(term);
+        let has = |term| own.has(term);
         for term in Term::ALL {
             if given.demanded.has(term) && !has(term) {
                 return Err(SettingsError::NoSuchTerm { term });
@@ -44,7 +46,6 @@ impl TermConfig {
         /// The highest order of ripple that an encoder shows, as a part of its counts.
         const MAX_RIPPLE_ORDER_PER_COUNT: f64 = 0.25;
         // The estimate needs room above the declared delay.
-        let longest_delay = S::Inputs::<N>::MAX_DELAY;
         let longest = longest_delay * units.sample_time();
         let delay = Allowed::Within(0.0, longest).check("delay", given.delay)?;
         let dead_band = Allowed::Within(0.0, LARGEST).check("dead_band", given.dead_band)?;
