@@ -44,11 +44,10 @@ const DEBOUNCE: f64 = 2e-3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Protection {
     following_error: f32,
-    /// The lower end of the travel, and the distance of the upper one from there, counts.
+    /// The lower end of the travel, counts from the origin, its count, and the distance of the upper end from there, counts.
     lowest: i32,
+    lowest_count: i32,
     width: u32,
-    /// The count from which the travel counts.
-    origin: i32,
     speed: SpeedWatch,
     stall: StallWatch,
     lines: LineWatch,
@@ -193,9 +192,9 @@ impl Protection {
         Ok(Self {
             following_error: f32::from_f64(given.following_error * units.position()),
             lowest,
+            lowest_count: lowest,
             // Both ends are within 2³⁰ counts.
             width: ((high + QUANTISATION_COUNTS) as i32).wrapping_sub(lowest) as u32,
-            origin: 0,
             speed: SpeedWatch {
                 interval,
                 left: interval,
@@ -218,15 +217,26 @@ impl Protection {
 
     /// From where another mode, or the load's command, has held the servo; the travel counts from an origin.
     pub(crate) fn start(&mut self, handover: &Handover) {
-        self.origin = handover.origin;
+        self.set_origin(handover.origin);
         self.speed.from = handover.count;
         self.stall.from = handover.count;
         self.stall.at_rest = handover.last.command;
     }
 
+    /// The same for an unknown servo, which has this number of samples for its first motion.
+    pub(crate) fn of_unknown(mut self, patience: u32) -> Self {
+        self.stall.stalled = self.stall.max_samples.saturating_sub(patience);
+        self
+    }
+
+    /// The servo is identified.
+    pub(crate) fn know(&mut self) {
+        self.stall.stalled = 0;
+    }
+
     /// The travel counts from another origin.
     pub(crate) fn set_origin(&mut self, origin: i32) {
-        self.origin = origin;
+        self.lowest_count = origin.wrapping_add(self.lowest);
     }
 
     /// It has ended, and the axis is held until its brake has closed: a limit switch that ended it stays open.
@@ -248,7 +258,7 @@ impl Protection {
         if sample.error.abs() > self.following_error {
             return Err(Fault::FollowingError);
         }
-        let above_lowest = count.wrapping_sub(self.origin).wrapping_sub(self.lowest);
+        let above_lowest = count.wrapping_sub(self.lowest_count);
         if above_lowest.cast_unsigned() > self.width {
             return Err(Fault::TravelLeft);
         }

@@ -80,6 +80,7 @@ impl Run {
         controller.notch::<f32>(&units).map_err(range)?;
         let axis = axis(core, controller);
         let watch = ServoWatch::new(&axis).map_err(range)?;
+        let first_motion = FirstMotion::new(axis.command, core.sample_time);
         Ok(Self {
             watched: watch.start(),
             watched_from: 0,
@@ -87,18 +88,15 @@ impl Run {
             axis,
             // A contradiction costs nothing to find; the certificate of a parameter range does.
             reference: Reference::new(settings, &units).map_err(range)?,
-            protection: Protection::new(settings, controller, &units)?,
+            protection: Protection::new(settings, controller, &units)?
+                .of_unknown(first_motion.patience()),
             guide: Guide::new(settings, &units)?,
             ending: Ending::new(&settings.protection, &units),
             background_patience: samples(DRIVEN_PATIENCE, &units),
             examination_interval: examination_interval(settings, &units)?,
             brake: BrakeTimes::new(settings.brake.as_ref(), &units)?,
             closed_loop: ClosedLoop::new(&loop_settings(settings))?,
-            first_motion: FirstMotion::new(
-                axis.command,
-                settings.protection.breakaway,
-                core.sample_time,
-            ),
+            first_motion,
             sample: 0,
             last: AT_REST,
             count: 0,
@@ -136,6 +134,7 @@ impl Run {
         if let Some(known) = KnownServo::from_identified(&self.axis, servo) {
             self.watch.know(&mut self.watched, &known);
             self.first_motion.know();
+            self.protection.know();
         }
     }
 
@@ -380,7 +379,6 @@ impl Run {
             last_count,
         };
         let done = closed_loop.sample(setpoint, sensor, actuator, first_motion, monitor)?;
-        first_motion.check().map_err(Ended::Faulted)?;
         *sample = sample.wrapping_add(1);
         Ok(done)
     }

@@ -230,8 +230,10 @@ fn a_program_of_constants_links_little() {
     ] {
         let [built, of_constants] = ["init", "init_from_constants"].map(|init| bytes(name, init));
         println!("{name}: {of_constants} bytes of constants, {built} from settings");
+        // The settings alone, with their checks, are more than this.
+        let of_settings = 20 * 1024;
         assert!(
-            of_constants < 1024 * most && of_constants < built / 2,
+            of_constants < 1024 * most && of_constants + of_settings < built,
             "{name}"
         );
     }

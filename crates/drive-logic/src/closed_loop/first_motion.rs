@@ -1,7 +1,6 @@
 //! The command of an unknown servo until its encoder counts: what moves it is not seen if the encoder is dead.
 
 use commissioning::CommandRamp;
-use drive_link::Fault;
 use identifier_core::control::ControlSample;
 use identifier_core::number::Number;
 
@@ -11,28 +10,25 @@ pub(crate) struct FirstMotion {
     /// True until the encoder counts, if the servo is unknown.
     is_awaited: bool,
     ramp: CommandRamp<f32>,
-    /// The change of the command by which a servo must move.
-    breakaway: f32,
     /// The command from which it grows, and its distance from there, with its sign.
     from: f32,
     given: f32,
-    /// Samples beyond the breakaway.
-    beyond: u32,
 }
 
 impl FirstMotion {
-    /// For an unknown servo, with these limits of the command and the part of them by which it must move, at a sample time (s).
-    pub(crate) fn new(limit: [f64; 2], breakaway: f64, sample_time: f64) -> Self {
-        let [low, high] = limit;
-        let limit = high.min(-low);
+    /// For an unknown servo, with these limits of the command, at a sample time (s).
+    pub(crate) fn new([low, high]: [f64; 2], sample_time: f64) -> Self {
         Self {
             is_awaited: true,
-            ramp: CommandRamp::new(limit, sample_time),
-            breakaway: f32::from_f64(breakaway * limit),
+            ramp: CommandRamp::new(high.min(-low), sample_time),
             from: 0.0,
             given: 0.0,
-            beyond: 0,
         }
+    }
+
+    /// Samples beyond the breakaway within which it must move.
+    pub(crate) fn patience(&self) -> u32 {
+        self.ramp.jammed()
     }
 
     /// Takes over with a command that holds the servo.
@@ -49,7 +45,8 @@ impl FirstMotion {
     #[inline]
     pub(crate) fn acting(&mut self, control: &ControlSample<f32>) -> f32 {
         if self.is_awaited {
-            self.ramped(control)
+            // Its address would put the sample into memory.
+            self.ramped(control.command, control.increment)
         } else {
             control.command
         }
@@ -57,13 +54,12 @@ impl FirstMotion {
 
     #[cold]
     #[inline(never)]
-    fn ramped(&mut self, control: &ControlSample<f32>) -> f32 {
-        if control.increment != 0.0 {
+    fn ramped(&mut self, command: f32, increment: f32) -> f32 {
+        if increment != 0.0 {
             self.is_awaited = false;
-            self.beyond = 0;
-            return control.command;
+            return command;
         }
-        let wanted = control.command - self.from;
+        let wanted = command - self.from;
         // To the other side it grows anew.
         let distance = if wanted * self.given > 0.0 {
             self.given.abs()
@@ -72,22 +68,6 @@ impl FirstMotion {
         };
         let most = distance + self.ramp.step(distance);
         self.given = wanted.limited(-most, most);
-        self.beyond = if self.given.abs() >= self.breakaway {
-            self.beyond.saturating_add(1)
-        } else {
-            0
-        };
         self.from + self.given
-    }
-
-    /// # Errors
-    /// A command that must move it has not.
-    #[inline]
-    pub(crate) fn check(&self) -> Result<(), Fault> {
-        if self.ramp.is_jammed(self.beyond) {
-            Err(Fault::EncoderSilent)
-        } else {
-            Ok(())
-        }
     }
 }

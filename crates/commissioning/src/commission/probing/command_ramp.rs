@@ -7,7 +7,6 @@ pub struct CommandRamp<N> {
     pub(super) first_step: N,
     pub(super) growth: N,
     pub(super) steepest: N,
-    /// Samples without an edge under all of the command after which nothing moves the servo.
     jammed: u32,
 }
 
@@ -41,9 +40,9 @@ impl<N: Number> CommandRamp<N> {
         (self.first_step + self.growth * distance).limited(N::ZERO, self.steepest)
     }
 
-    /// True after this number of samples under all of the command.
-    #[inline]
-    pub fn is_jammed(&self, samples: u32) -> bool {
-        samples > self.jammed
+    /// Samples without an edge under all of the command after which nothing moves the servo.
+    #[must_use]
+    pub const fn jammed(&self) -> u32 {
+        self.jammed
     }
 }

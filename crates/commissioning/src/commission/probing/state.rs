@@ -316,7 +316,7 @@ impl<N: Number> ProbingState<N> {
 
     /// True if it has not moved for long enough under all of the command.
     pub(super) fn is_jammed(&self, plan: &Plan<N>) -> bool {
-        plan.ramp.is_jammed(self.still.min(self.at_limit))
+        self.still.min(self.at_limit) > plan.ramp.jammed()
     }
 
     pub(super) fn enter(&mut self, stage: ProbingStage) {
