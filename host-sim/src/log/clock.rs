@@ -18,10 +18,11 @@ pub(super) enum Tick {
 
 /// The usual times from one row to the next, s, from small to large: the median, which few lost rows do not move, and the
 /// mean, which coarse stamps do not move. None if the time never advances.
-pub(crate) fn usual_steps(stamps: &[f64]) -> Option<[f64; 2]> {
+pub(crate) fn usual_steps(stamps: impl Iterator<Item = f64> + Clone) -> Option<[f64; 2]> {
     /// A step of more medians is a pause.
     const PAUSE: f64 = 20.0;
-    let mut steps: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let next = stamps.clone().skip(1);
+    let mut steps: Vec<f64> = next.zip(stamps).map(|(next, stamp)| next - stamp).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let back = steps.partition_point(|step| *step <= 0.0);
     let median = *steps.get(usize::midpoint(back, steps.len()))?;
@@ -72,11 +73,15 @@ impl Ticks {
         const FOLLOWED: usize = 6;
         /// Deviation of the stamps below which no history is doubtful, samples.
         const EXACT: f64 = 0.02;
+        /// Places of rows on which the histories may still differ.
+        const MOST_PLACES: usize = 4096;
         let steps = || stamps.windows(2).map(|pair| pair[1] - pair[0]);
         let uneven = steps().map(|passed| (passed / step - 1.0).abs().min(4.0));
         // The mean size of the difference of two normal numbers is 2/√π of their deviation.
         let deviation = 0.886 * uneven.sum::<f64>() / stamps.len() as f64;
-        let mut places = vec![(0, Tick::Begins)];
+        let mut settled = Vec::with_capacity(stamps.len());
+        let mut places = vec![(BEFORE_FIRST, Tick::Begins)];
+        let mut most_places = MOST_PLACES;
         let mut histories = vec![History {
             bits: 0.0,
             sample: 0,
@@ -111,17 +116,14 @@ impl Ticks {
                     ..likeliest
                 });
             }
+            if places.len() > most_places {
+                settle(&mut histories, &mut places, &mut settled);
+                most_places = MOST_PLACES.max(2 * places.len());
+            }
         }
-        let mut place = histories[0].place;
-        let mut of: Vec<Tick> = stamps
-            .iter()
-            .map(|_| {
-                let (before, tick) = places[place];
-                place = before;
-                tick
-            })
-            .collect();
-        of.reverse();
+        let mut of = settled;
+        let likeliest = path(&places, histories[0].place);
+        of.extend(likeliest.iter().map(|place| places[*place].1));
         let scale = (deviation.max(EXACT) * step).log2();
         Self {
             bits: histories[0].bits + stamps.len() as f64 * scale,
@@ -129,51 +131,83 @@ impl Ticks {
         }
     }
 
+    /// The samples of stamps that leave no doubt: each step is a whole number of steps (s), but for a hundredth.
+    pub(super) fn exact(
+        stamps: &[f64],
+        step: f64,
+        longest: u32,
+        is_cut: &dyn Fn(f64, f64) -> bool,
+    ) -> Option<Self> {
+        /// Deviation of a step from a whole number, and of the stamps from their clock, samples.
+        const EXACT: f64 = 0.01;
+        let mut of = Vec::with_capacity(stamps.len());
+        of.push(Tick::Begins);
+        for pair in stamps.windows(2) {
+            let later = (pair[1] - pair[0]) / step;
+            let whole = later.round();
+            of.push(match whole {
+                _ if is_cut(pair[0], pair[1]) || later.abs() > f64::from(longest) + 0.5 => {
+                    Tick::Begins
+                }
+                1.0.. if (later - whole).abs() < EXACT => Tick::After(whole as u32),
+                _ => return None,
+            });
+        }
+        let found = Self::measured(of, stamps, step);
+        (found.jitter.largest < EXACT).then_some(found)
+    }
+
+    /// True if each row is the sample after the last.
+    pub(super) fn is_gapless(&self) -> bool {
+        let mut ticks = self.of.iter();
+        ticks.all(|tick| matches!(tick, Tick::Begins | Tick::After(1)))
+    }
+
     /// Step and jitter of known samples.
     fn measured(of: Vec<Tick>, stamps: &[f64], step: f64) -> Self {
-        let mut sample = 0.0;
-        let rows: Vec<(Tick, [f64; 2])> = (of.iter().zip(stamps))
-            .map(|(tick, stamp)| {
-                sample += match tick {
-                    Tick::Begins => 1.0,
+        let mut all = Self {
+            of,
+            step,
+            jitter: Jitter::default(),
+            bits: f64::INFINITY,
+        };
+        let pieces = all.pieces();
+        // Anew in each pass: a long log has no copy of its stamps.
+        let centred = |piece: &Range<usize>| {
+            let mut number = 0.0;
+            let ticks = all.of[piece.clone()].iter().zip(&stamps[piece.clone()]);
+            let rows = ticks.filter_map(move |(tick, stamp)| {
+                number += match tick {
+                    Tick::Begins => 0.0,
                     Tick::After(samples) => f64::from(*samples),
                 };
-                (*tick, [sample, *stamp])
-            })
-            .filter(|(tick, _)| *tick != Tick::After(0))
-            .collect();
-        let centred = rows
-            .chunk_by(|_, (next, _)| *next != Tick::Begins)
-            .flat_map(|piece| {
-                let mean = |of: usize| {
-                    piece.iter().map(|(_, row)| row[of]).sum::<f64>() / piece.len() as f64
-                };
-                let [sample, stamp] = [mean(0), mean(1)];
-                (piece.iter()).map(move |(_, row)| [row[0] - sample, row[1] - stamp])
+                (*tick != Tick::After(0)).then_some([number, *stamp])
             });
+            let count = rows.clone().count() as f64;
+            let mean = |place: usize| rows.clone().map(|row| row[place]).sum::<f64>() / count;
+            let [number, stamp] = [mean(0), mean(1)];
+            rows.map(move |row| [row[0] - number, row[1] - stamp])
+        };
         let [mut squares, mut products] = [0.0; 2];
-        for [sample, stamp] in centred.clone() {
-            squares += sample * sample;
-            products += sample * stamp;
+        for [number, stamp] in pieces.iter().flat_map(centred) {
+            squares += number * number;
+            products += number * stamp;
         }
         let step = if products > 0.0 {
             products / squares
         } else {
             step
         };
-        let mut jitter = Jitter::default();
-        for [sample, stamp] in centred {
-            let off = (stamp / step - sample).abs();
-            jitter.rms += off * off / rows.len() as f64;
+        let (mut jitter, mut rows) = (Jitter::default(), 0.0);
+        for [number, stamp] in pieces.iter().flat_map(centred) {
+            let off = (stamp / step - number).abs();
+            jitter.rms += off * off;
             jitter.largest = jitter.largest.max(off);
+            rows += 1.0;
         }
-        jitter.rms = jitter.rms.sqrt();
-        Self {
-            of,
-            step,
-            jitter,
-            bits: f64::INFINITY,
-        }
+        jitter.rms = (jitter.rms / rows).sqrt();
+        (all.step, all.jitter) = (step, jitter);
+        all
     }
 
     /// The same rows, each the sample after the last: those of stamps that are cut to a grid.
@@ -198,6 +232,38 @@ impl Ticks {
         firsts.push(self.of.len());
         firsts.windows(2).map(|pair| pair[0]..pair[1]).collect()
     }
+}
+
+/// The place before the first.
+const BEFORE_FIRST: usize = usize::MAX;
+
+/// The places of a history up to its last, each with the place before it.
+fn path(places: &[(usize, Tick)], last: usize) -> Vec<usize> {
+    let before = |place: &usize| Some(places[*place].0).filter(|before| *before != BEFORE_FIRST);
+    let mut path: Vec<usize> = std::iter::successors(Some(last), before).collect();
+    path.reverse();
+    path
+}
+
+/// Moves the ticks in which all histories agree from their places to those that are settled: a long log has no tree of
+/// places as long.
+fn settle(histories: &mut [History], places: &mut Vec<(usize, Tick)>, settled: &mut Vec<Tick>) {
+    let paths: Vec<Vec<usize>> = histories
+        .iter()
+        .map(|history| path(places, history.place))
+        .collect();
+    let agree = |row: &usize| paths.iter().all(|path| path[*row] == paths[0][*row]);
+    // A history keeps its last place.
+    let agreed = (0..paths[0].len() - 1).take_while(agree).count();
+    settled.extend(paths[0][..agreed].iter().map(|place| places[*place].1));
+    let mut kept = Vec::new();
+    for (history, path) in histories.iter_mut().zip(&paths) {
+        history.place = path[agreed..].iter().fold(BEFORE_FIRST, |before, place| {
+            kept.push((before, places[*place].1));
+            kept.len() - 1
+        });
+    }
+    *places = kept;
 }
 
 impl History {

@@ -59,9 +59,9 @@ impl EvenRows {
         /// Bits that the clock which contradicts the stamps must save.
         const NEEDED: f64 = 10.0;
         let is_whole = |row: &Row| row.position.is_finite();
-        let measured: Vec<Row> = rows.iter().copied().filter(is_whole).collect();
-        let stamps: Vec<f64> = measured.iter().map(|row| row.time).collect();
-        let blank = (rows.len() - measured.len()) as f64;
+        let measured = rows.iter().filter(|row| is_whole(row));
+        let stamps: Vec<f64> = measured.map(|row| row.time).collect();
+        let blank = (rows.len() - stamps.len()) as f64;
         let longest = settings.bridge.max(BRIDGED) + 1;
         let is_cut = |from, to| settings.leaves_out_between(from, to);
         let clocks = |steps: &[f64]| -> Vec<Ticks> {
@@ -69,11 +69,17 @@ impl EvenRows {
             steps.iter().map(ticks).collect()
         };
         if blank > BLANK * rows.len() as f64 {
-            let own = usual_steps(&stamps).map_or(steps[0], |own| clocks(&own[..1])[0].step);
+            let own = usual_steps(stamps.iter().copied())
+                .map_or(steps[0], |own| clocks(&own[..1])[0].step);
             return Self::as_stamped(&rows, settings, stated.unwrap_or(own));
         }
-        rows = measured;
-        let mut clocks = clocks(steps);
+        rows.retain(is_whole);
+        let exact = |step: &f64| Ticks::exact(&stamps, *step, longest, &is_cut);
+        let mut clocks = match steps.iter().find_map(exact) {
+            Some(exact) if exact.is_gapless() => return Self::on_clock(rows, &exact, stated),
+            Some(exact) => vec![exact],
+            None => clocks(steps),
+        };
         clocks.retain(|ticks| ticks.doubled() <= MAX_SHARE * stamps.len() as f64);
         let likeliest = (clocks.iter()).min_by(|one, other| one.bits.total_cmp(&other.bits));
         let Some(first) = likeliest.cloned() else {
@@ -86,7 +92,7 @@ impl EvenRows {
             .count() as f64;
         let is_coarse = same > COARSE * stamps.len() as f64;
         if is_coarse && settings.units.time != TimeUnit::Sample {
-            return Self::on_clock(&rows, &complete, stated);
+            return Self::on_clock(rows, &complete, stated);
         }
         if complete.jitter.largest < MAX_CUT {
             clocks.push(complete);
@@ -94,7 +100,7 @@ impl EvenRows {
         clocks.retain(|ticks| ticks.of != first.of);
         let is_exact = first.jitter.rms < UNEVEN;
         if is_exact && clocks.is_empty() {
-            return Self::on_clock(&rows, &first, stated);
+            return Self::on_clock(rows, &first, stated);
         }
         let pieces = first.pieces();
         let even = |ticks: &Ticks| {
@@ -119,38 +125,45 @@ impl EvenRows {
             }
         }
         match best.1 {
-            Some(ticks) => Self::on_clock(&rows, ticks, stated),
+            Some(ticks) => Self::on_clock(rows, ticks, stated),
             None => Self::as_stamped(&rows, settings, stated.unwrap_or(first.step)),
         }
     }
 
-    /// Every row the sample that it is on a clock.
-    fn on_clock(rows: &[Row], ticks: &Ticks, stated: Option<f64>) -> Self {
+    /// Every row the sample that it is on a clock. The rows of a log without a gap stay where they are.
+    fn on_clock(mut rows: Vec<Row>, ticks: &Ticks, stated: Option<f64>) -> Self {
         let mut all = Self {
-            rows: Vec::with_capacity(rows.len()),
+            rows: Vec::new(),
             sample_time: stated.unwrap_or(ticks.step),
             clock: Clock::Even,
             jitter: ticks.jitter,
         };
         let (mut from, mut sample) = (0.0, 0.0);
-        for (row, tick) in rows.iter().zip(&ticks.of) {
-            let mut row = *row;
-            let last = all.rows.last().copied();
-            match (tick, last) {
-                (Tick::After(0), _) => continue,
-                (Tick::After(after), Some(last)) => {
+        for (row, tick) in rows.iter_mut().zip(&ticks.of) {
+            match tick {
+                Tick::Begins => {
+                    row.begins = true;
+                    (from, sample) = (row.time, 0.0);
+                }
+                Tick::After(after) => {
                     sample += f64::from(*after);
                     if ticks.jitter.rms >= UNEVEN {
                         row.time = from + sample * all.sample_time;
                     }
-                    all.bridge(&last, &row, *after);
-                }
-                _ => {
-                    row.begins = true;
-                    (from, sample) = (row.time, 0.0);
                 }
             }
-            all.rows.push(row);
+        }
+        if ticks.is_gapless() {
+            all.rows = rows;
+            return all;
+        }
+        for (row, tick) in rows.iter().zip(&ticks.of) {
+            match (tick, all.rows.last().copied()) {
+                (Tick::After(0), _) => continue,
+                (Tick::After(after), Some(last)) => all.bridge(&last, row, *after),
+                _ => {}
+            }
+            all.rows.push(*row);
         }
         all
     }

@@ -99,8 +99,7 @@ impl Log {
             return Err(in_file(fault.to_owned()));
         }
         let (mut rows, left_out) = rows(table, settings, sample_time.unwrap_or(f64::NAN))?;
-        let stamps: Vec<f64> = rows.iter().map(|row| row.time).collect();
-        let usual = usual_steps(&stamps);
+        let usual = usual_steps(rows.iter().map(|row| row.time));
         if let (Some(stated), Some(usual)) =
             (sample_time, usual.filter(|_| settings.has_sample_time()))
         {

@@ -7,7 +7,7 @@ use crate::scenario::{LogQuantity, LogSettings, TimeUnit};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// The line of the file, from 1, the heading among them; of a bridged sample, that after the gap.
-    pub line: u64,
+    pub line: u32,
     /// Time, s.
     pub time: f64,
     /// Reference position, where the log has one.
@@ -32,7 +32,8 @@ impl Row {
     /// A row at a time, s, without its other quantities.
     pub(crate) fn at(line: u64, time: f64) -> Self {
         Self {
-            line,
+            // A table has fewer rows.
+            line: line as u32,
             time,
             reference: None,
             position: 0.0,
@@ -121,7 +122,7 @@ pub(super) fn rows(
                 let column = column.to_string();
                 return Err(LogError::at_line(
                     &table.path,
-                    row.line,
+                    u64::from(row.line),
                     Some(&column),
                     fault,
                 ));

@@ -270,7 +270,7 @@ impl<'a> Candidates<'a> {
     /// The usual step of a time.
     fn step(&self, time: &Chosen) -> f64 {
         let times = held(&self.table.columns[time.index].values);
-        usual_steps(&times).map_or(f64::NAN, |[median, _]| median)
+        usual_steps(times.iter().copied()).map_or(f64::NAN, |[median, _]| median)
     }
 
     /// True for a unit in which rows are as far apart as those of a log may be.
@@ -356,7 +356,7 @@ impl<'a> Candidates<'a> {
                 .collect(),
         };
         let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let usual = usual_steps(&times).map_or(1.0, |[median, _]| median);
+        let usual = usual_steps(times.iter().copied()).map_or(1.0, |[median, _]| median);
         let is_break = |step: &f64| *step < 0.0 || *step > GAP * usual;
         let mut begins: Vec<bool> = std::iter::once(true)
             .chain(steps.iter().map(is_break))

@@ -141,7 +141,8 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
             self.control = known;
             command = self.process(scaled)?;
         }
-        self.comparison.add(log, row.line, recorded, command);
+        self.comparison
+            .add(log, u64::from(row.line), recorded, command);
         Ok(())
     }
 
