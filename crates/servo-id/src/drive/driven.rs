@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use commissioning::CommissionSettings;
-use drive_link::{Command, Report, State, Status};
+use drive_link::{Command, Refusal, Report, State, Status};
 
 use super::{Client, DriveError, MAX_SIGN_PERIOD};
 
@@ -122,18 +122,27 @@ impl Driven {
         patience: Duration,
         wanted: State,
     ) -> Result<(), DriveError> {
+        /// Numbers that a drive remembers of the requests of other programs.
+        const MAX_OTHERS: u32 = 4;
         self.guarded(command, |client| {
-            let id = client.send(command)?;
-            let answer = client.next_within(patience, |report| match report {
-                Report::Done { id: same } if *same == id => Some(Ok(())),
-                Report::Refused { id: same, refusal } if *same == id => Some(Err(refusal.clone())),
-                _ => None,
-            })?;
-            match answer {
-                Some(done) => done.map_err(DriveError::Refused),
-                None if client.status()?.state == wanted => Ok(()),
-                None => Err(DriveError::Silent),
+            for _ in 0..=MAX_OTHERS {
+                let id = client.send(command)?;
+                let answer = client.next_within(patience, |report| match report {
+                    Report::Done { id: same } if *same == id => Some(Ok(())),
+                    Report::Refused { id: same, refusal } if *same == id => {
+                        Some(Err(refusal.clone()))
+                    }
+                    _ => None,
+                })?;
+                return match answer {
+                    // It was sent once: another program had its number.
+                    Some(Err(Refusal::DoneBefore)) => continue,
+                    Some(done) => done.map_err(DriveError::Refused),
+                    None if client.status()?.state == wanted => Ok(()),
+                    None => Err(DriveError::Silent),
+                };
             }
+            Err(DriveError::Refused(Refusal::DoneBefore))
         })
     }
 
@@ -180,7 +189,7 @@ impl DerefMut for Driven {
 mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    use drive_link::{Refusal, Request};
+    use drive_link::Request;
 
     use super::*;
     use crate::scripted_line::{Received, obedient};
@@ -241,6 +250,24 @@ mod tests {
             },
         );
         assert_eq!(sent.commands(), [Command::Start]);
+    }
+
+    #[test]
+    fn a_number_of_another_program_is_given_up() {
+        let mut asked = 0;
+        let remembers = move |request: &Request| {
+            let (id, refusal) = (request.id, Refusal::DoneBefore);
+            asked += 1;
+            (asked <= 2).then_some(Some(Report::Refused { id, refusal }))
+        };
+        let sent = received(remembers, |drive| {
+            drive.start().expect("its third number is its own");
+            drive.leave();
+        });
+        let numbers: Vec<u8> = sent.all().iter().map(|request| request.id).collect();
+        let own = [0, 1, 2].map(|next| numbers[0].wrapping_add(next));
+        assert_eq!(numbers, own);
+        assert_eq!(sent.count(Command::Start), 3);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
-use drive_link::{Command, Report, Request};
+use drive_link::{Command, Refusal, Report, Request};
 
 use super::event::{Ending, LinkError, LinkEvent};
 use crate::drive::{AtEnd, DriveError, Driven, Silence, is_driven};
@@ -60,7 +60,7 @@ impl Talk {
             {
                 Some(report) => {
                     self.silence.end();
-                    self.take(report);
+                    self.take(report)?;
                 }
                 None if self.silence.is_too_long() => return Err(LinkError::Silent),
                 None => {}
@@ -120,7 +120,7 @@ impl Talk {
         self.unanswered.retain(|asked| !asked.command.may_move());
     }
 
-    fn take(&mut self, report: Report) {
+    fn take(&mut self, report: Report) -> Result<(), DriveError> {
         let drove = self.drives;
         match &report {
             Report::Status { status, .. } => self.drives = is_driven(status.state),
@@ -138,8 +138,11 @@ impl Talk {
                 }
             }
             Report::Refused { id, refusal } => {
-                if self.was_asked(id).is_some() {
-                    self.report_event(LinkEvent::Refused(refusal));
+                match (self.was_asked(id), refusal) {
+                    // Another program had this number. What acts once is sent once.
+                    (Some(command), Refusal::DoneBefore) => self.send(command)?,
+                    (Some(_), refusal) => self.report_event(LinkEvent::Refused(refusal)),
+                    (None, _) => {}
                 }
             }
             report => {
@@ -149,6 +152,7 @@ impl Talk {
                 self.report_event(LinkEvent::Report(report));
             }
         }
+        Ok(())
     }
 
     /// The command of an answer. One that was sent again may be answered twice.
@@ -209,6 +213,27 @@ mod tests {
     }
 
     #[test]
+    fn a_number_of_another_program_is_given_up() {
+        let (mut talk, received) = unanswered();
+        for command in [Command::Start, Command::Stop] {
+            talk.send(command).expect("the line is whole");
+            let id = talk.unanswered.last().expect("it is asked").id;
+            let refusal = match command {
+                Command::Start => Refusal::DoneBefore,
+                _ => Refusal::NotConfigured,
+            };
+            for _ in 0..2 {
+                // The second is of nothing that waits.
+                let refusal = refusal.clone();
+                talk.take(Report::Refused { id, refusal })
+                    .expect("the line is whole");
+            }
+        }
+        assert_eq!(received.count(Command::Start), 2);
+        assert_eq!(received.count(Command::Stop), 1);
+    }
+
+    #[test]
     fn a_motion_that_is_pending_ends_with_its_run() {
         const TARGET: Command = Command::Target(0.5);
         type End = fn(&mut Talk) -> Result<(), DriveError>;
@@ -218,8 +243,7 @@ mod tests {
             |_| Ok(()),
             |talk| {
                 talk.drives = true;
-                talk.take(Report::Fault(Fault::LinkLost));
-                Ok(())
+                talk.take(Report::Fault(Fault::LinkLost))
             },
             |talk| {
                 talk.send(Command::Stop)?;
