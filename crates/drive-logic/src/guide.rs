@@ -105,7 +105,7 @@ pub(crate) struct Target {
 
 impl Target {
     /// Counts from the origin of the run.
-    pub(crate) fn from_origin(self) -> i32 {
+    pub(crate) fn counts(self) -> i32 {
         self.from_origin
     }
 }
@@ -158,7 +158,7 @@ impl Guide {
 
     /// The distance of the index pulse from the edge of the home switch, counts, if this run has found both.
     pub(crate) fn index_from_edge(&self) -> Option<i32> {
-        self.homing.as_ref()?.from_edge()
+        self.homing.as_ref()?.index_from_edge()
     }
 
     /// Begins a run at a count.

@@ -134,7 +134,7 @@ impl Homing {
     }
 
     /// The distance of the index pulse from the edge of the home switch, counts, if this run has found both.
-    pub(crate) fn from_edge(&self) -> Option<i32> {
+    pub(crate) fn index_from_edge(&self) -> Option<i32> {
         self.from_edge
     }
 

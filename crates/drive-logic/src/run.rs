@@ -236,7 +236,7 @@ impl Run {
     /// Sends the servo to a target of the host.
     pub(crate) fn set_target(&mut self, target: Target) {
         if self.guide.takes_targets() {
-            let target = self.origin.wrapping_add(target.from_origin());
+            let target = self.origin.wrapping_add(target.counts());
             self.reference.send(target);
         }
     }

@@ -228,7 +228,8 @@ fn a_stop_closes_the_brake_at_once_and_holds_for_as_long_as_it_closes() {
 
 #[test]
 fn a_second_stop_or_a_fault_while_the_brake_closes_disables_at_once() {
-    let second: [(fn(&mut Drive<'_>), Option<Fault>); 4] = [
+    type Second = (fn(&mut Drive<'_>), Option<Fault>);
+    let second: [Second; 4] = [
         (|drive| drive.done(Command::Stop), None),
         (
             |drive| drive.bench.sensor_works.set(false),

@@ -80,7 +80,7 @@ fn a_servo_that_counts_has_all_of_its_command_at_once() {
                 before = command;
             }
             assert_eq!(drive.supervisor.state(), State::Running, "{friction}");
-            let off = bench.plant.borrow().position - f64::from(target);
+            let off = bench.plant.borrow().position - target;
             assert!(off.abs() < 0.2, "{friction} {target}: {off}");
             println!("{friction} {target} {is_first}: {largest}");
         }

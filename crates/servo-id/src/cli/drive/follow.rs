@@ -13,6 +13,10 @@ use crate::drive::{Client, DriveError, Silence};
 const TICK: Duration = Duration::from_millis(50);
 
 /// A report of a drive at work.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one at a time, some hundred a second"
+)]
 pub(super) enum Event {
     Snapshot(Snapshot),
     Progress(Progress),
