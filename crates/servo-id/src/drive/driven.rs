@@ -54,7 +54,7 @@ impl Driven {
     }
 
     /// Stops the drive from another thread just before the program ends.
-    pub(crate) fn last_stop(&mut self) -> impl FnOnce() + Send + 'static {
+    pub fn last_stop(&mut self) -> impl FnOnce() + Send + 'static {
         self.client.port.last_stop()
     }
 
