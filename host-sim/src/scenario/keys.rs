@@ -4,7 +4,6 @@
 //! meaning. Reading, messages, help and schema all follow from it.
 
 use commissioning::Limits;
-use drive_link::HoldingBrake;
 use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{Parameter, ServoParameters};
@@ -14,7 +13,7 @@ use identifier_core::settings::{
 use identifier_core::tuning::TuningSettings;
 use identifier_core::units::Units;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
-use virtual_servo::{Effects, SensorEffects};
+use virtual_servo::{Effects, SensorEffects, VirtualBrake};
 
 use super::kind::Default::{Derived, FirstChoice, Initial, Required, Value};
 use super::kind::Kind::{
@@ -51,7 +50,7 @@ const ANGULAR: Range = Fixed(Allowed::Within(
     -Effects::LARGEST_ACCELERATION,
     Effects::LARGEST_ACCELERATION,
 ));
-const BRAKE: Range = Fixed(Allowed::Within(0.0, HoldingBrake::MAX_TIME));
+const BRAKE: Range = Fixed(Allowed::Within(0.0, VirtualBrake::MAX_TIME));
 const SHARE: Range = Fixed(Allowed::Within(
     -Effects::LARGEST_SHARE,
     Effects::LARGEST_SHARE,
@@ -157,8 +156,8 @@ keys! {
     "known time constant of the current loop, with which the motor's current follows the command";
 "amplifier.brake": Table(Stated), Derived("none"), "",
     "holding brake of the axis, which power opens, at an output of its own; the drive holds the axis while it opens or closes";
-"amplifier.brake.opens": Number(BRAKE, |s, v| brake(s).opens = v), Required("0.05"), "s", "the longest that it takes to open";
-"amplifier.brake.closes": Number(BRAKE, |s, v| brake(s).closes = v), Required("0.1"), "s", "the longest that it takes to close";
+"amplifier.brake.opens": Number(BRAKE, |s, v| brake(s)[0] = v), Required("0.05"), "s", "the longest that it takes to open";
+"amplifier.brake.closes": Number(BRAKE, |s, v| brake(s)[1] = v), Required("0.1"), "s", "the longest that it takes to close";
 "amplifier.limit": Limit(|s, v| pid(s).limit = v), Derived("no limit"), "command units",
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
@@ -570,11 +569,8 @@ fn ranges(s: &mut Scenario) -> &mut RangeSettings {
     })
 }
 
-fn brake(s: &mut Scenario) -> &mut HoldingBrake {
-    s.brake.get_or_insert(HoldingBrake {
-        opens: 0.0,
-        closes: 0.0,
-    })
+fn brake(s: &mut Scenario) -> &mut [f64; 2] {
+    s.brake.get_or_insert([0.0; 2])
 }
 
 /// The limit of the amplifier precedes it in the table.

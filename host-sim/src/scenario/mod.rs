@@ -47,7 +47,6 @@ pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceStat
 pub use set::ModelSet;
 pub(crate) use source::fetch;
 
-use drive_link::HoldingBrake;
 use identifier_core::Settings;
 use identifier_core::parameters::{Parameter, ServoParameters};
 use identifier_core::settings::ControllerSettings;
@@ -76,8 +75,8 @@ pub struct Scenario {
     pub counts_per_rev: Option<f64>,
     /// The errors of the position sensor.
     pub sensor: SensorEffects,
-    /// The holding brake of the axis.
-    pub brake: Option<HoldingBrake>,
+    /// The longest that the holding brake of the axis takes to open and to close, s.
+    pub brake: Option<[f64; 2]>,
     /// The faults injected while the servo runs.
     pub faults: Vec<InjectedFault>,
     /// The settings of loop and identifier that the file states; [`Scenario::settings`] is the whole. A replay may have no controller.

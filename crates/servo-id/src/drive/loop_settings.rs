@@ -1,7 +1,13 @@
 //! From a scenario to the settings that a drive builds its loop from.
 
-use drive_link::{Estimator as LinkEstimator, LoopSettings};
+use drive_link::{Estimator as LinkEstimator, HoldingBrake, LoopSettings};
 use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Scenario, Velocity};
+
+/// The holding brake of a scenario as a drive's setting.
+#[must_use]
+pub fn holding_brake(scenario: &Scenario) -> Option<HoldingBrake> {
+    (scenario.brake).map(|[opens, closes]| HoldingBrake { opens, closes })
+}
 
 /// The settings of a drive's loop for a scenario.
 ///

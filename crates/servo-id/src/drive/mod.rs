@@ -11,7 +11,7 @@ use drive_link::{BoardTest, Command, Outcome, Refusal, Report, Request, Settings
 use host_sim::commission::Recorded;
 
 pub use self::driven::{AtEnd, Driven};
-pub use self::loop_settings::loop_settings;
+pub use self::loop_settings::{holding_brake, loop_settings};
 pub use self::silence::Silence;
 use crate::port::{Port, PortError};
 
