@@ -6,11 +6,51 @@ use crate::fit::{Effect, Fitter, Horizon, Matrix, Record, RecordStatistics, Sear
 use super::model::Model;
 use super::recording::Recording;
 use super::uncertainty::by_chance;
+use crate::parallel;
 
 const SEARCH: Search = Search {
     steps: 6,
     tolerance: 1e-8,
 };
+
+/// The most samples on which errors are judged.
+const MAX_JUDGED: usize = 1 << 18;
+
+/// The model of blocks, fitted to every sample of its log at the horizon that is best for them; none of a log that is too
+/// long for more than the [last fit](refine).
+pub(super) fn refit<'a>(
+    fitter: &Fitter<'a>,
+    model: &Model,
+    record: &'a Record<'a>,
+    block: f64,
+) -> Option<(Fitter<'a>, Model)> {
+    if record.len() > MAX_JUDGED {
+        return None;
+    }
+    let of_blocks = (fitter, &model.fitted.values, model.fitted.horizon);
+    let (finest, values, of_blocks) = of_samples(of_blocks, record, block);
+    let is_alike = |one: &Horizon| one.walk.is_some() == of_blocks.walk.is_some();
+    let horizons: Vec<Horizon> = finest.horizons().filter(is_alike).collect();
+    let fits = parallel::map(&horizons, |&horizon| {
+        finest.fit(&values, &model.free, horizon, SEARCH)
+    });
+    let mut found = model.clone();
+    found.fit_is(finest.best_horizon(fits.flatten(), &model.free)?);
+    Some((finest, found))
+}
+
+/// The values and the covariance of every sample, in the units of blocks.
+pub(super) fn take_over(model: &mut Model, found: &Model, covariance: &mut Matrix, block: f64) {
+    let per: Vec<f64> = (model.free.iter())
+        .map(|&effect| 1.0 / in_samples(effect, block))
+        .collect();
+    for (row, one) in covariance.iter_mut().zip(&per) {
+        for (entry, other) in row.iter_mut().zip(&per) {
+            *entry *= one * other;
+        }
+    }
+    model.fitted.values = (found.fitted.values).scaled(|effect| 1.0 / in_samples(effect, block));
+}
 
 /// Fits the model of blocks to every sample of its log. The random part of the covariance is then that of every
 /// sample. The rest of them is unchanged. The load where one that is constant was fitted; nothing changes where the log
@@ -45,7 +85,7 @@ pub(super) fn refine(
 }
 
 /// A sample of a record of blocks in samples of the log, raised to its power in an effect's unit.
-fn in_samples(effect: Effect, block: f64) -> f64 {
+pub(super) fn in_samples(effect: Effect, block: f64) -> f64 {
     block.powi(effect.unit()[1])
 }
 

@@ -151,31 +151,52 @@ pub fn identify(
     if !model.free.iter().all(is_finite) {
         return None;
     }
+    let steps = LoadSteps::find(&fitter, &model.fitted);
+    let every = recording.every_sample().filter(|_| goes_on());
+    let all = every.as_ref().map(Recording::record);
+    let refitted =
+        (all.as_ref()).and_then(|all| every_sample::refit(&fitter, &model, all, recording.block));
+    // Errors are judged on every sample, for blocks leave out what friction does within them.
+    let (judge, judged, log, block) = match (&refitted, &every) {
+        (Some((judge, judged)), Some(log)) => (judge, judged, log, recording.block),
+        _ => (&fitter, &model, recording, 1.0),
+    };
+    let range = Range::new(log, &judge.statistics);
+    let effect_selection = EffectSelection {
+        fitter: judge,
+        range: &range,
+    };
+    let mut answers = effect_selection.answers(judged);
+    effect_selection.refine(judged, &mut answers);
+    // Of several loads the last is the servo's.
+    let per_load = every_sample::in_samples(Effect::Load, block);
+    let (load, by_chance) = steps.map_or_else(
+        || judge.load(&judged.fitted, &judged.free),
+        |steps| (steps.load.0 * per_load, steps.load.1 * per_load),
+    );
+    let authority = judge.usual_size(&judged.fitted.values, Effect::Load);
+    let load_error = beyond_authority(load, authority)
+        .max(by_chance)
+        .hypot(ripple_as_load(log, judged));
+    let beyond = uncertainty::ErrorBudget::ALL;
+    let (mut covariance, needs_more_amplitudes) =
+        uncertainty::covariance(judge, judged, load_error, &answers, beyond);
+    let profile = Profile::new(judge, judged);
+    profile.widen(judged, &mut covariance);
+    let mut load = load / per_load;
+    let direction = recording.direction();
+    let braking = direction.and_then(|direction| braking(&fitter, &model, direction));
+    match &refitted {
+        Some((_, found)) => every_sample::take_over(&mut model, found, &mut covariance, block),
+        None => {
+            let refined = every_sample::refine(&fitter, recording, &mut model, &mut covariance);
+            load = refined.unwrap_or(load);
+        }
+    }
     let effect_selection = EffectSelection {
         fitter: &fitter,
         range: &range,
     };
-    let mut answers = effect_selection.answers(&model);
-    effect_selection.refine(&model, &mut answers);
-    let steps = LoadSteps::find(&fitter, &model.fitted);
-    // Of several loads the last is the servo's.
-    let (load, by_chance) = steps.map_or_else(
-        || fitter.load(&model.fitted, &model.free),
-        |steps| steps.load,
-    );
-    let authority = fitter.usual_size(&model.fitted.values, Effect::Load);
-    let load_error = beyond_authority(load, authority)
-        .max(by_chance)
-        .hypot(ripple_as_load(recording, &model));
-    let beyond = uncertainty::ErrorBudget::ALL;
-    let (mut covariance, needs_more_amplitudes) =
-        uncertainty::covariance(&fitter, &model, load_error, &answers, beyond);
-    let profile = Profile::new(&fitter, &model);
-    profile.widen(&model, &mut covariance);
-    let direction = recording.direction();
-    let braking = direction.and_then(|direction| braking(&fitter, &model, direction));
-    let load =
-        every_sample::refine(&fitter, recording, &mut model, &mut covariance).unwrap_or(load);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
     let delay =
         delay.and_then(|place| effect_selection.delay(&model, covariance[place][place].sqrt()));
