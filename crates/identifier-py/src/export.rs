@@ -1,7 +1,6 @@
 //! Robot models from results.
 
-use host_sim::physical::Scale;
-use host_sim::result::KeptResult;
+use identifier_log::physical::Scale;
 use pyo3::prelude::*;
 use servo_id::export::{Format, Identified};
 

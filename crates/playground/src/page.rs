@@ -3,12 +3,12 @@
 use std::cell::RefCell;
 use std::fmt::Write;
 
-use host_sim::recognise::{LogOptions, Recognised};
-use host_sim::result::Summary;
-use host_sim::tune::{Conditions, Tuned};
 use identifier_core::parameters::Parameter;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Tuning;
+use identifier_log::recognise::{LogOptions, Recognised};
+use identifier_log::result::Summary;
+use identifier_log::tune::{Conditions, Tuned};
 
 use crate::experiment::Experiment;
 use crate::log;

@@ -10,10 +10,10 @@ use identifier_core::reason::Reason;
 use identifier_core::tuning::{Cap, PredictedResponse, Resonance};
 use serde::{Serialize, Serializer};
 
-use super::Gains;
 use crate::commission::{Excursion, FrequencyResponse, Outcome, PhaseSpan};
 use crate::scenario::Scenario;
-use crate::verdict::Cause;
+use identifier_log::result::Gains;
+use identifier_log::verdict::Cause;
 
 /// The end of a commissioning, simulated or of a drive.
 #[derive(Debug, Clone, Serialize)]
@@ -23,7 +23,7 @@ pub struct CommissioningEnd {
     /// Number of the reason; 0 where the new gains hold, none for one that did not end.
     pub code: Option<u8>,
     /// The reason why there are no new gains.
-    #[serde(serialize_with = "super::reason::serialize")]
+    #[serde(serialize_with = "identifier_log::result::serialize_reason")]
     pub reason: Option<Reason>,
     /// The reason why no gains were found, with the possible value.
     #[serde(serialize_with = "no_gains")]

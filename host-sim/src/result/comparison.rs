@@ -3,7 +3,7 @@
 use identifier_core::settings::ParameterRangeSettings;
 use serde::{Serialize, Serializer};
 
-use crate::verdict::Status;
+use identifier_log::verdict::Status;
 
 /// The errors of every method in every case.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -3,7 +3,7 @@ use drive_link::{Estimates, InterruptCycles, State, Status};
 use identifier_core::reason::Reason;
 use serde::{Serialize, Serializer};
 
-use super::Gains;
+use identifier_log::result::Gains;
 
 /// The state of a drive.
 #[derive(Debug, Clone, Serialize)]
@@ -13,7 +13,7 @@ pub struct DriveStatus {
     /// Number of the fault; 0 without one.
     pub code: u8,
     /// The fault that holds.
-    #[serde(serialize_with = "super::reason::serialize")]
+    #[serde(serialize_with = "identifier_log::result::serialize_reason")]
     pub reason: Option<Reason>,
     /// The drive simulates its servo, and no motor is driven.
     pub simulated: bool,
@@ -60,7 +60,7 @@ impl From<&Status> for DriveStatus {
 fn change<S: Serializer>(change: &Option<ServoChange>, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Keys {
-        #[serde(serialize_with = "super::reason::serialize")]
+        #[serde(serialize_with = "identifier_log::result::serialize_reason")]
         reason: Option<Reason>,
         #[serde(rename = "promised")]
         predicted: f64,

@@ -112,7 +112,7 @@ impl Scenario {
     /// The key that is missing or contradicts another.
     pub fn commission_settings(&self) -> Result<CommissionSettings, Fault> {
         let order = self.commission.as_ref().ok_or_else(|| {
-            let about = Key::at("commission").map_or("", |key| key.about);
+            let about = Key::<Self>::at("commission").map_or("", |key| key.about);
             Fault::new("commission", format!("this table is missing: {about}"))
         })?;
         order.check_ways()?;

@@ -5,7 +5,6 @@
 use std::fmt::Write as _;
 
 use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Scenario, Velocity};
-use host_sim::tune::IdentifiedResult;
 use host_sim::{with_types, with_words};
 use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
@@ -17,6 +16,7 @@ use identifier_core::identifier::{
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, Unknowns};
 use identifier_core::settings::SettingsError;
+use identifier_log::tune::IdentifiedResult;
 
 use super::number;
 

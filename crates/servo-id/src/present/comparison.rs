@@ -1,7 +1,7 @@
 //! A comparison of methods.
 
 use host_sim::result::{CaseResult, ComparisonResult};
-use host_sim::verdict::Status;
+use identifier_log::verdict::Status;
 
 use super::estimates::{dash, settled};
 use super::number::{figure, signed};

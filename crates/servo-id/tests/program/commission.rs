@@ -6,9 +6,9 @@ use std::fs;
 #[cfg(unix)]
 use crate::monitor::Bench;
 use crate::support::{assert_done, folder, servo_id, standard_error};
-#[cfg(unix)]
-use host_sim::verdict::Cause;
 use identifier_core::reason::Reason;
+#[cfg(unix)]
+use identifier_log::verdict::Cause;
 use serde_json::Value;
 
 const PAPER: &str = include_str!("../../../../host-sim/scenarios/commission.toml");

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Output;
 
 use crate::support::{assert_done, committed_log, folder, printed_json, refusal_message, servo_id};
-use host_sim::recognise::LogOptions;
+use identifier_log::recognise::LogOptions;
 use serde_json::{Value, json};
 
 /// A result of `run`, with the keys that `tune` reads.

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use commissioning::{HoldingGains, Phase};
 use drive_link::{Commissioning, Outcome, Progress, State, Status};
-use host_sim::provenance::ScenarioText;
 use host_sim::result::{CommissioningEnd, DriveCommissioningResult};
-use host_sim::verdict::Cause;
+use identifier_log::provenance::ScenarioText;
+use identifier_log::verdict::Cause;
 
 use super::fault;
 use super::follow::{Event, follow, samples_in};

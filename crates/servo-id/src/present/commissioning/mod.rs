@@ -10,12 +10,12 @@ use commissioning::{HoldingGains, LargestMotion, Limits, Phase, TrialResult};
 use drive_link::NoGains;
 use host_sim::commission::Outcome;
 use host_sim::result::commissioning::{COMMISSIONED, commissioned_truth, commissioned_values};
-use host_sim::result::{FeedForward, Gains, KnownForces};
 use host_sim::scenario::Scenario;
-use host_sim::verdict::Cause;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::{Resonance, Tuning};
+use identifier_log::result::{FeedForward, Gains, KnownForces};
+use identifier_log::verdict::Cause;
 
 use super::estimates::{self, Estimated, dash};
 use super::number::{figure, fixed, plain, sentence, signed};
