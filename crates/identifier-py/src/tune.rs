@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use identifier_core::tuning::Goal;
+use identifier_log::result::KeptResult;
 use identifier_log::tune::{Conditions, Form, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use pyo3::prelude::*;
 

@@ -44,18 +44,14 @@ pub struct Finding {
 }
 
 /// Why a log was not recognised.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Unrecognised {
     /// It cannot be read.
-    Log(LogError),
+    #[error(transparent)]
+    Log(#[from] LogError),
     /// It does not show all.
+    #[error("{}", .0.iter().map(|open| &*open.text).collect::<Vec<_>>().join("; "))]
     Unknown(Vec<Question>),
-}
-
-impl From<LogError> for Unrecognised {
-    fn from(error: LogError) -> Self {
-        Self::Log(error)
-    }
 }
 
 impl From<Question> for Unrecognised {
