@@ -11,6 +11,9 @@ pub struct VirtualBrake {
 }
 
 impl VirtualBrake {
+    /// The longest time in which a brake may open or close, s.
+    pub const MAX_TIME: f64 = 1.0;
+
     /// Closed, without power; with the times that it takes to open and to close, s.
     #[must_use]
     pub fn closed(opens: f64, closes: f64) -> Self {

@@ -59,7 +59,7 @@ impl Axis {
             encoder: Encoder::new(counts.unwrap_or(TAU / units.position_unit())),
             beyond: part * units.position_unit(),
             balance,
-            brake: (scenario.brake).map(|brake| VirtualBrake::closed(brake.opens, brake.closes)),
+            brake: (scenario.brake).map(|[opens, closes]| VirtualBrake::closed(opens, closes)),
             sample_time: time,
         })
     }

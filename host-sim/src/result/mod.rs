@@ -4,14 +4,10 @@
 pub mod commissioning;
 mod comparison;
 mod drift;
-#[cfg(feature = "experiments")]
-mod drive_status;
 mod sweep;
 
 #[cfg(feature = "experiments")]
-pub use commissioning::{CommissioningEnd, CommissioningResult, DriveCommissioningResult};
+pub use commissioning::{CommissioningEnd, CommissioningOutcome, CommissioningResult, Untuned};
 pub use comparison::{CaseResult, ComparisonResult, Method, MethodErrors};
 pub use drift::{Difference, DriftResult};
-#[cfg(feature = "experiments")]
-pub use drive_status::DriveStatus;
 pub use sweep::{Distribution, Quantiles, Spread, SweepResult, SweepRun};

@@ -3,7 +3,6 @@
 use std::sync::LazyLock;
 
 use commissioning::Limits;
-use drive_link::HoldingBrake;
 use identifier_core::error::Allowed;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::TuningSettings;
@@ -18,7 +17,7 @@ use identifier_log::scenario::When::{Always, Stated};
 use identifier_log::scenario::keys::{SAMPLE_TIME, of_log};
 use identifier_log::scenario::{Choice, Entries, Key, TABLES};
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
-use virtual_servo::{Effects, SensorEffects};
+use virtual_servo::{Effects, SensorEffects, VirtualBrake};
 
 use super::{CommissionOrder, ExcitationKind, Scenario};
 
@@ -32,7 +31,7 @@ const ANGULAR: Range = Fixed(Allowed::Within(
     -Effects::LARGEST_ACCELERATION,
     Effects::LARGEST_ACCELERATION,
 ));
-const BRAKE: Range = Fixed(Allowed::Within(0.0, HoldingBrake::MAX_TIME));
+const BRAKE: Range = Fixed(Allowed::Within(0.0, VirtualBrake::MAX_TIME));
 const SHARE: Range = Fixed(Allowed::Within(
     -Effects::LARGEST_SHARE,
     Effects::LARGEST_SHARE,
@@ -137,8 +136,8 @@ fn of_experiment() -> Vec<Key<Scenario>> {
 
 "amplifier.brake": Table(Stated), Derived("none"), "",
     "holding brake of the axis, which power opens, at an output of its own; the drive holds the axis while it opens or closes";
-"amplifier.brake.opens": Number(BRAKE, |s, v| brake(s).opens = v), Required("0.05"), "s", "the longest that it takes to open";
-"amplifier.brake.closes": Number(BRAKE, |s, v| brake(s).closes = v), Required("0.1"), "s", "the longest that it takes to close";
+"amplifier.brake.opens": Number(BRAKE, |s, v| brake(s)[0] = v), Required("0.05"), "s", "the longest that it takes to open";
+"amplifier.brake.closes": Number(BRAKE, |s, v| brake(s)[1] = v), Required("0.1"), "s", "the longest that it takes to close";
 
 "encoder.noise": Number(SENSOR_ERROR, |s, v| s.sensor.noise = v), Value(0.0), "rad",
     "standard deviation of white noise before quantisation, in a run, seeded by run.seed";
@@ -288,11 +287,8 @@ fn fault(s: &mut Scenario) -> &mut InjectedFault {
     &mut s.faults[last]
 }
 
-fn brake(s: &mut Scenario) -> &mut HoldingBrake {
-    s.brake.get_or_insert(HoldingBrake {
-        opens: 0.0,
-        closes: 0.0,
-    })
+fn brake(s: &mut Scenario) -> &mut [f64; 2] {
+    s.brake.get_or_insert([0.0; 2])
 }
 
 /// The limit of the amplifier precedes it in the table.

@@ -22,7 +22,6 @@ pub use reference::{ExcitationKind, ExcitationSettings, Reference, ReferenceStat
 
 use std::ops::{Deref, DerefMut};
 
-use drive_link::HoldingBrake;
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::faults::InjectedFault;
 use virtual_servo::{Effects, SensorEffects};
@@ -46,8 +45,8 @@ pub struct Scenario {
     pub effects: Effects,
     /// The errors of the position sensor.
     pub sensor: SensorEffects,
-    /// The holding brake of the axis.
-    pub brake: Option<HoldingBrake>,
+    /// The longest that the holding brake of the axis takes to open and to close, s.
+    pub brake: Option<[f64; 2]>,
     /// The faults injected while the servo runs.
     pub faults: Vec<InjectedFault>,
     /// The reference.

@@ -1,6 +1,6 @@
 //! From a scenario to the settings that a drive builds its loop from.
 
-use drive_link::{Estimator as LinkEstimator, LoopSettings};
+use drive_link::{Estimator as LinkEstimator, HoldingBrake, LoopSettings};
 use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Scenario, Velocity};
 
 /// The settings of a drive's loop for a scenario.
@@ -54,4 +54,10 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
     // Refuses with the scenario's key what the drive would refuse with its own.
     scenario.identifiable_with(&core)?;
     Ok(LoopSettings { core, law })
+}
+
+/// The holding brake of a scenario as a drive's setting.
+#[must_use]
+pub fn holding_brake(scenario: &Scenario) -> Option<HoldingBrake> {
+    (scenario.brake).map(|[opens, closes]| HoldingBrake { opens, closes })
 }

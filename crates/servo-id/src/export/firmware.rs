@@ -105,7 +105,7 @@ impl Firmware {
             has_loop,
             brake: scenario.brake.map(|brake| {
                 // A cast saturates.
-                [brake.opens, brake.closes].map(|time| (time / settings.sample_time).ceil() as u32)
+                brake.map(|time| (time / settings.sample_time).ceil() as u32)
             }),
             remarks: remarks(&scenario, &settings, result),
         })

@@ -5,7 +5,7 @@ use host_sim::scenario::{ExcitationKind, Purpose, Scenario};
 
 use super::fault;
 use crate::cli::fault::Fault;
-use crate::drive::{Client, DriveError, loop_settings};
+use crate::drive::{Client, DriveError, holding_brake, loop_settings};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -249,7 +249,7 @@ pub(super) fn with_scenario(
     let closed_loop = loop_settings(scenario).map_err(|error| Fault::of_file(file, error))?;
     let mut settings = Settings {
         closed_loop,
-        brake: scenario.brake.or(now.brake),
+        brake: holding_brake(scenario).or(now.brake),
         ..now
     };
     let (excitation, dither) = (&scenario.excitation, &mut settings.dither);

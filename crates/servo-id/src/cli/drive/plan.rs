@@ -9,6 +9,7 @@ use host_sim::scenario::{Purpose, Scenario};
 use identifier_log::provenance::ScenarioText;
 
 use crate::cli::fault::Fault;
+use crate::drive::holding_brake;
 
 /// The commissioning of a scenario.
 #[derive(Debug)]
@@ -64,7 +65,7 @@ impl Plan {
     ) -> Result<DrivePlan, Fault> {
         let order = self.order;
         let configure = (!status.configured).then(|| Settings {
-            brake: self.scenario.brake.or(settings.brake),
+            brake: holding_brake(&self.scenario).or(settings.brake),
             ..unconfigured(settings, &order, self.gains.as_ref())
         });
         let settings = configure.as_ref().unwrap_or(settings);

@@ -7,7 +7,6 @@ pub use traces::CommissionTraces;
 use std::f64::consts::TAU;
 
 use commissioning::{HoldingGains, LargestMotion, Limits, Phase, TrialResult};
-use drive_link::NoGains;
 use host_sim::commission::Outcome;
 use host_sim::result::commissioning::{COMMISSIONED, commissioned_truth, commissioned_values};
 use host_sim::scenario::Scenario;
@@ -142,7 +141,12 @@ fn detail(outcome: &Outcome, effects: &[Cause]) -> String {
             format!(
                 "in {}: {} ({state} since {since:.4} s)",
                 end.within.name(),
-                why(reason, outcome.no_gains.as_ref(), outcome.noise, effects),
+                why(
+                    reason,
+                    outcome.no_gains.as_ref().map(|error| error as _),
+                    outcome.noise,
+                    effects
+                ),
             )
         }
     }
@@ -151,7 +155,7 @@ fn detail(outcome: &Outcome, effects: &[Cause]) -> String {
 /// A reason, with the possible figure if there is one, and with the effects that the record shows.
 pub(crate) fn why(
     reason: Reason,
-    no_gains: Option<&NoGains>,
+    no_gains: Option<&dyn std::fmt::Display>,
     noise: f64,
     effects: &[Cause],
 ) -> String {

@@ -1,9 +1,52 @@
+//! The results of a drive, serialised unchanged: its fields are the keys of `--json`.
+
 use commissioning::servo_change::ServoChange;
-use drive_link::{Estimates, InterruptCycles, State, Status};
+use drive_link::{Commissioning, Estimates, InterruptCycles, NoGains, Outcome, State, Status};
+use host_sim::result::{CommissioningEnd, CommissioningOutcome, Untuned};
 use identifier_core::reason::Reason;
+use identifier_log::result::Gains;
 use serde::{Serialize, Serializer};
 
-use identifier_log::result::Gains;
+/// The result of a drive's commissioning.
+#[derive(Debug, Clone, Serialize)]
+pub struct DriveCommissioningResult {
+    /// Its end.
+    #[serde(flatten)]
+    pub end: CommissioningEnd,
+    /// True if the gains survive a loss of power.
+    pub kept: bool,
+}
+
+/// What a drive's commissioning found.
+#[must_use]
+pub fn commissioning_outcome(outcome: &Outcome) -> CommissioningOutcome {
+    let Commissioning { phase, reason } = outcome.commissioning;
+    let untuned = outcome.no_gains.as_ref().map(|no_gains| {
+        let (bandwidth, most, cap) = match *no_gains {
+            NoGains::TooFast {
+                bandwidth,
+                most,
+                cap,
+            } => (Some(bandwidth), Some(most), Some(cap.name())),
+            _ => (None, None, None),
+        };
+        Untuned {
+            message: no_gains.to_string(),
+            bandwidth,
+            most,
+            cap,
+        }
+    });
+    CommissioningOutcome {
+        phase,
+        reason,
+        servo: outcome.servo,
+        tuning: outcome.tuning,
+        untuned,
+        trial: outcome.trial,
+        noise: outcome.noise,
+    }
+}
 
 /// The state of a drive.
 #[derive(Debug, Clone, Serialize)]
