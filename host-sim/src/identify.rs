@@ -5,7 +5,7 @@ use identifier_log::experiment::Sample;
 use identifier_log::log::Log;
 use identifier_log::predict::predict_logs;
 use identifier_log::result::{LogReading, ReplayNotes, Summary};
-use identifier_log::{FoundServo, Identified, Recorded};
+use identifier_log::{FoundServo, Identified, RecordedSamples};
 
 use crate::analysis::Summariser;
 use crate::replay::{Replayed, fitted, replay};
@@ -14,7 +14,7 @@ use crate::simulate;
 
 /// What an estimator found.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct IdentifiedScenario {
     /// The scenario with what only the logs know.
     pub scenario: Scenario,
     /// The result.
@@ -25,7 +25,7 @@ pub struct Found {
     pub servo: Option<FoundServo>,
 }
 
-impl Found {
+impl IdentifiedScenario {
     fn by_fit(
         mut scenario: Scenario,
         found: Identified,
@@ -65,11 +65,11 @@ pub fn identify_logs(
     passes: u32,
     goes_on: &(dyn Fn() -> bool + Sync),
     observe: &mut dyn FnMut(u32, &Sample),
-) -> Result<Found, Fault> {
+) -> Result<IdentifiedScenario, Fault> {
     let scenario = fitted(scenario, logs);
     if scenario.identifier.law.takes_whole_record() {
         let found = identifier_log::identify(logs, predictions, &scenario, goes_on)?;
-        return Ok(Found::by_fit(scenario, found, observe));
+        return Ok(IdentifiedScenario::by_fit(scenario, found, observe));
     }
     let length: f64 = logs.iter().map(Log::duration).sum();
     let mut summariser = Summariser::lasting(&scenario, f64::from(passes) * length);
@@ -98,7 +98,7 @@ pub fn identify_logs(
         logs: LogReading::all(logs, predictions),
         predictions: predicted.predictions,
     };
-    Ok(Found {
+    Ok(IdentifiedScenario {
         scenario,
         summary,
         seen: None,
@@ -114,20 +114,20 @@ pub fn identify_run(
     scenario: Scenario,
     goes_on: &(dyn Fn() -> bool + Sync),
     observe: &mut dyn FnMut(u32, &Sample),
-) -> Result<Found, Fault> {
+) -> Result<IdentifiedScenario, Fault> {
     if scenario.identifier.law.takes_whole_record() {
-        let mut recorded = Recorded::default();
+        let mut recorded = RecordedSamples::default();
         let outcome = simulate::run(&scenario, &mut |sample| recorded.add(sample))?;
         let unstable = scenario.unstable_loop();
         let found = identifier_log::identify_run(&scenario, recorded, outcome, unstable, goes_on);
-        return Ok(Found::by_fit(scenario, found, observe));
+        return Ok(IdentifiedScenario::by_fit(scenario, found, observe));
     }
     let mut summariser = Summariser::new(&scenario);
     let outcome = simulate::run(&scenario, &mut |sample| {
         summariser.add(sample);
         observe(0, sample);
     })?;
-    Ok(Found {
+    Ok(IdentifiedScenario {
         summary: summariser.finish(&scenario, outcome),
         scenario,
         seen: None,

@@ -39,4 +39,4 @@ pub mod simulate;
 #[cfg(feature = "experiments")]
 pub mod sweep;
 
-pub use identify::{Found, identify_logs, identify_run};
+pub use identify::{IdentifiedScenario, identify_logs, identify_run};

@@ -3,7 +3,7 @@
 use host_sim::identify_run;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
-use identifier_log::Recorded;
+use identifier_log::RecordedSamples;
 use identifier_log::analysis::Seen;
 
 /// The analysis of a servo under a controller that answers the sensor's noise, with its reference or without.
@@ -18,7 +18,7 @@ fn seen(excitation: &str, counts: u32, has_reference: bool) -> Seen {
          run = {{ duration = 12.0 }}"
     );
     let scenario = Scenario::parse("response", &text, Purpose::Run).expect("a scenario");
-    let mut recorded = Recorded::default();
+    let mut recorded = RecordedSamples::default();
     let outcome = simulate::run(&scenario, &mut |sample| {
         let mut sample = *sample;
         if !has_reference {

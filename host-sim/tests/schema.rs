@@ -143,7 +143,7 @@ fn the_schema_refuses_every_shape_that_the_reader_refuses() {
         "[identifier]\nranges = { error = 1.0, velocity = 1.0, command = 1.0 }",
         "[identifier]\nparameters = [\"a\", \"a\"]",
         "[identifier]\nbounds = { a = [1.0] }",
-        "[identifier]\nplant_box = { a = [0.0, 1.0] }",
+        "[identifier]\nservo_range = { a = [0.0, 1.0] }",
         "fault = []",
         "[fault]\nkind = \"overrun\"\ntime = 1.0",
         "[[fault]]\nkind = \"overrun\"",

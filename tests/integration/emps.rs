@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use host_sim::scenario::{Arithmetic, LogSettings, Purpose, Scenario};
-use host_sim::{Found, identify_logs};
+use host_sim::{IdentifiedScenario, identify_logs};
 use identifier_core::parameters::{ServoParameters, Unknown};
 use identifier_log::FoundServo;
 use identifier_log::experiment::TermEstimate;
@@ -68,7 +68,7 @@ fn scenario(law: &str, factors: [f64; 4]) -> Scenario {
     Scenario::parse("emps", &text, Purpose::Replay).expect("valid")
 }
 
-fn found(scenario: Scenario, log: &Log, passes: u32) -> Found {
+fn found(scenario: Scenario, log: &Log, passes: u32) -> IdentifiedScenario {
     let logs = std::slice::from_ref(log);
     let found = identify_logs(scenario, logs, &[], passes, &|| true, &mut |_, _| {});
     found.expect("it can be replayed")

@@ -9,7 +9,7 @@ use integration_tests::{parse, run};
 /// A scenario with friction c, a load of 20 rad/s² and |u| ≤ limit.
 fn scenario(law: &str, arithmetic: &str, coulomb: f64, limit: f64) -> Scenario {
     let assumed = match law {
-        "gradient" => "plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
+        "gradient" => "servo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
         _ => "",
     };
     parse(&format!(

@@ -5,7 +5,7 @@ use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
 use identifier_core::stability::SampledLoopError;
 use log_fit::{GoesOn, Logged};
 
-use crate::analysis::{Ending, Method, Seen, WholeRecord};
+use crate::analysis::{Ending, EstimationMethod, Seen, WholeRecord};
 use crate::experiment::{Outcome, Sample};
 use crate::found_servo::FoundServo;
 use crate::log::Log;
@@ -23,7 +23,7 @@ pub struct Identified {
     /// The result.
     pub summary: Summary,
     /// What was identified from.
-    pub recorded: Recorded,
+    pub recorded: RecordedSamples,
     /// The residuals of the model over the logs. None if nothing explains them.
     pub seen: Option<Seen>,
     /// The servo itself, for a [prediction](crate::predict::predict). None if there is none.
@@ -32,7 +32,7 @@ pub struct Identified {
 
 /// The samples of logs, one after the other, SI.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Recorded {
+pub struct RecordedSamples {
     /// Time, s, without the ranges that are left out.
     pub times: Vec<f64>,
     /// Reference, rad; NaN where it is not known.
@@ -80,7 +80,7 @@ pub fn identify(
 #[must_use]
 pub fn identify_run(
     options: &Options,
-    recorded: Recorded,
+    recorded: RecordedSamples,
     outcome: Outcome,
     unstable_loop: Option<SampledLoopError>,
     goes_on: GoesOn<'_>,
@@ -99,13 +99,13 @@ pub fn identify_run(
 impl Identified {
     fn new(
         options: Options,
-        recorded: Recorded,
+        recorded: RecordedSamples,
         outcome: Outcome,
         whole: Option<WholeRecord>,
         prediction: Option<f64>,
         unstable_loop: Option<SampledLoopError>,
     ) -> Self {
-        let Recorded {
+        let RecordedSamples {
             references,
             samples,
             ..
@@ -116,7 +116,7 @@ impl Identified {
         let course = |parameter: Parameter, _| Estimate::of_fit(parameter.value_in(&servo));
         let summary = Ending {
             options: &options,
-            method: Method::Fit(whole.as_ref()),
+            method: EstimationMethod::Fit(whole.as_ref()),
             samples,
             travelled: recorded.travelled(),
             outcome,
@@ -140,7 +140,7 @@ impl Identified {
 
     /// Its samples, each with the residual of the model where there is one.
     pub fn samples(&self) -> impl Iterator<Item = Sample> {
-        let Recorded {
+        let RecordedSamples {
             times,
             references,
             samples,
@@ -170,7 +170,7 @@ const NO_ESTIMATE: ServoParameters = ServoParameters {
 fn record<V: VelocityEstimate<f64>>(
     options: &Options,
     logs: &[Log],
-) -> Result<(Recorded, Option<Agreement>, Outcome), Fault> {
+) -> Result<(RecordedSamples, Option<Agreement>, Outcome), Fault> {
     let Some(log) = logs.first() else {
         return Err(Fault::new("log", "there is no log"));
     };
@@ -178,7 +178,7 @@ fn record<V: VelocityEstimate<f64>>(
     let is_declared = log.first().reference.is_some() && settings.controller.is_some();
     let command_recorded = log.first().command.is_some();
     let mut player = Player::<V>::new(options, &settings, is_declared, command_recorded)?;
-    let (mut recorded, mut outcome) = (Recorded::default(), Outcome::default());
+    let (mut recorded, mut outcome) = (RecordedSamples::default(), Outcome::default());
     let played = player.play(options, logs, 1, &mut |_, row, time, input| {
         outcome.count(None);
         recorded.times.push(time);
@@ -196,7 +196,7 @@ fn record<V: VelocityEstimate<f64>>(
     Ok((recorded, player.agreement(), outcome))
 }
 
-impl Recorded {
+impl RecordedSamples {
     /// Takes in a sample of a run.
     pub fn add(&mut self, sample: &Sample) {
         self.times.push(sample.time);

@@ -51,5 +51,5 @@ pub mod tune;
 pub mod verdict;
 
 pub use found_servo::FoundServo;
-pub use identify::{Identified, Recorded, identify, identify_run};
+pub use identify::{Identified, RecordedSamples, identify, identify_run};
 pub use motion_unit::{AxisKind, MotionUnit, UnstatedUnit};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use host_sim::scenario::{Purpose, Scenario};
-use host_sim::{Found, identify_logs};
+use host_sim::{IdentifiedScenario, identify_logs};
 use identifier_log::experiment::Sample;
 use identifier_log::log::{Log, Table};
 use identifier_log::provenance::{LogFile, Task};
@@ -84,7 +84,11 @@ pub(crate) fn identify_log<'py>(
     Ok((json, columns::of_samples(py, &samples)?, picture, servo))
 }
 
-fn found(read: &Read, log: Log, observe: &mut dyn FnMut(u32, &Sample)) -> PyResult<Found> {
+fn found(
+    read: &Read,
+    log: Log,
+    observe: &mut dyn FnMut(u32, &Sample),
+) -> PyResult<IdentifiedScenario> {
     let found = identify_logs(read.scenario.clone(), &[log], &[], 1, &|| true, observe);
     found.map_err(|fault| read.fault(fault))
 }

@@ -1,12 +1,12 @@
 //! The picture of a result, as the program draws it.
 
-use host_sim::Found;
+use host_sim::IdentifiedScenario;
 use identifier_log::experiment::Sample;
 use servo_id::present::{self, Experiment, ExperimentTraces};
 use servo_id::render::chart::{self, Size};
 
 /// The picture as SVG, empty without samples.
-pub(crate) fn picture(found: &Found, samples: &[Sample]) -> String {
+pub(crate) fn picture(found: &IdentifiedScenario, samples: &[Sample]) -> String {
     if samples.is_empty() {
         return String::new();
     }

@@ -6,7 +6,7 @@ use identifier_core::settings::ControllerSettings;
 use identifier_log::experiment::{Outcome, Sample};
 use identifier_log::result::Summary;
 use identifier_log::tune::Tuned;
-use identifier_log::{Recorded, identify_run};
+use identifier_log::{RecordedSamples, identify_run};
 
 /// A run that has ended.
 #[derive(Debug, Clone)]
@@ -51,7 +51,7 @@ impl Experiment {
     pub fn summary(&self) -> Summary {
         let mut scenario = self.scenario.clone();
         scenario.identifier.set_estimator(Estimator::Fit);
-        let mut recorded = Recorded::default();
+        let mut recorded = RecordedSamples::default();
         for sample in &self.samples {
             recorded.add(sample);
         }

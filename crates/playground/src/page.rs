@@ -93,7 +93,7 @@ impl Page {
         let [low, high] = predicted_response.gain_margins;
         let _ = writeln!(
             self.text,
-            "gains\t{}\t{}\t{}\t{}\ncap\t{}\npromise\t{}\t{}\nmargins\t{}\t{low}\t{high}\ncommand\t{}\n\
+            "gains\t{}\t{}\t{}\t{}\ncap\t{}\npredicted\t{}\t{}\nmargins\t{}\t{low}\t{high}\ncommand\t{}\n\
              step\t{}\t{}",
             tuning.kp,
             tuning.ki,

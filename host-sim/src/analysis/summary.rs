@@ -2,7 +2,7 @@
 
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 use identifier_log::analysis::{
-    Assessment, Effort, Ending, Method, Statistics, VerifiedEstimate, WholeRecord,
+    Assessment, Effort, Ending, EstimationMethod, Statistics, VerifiedEstimate, WholeRecord,
 };
 use identifier_log::experiment::{Outcome, Sample};
 use identifier_log::result::{OutputError, SettlingTime, Summary};
@@ -183,9 +183,9 @@ impl Summariser {
         }
         let servo = self.judged();
         let method = if is_whole {
-            Method::Fit(whole.as_ref())
+            EstimationMethod::Fit(whole.as_ref())
         } else if is_aborted {
-            Method::Recursive(None)
+            EstimationMethod::Recursive(None)
         } else {
             let estimated = scenario.estimated();
             let unknowns: Vec<Unknown> = (estimated.iter().copied().map(Unknown::from))
@@ -197,7 +197,7 @@ impl Summariser {
                 terms: &outcome.terms,
                 unknowns: &unknowns,
             };
-            Method::Recursive(Assessment::of_estimator(
+            EstimationMethod::Recursive(Assessment::of_estimator(
                 &judged,
                 self.tail_buffer.samples(),
                 self.effort,

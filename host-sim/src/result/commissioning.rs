@@ -46,8 +46,7 @@ pub struct CommissioningEnd {
     pub bandwidth: Option<f64>,
     /// The reason why it is not faster.
     pub cap: Option<&'static str>,
-    /// Promise of the new gains.
-    #[serde(rename = "promise")]
+    /// Predicted response of the new gains.
     pub predicted_response: Option<PredictedResponse>,
     /// Measurements of the trial.
     pub trial: Option<TrialResult>,

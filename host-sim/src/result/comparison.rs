@@ -14,7 +14,6 @@ pub struct ComparisonResult {
     /// The cases, in order.
     pub cases: Vec<CaseResult>,
     /// The parameter range for methods that need one, if the scenario states none.
-    #[serde(rename = "assumed_box")]
     pub assumed_range: Option<ParameterRangeSettings>,
 }
 

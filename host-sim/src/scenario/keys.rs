@@ -220,8 +220,8 @@ fn of_experiment() -> Vec<Key<Scenario>> {
     "the gains may have a notch";
 "commission.feed_forward": Flag(|s, v| order(s).feed_forward = v), Derived("false"), "",
     "the gains may have a reference model with feed-forward, if the step then rises faster; not with response_time";
-"commission.most_gain": Number(POSITIVE, |s, v| order(s).most_gain = Some(v)), Derived("the highest b of \
-                                                                                        identifier.plant_box; \
+"commission.max_gain": Number(POSITIVE, |s, v| order(s).max_gain = Some(v)), Derived("the highest b of \
+                                                                                        identifier.servo_range; \
                                                                                         without it unknown"),
     "rad/s² per command unit", "the largest b that the servo may have: the first motion is planned for it";
 "commission.command_delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| order(s).command_delay = Some(v)), Derived("amplifier.delay"), "s",

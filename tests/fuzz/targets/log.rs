@@ -7,7 +7,7 @@ use std::path::Path;
 
 use identifier_log::log::{Log, Table};
 use identifier_log::recognise::{LogOptions, recognise};
-use host_sim::scenario::{Column, LogSettings};
+use identifier_log::scenario::{Column, LogSettings};
 use libfuzzer_sys::fuzz_target;
 
 const NAME: &str = "fuzzed.csv";

@@ -82,7 +82,7 @@ fn amiss(random: &mut Random) -> (Kind, Scenario) {
             kind.b * random.log_uniform(1.1, 1.5),
         ];
         format!(
-            "{}\nplant_box = {{ a = [0.0, 10.0], b = [{low:?}, {high:?}] }}",
+            "{}\nservo_range = {{ a = [0.0, 10.0], b = [{low:?}, {high:?}] }}",
             ESTIMATORS[2]
         )
     } else {

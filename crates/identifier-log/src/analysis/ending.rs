@@ -17,7 +17,7 @@ use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
 
 /// How the estimates came about.
 #[derive(Debug)]
-pub enum Method<'a> {
+pub enum EstimationMethod<'a> {
     /// By a fit to the whole record; none: nothing explains the record.
     Fit(Option<&'a WholeRecord>),
     /// By an estimator that was shown sample by sample, and how the record judges its estimates.
@@ -29,7 +29,7 @@ pub struct Ending<'a> {
     /// What is stated of it.
     pub options: &'a Options,
     /// The method.
-    pub method: Method<'a>,
+    pub method: EstimationMethod<'a>,
     /// Its samples, or the last of them.
     pub samples: &'a [Logged],
     /// Distance that the servo travelled, forth and back, rad.
@@ -73,8 +73,8 @@ impl Ending<'_> {
             ..
         } = self;
         let (is_whole, whole, refit) = match method {
-            Method::Fit(whole) => (true, whole, None),
-            Method::Recursive(refit) => (false, None, refit),
+            EstimationMethod::Fit(whole) => (true, whole, None),
+            EstimationMethod::Recursive(refit) => (false, None, refit),
         };
         if let Some(whole) = whole {
             outcome.terms.clone_from(&whole.terms);

@@ -10,7 +10,7 @@ mod statistics;
 mod whole_record;
 
 pub use assessment::{Assessment, Effort, VerifiedEstimate};
-pub use ending::{Ending, Method};
+pub use ending::{Ending, EstimationMethod};
 pub use seen::{Braking, FoundResponse, Seen};
 pub use statistics::Statistics;
 pub use whole_record::WholeRecord;

@@ -31,7 +31,7 @@ pub struct Summary {
     pub reason: String,
     /// Why an estimator that begins by a fit had none after a second of motion.
     #[serde(serialize_with = "super::reason::serialize_reason")]
-    #[serde(rename = "obstacle")]
+    #[serde(rename = "first_fit_rejection")]
     pub rejection_reason: Option<Reason>,
     /// The effect that the model lacks, if one is distinct.
     pub cause: Option<Finding>,

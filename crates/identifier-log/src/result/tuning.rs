@@ -20,8 +20,7 @@ pub struct TuningResult {
     pub bandwidth: f64,
     /// The reason why it is not faster; none where it is as fast as was asked for.
     pub cap: Option<&'static str>,
-    /// Promise of the loop, and its stiffness.
-    #[serde(rename = "promise")]
+    /// Predicted response of the loop, and its stiffness.
     pub predicted_response: StiffPrediction,
     /// Feed-forward.
     pub feed_forward: FeedForward,

@@ -85,7 +85,7 @@ impl Options {
             (
                 law.is_gradient() && !follows,
                 "identifier.correction",
-                "without a [controller] this estimator needs the gains of its correction, or a plant_box to derive them \
+                "without a [controller] this estimator needs the gains of its correction, or a servo_range to derive them \
              from",
             ),
             (

@@ -46,7 +46,7 @@ const AB: &[Parameter] = &[Parameter::A, Parameter::B];
 const ALL: &[Parameter] = &Parameter::ALL;
 
 #[rustfmt::skip]
-const GRADIENT: &[&str] = &["gamma", "mu", "bounds", "plant_box", "correction", "bandwidth", "max_speed"];
+const GRADIENT: &[&str] = &["gamma", "mu", "bounds", "servo_range", "correction", "bandwidth", "max_speed"];
 
 macro_rules! laws {
     ($(

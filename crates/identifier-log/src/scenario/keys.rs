@@ -126,19 +126,19 @@ pub fn of_log<S: AsMut<Options>>() -> Vec<Key<S>> {
 "identifier.bounds.b": Pair(POSITIVE, |s, v| given(s).bounds.b = Some(v)),
     Derived("as wide as sample time and gains permit"), "rad/s² per command unit", "bounds of b";
 "identifier.bounds.coulomb": Pair(NOT_NEGATIVE, |s, v| given(s).bounds.coulomb = Some(v)),
-    Derived("from 0 to far beyond any servo; in fixed point the range that follows from plant_box and command"), "rad/s²",
+    Derived("from 0 to far beyond any servo; in fixed point the range that follows from servo_range and command"), "rad/s²",
     "bounds of the Coulomb friction";
 "identifier.bounds.load": Pair(ANY, |s, v| given(s).bounds.load = Some(v)),
-    Derived("far beyond any servo in both directions; in fixed point the range that follows from plant_box and command"), "rad/s²",
+    Derived("far beyond any servo in both directions; in fixed point the range that follows from servo_range and command"), "rad/s²",
     "bounds of the load";
-"identifier.plant_box": Table(Stated), Derived("none, and nothing is certified"), "",
+"identifier.servo_range": Table(Stated), Derived("none, and nothing is certified"), "",
     "the parameter range of the true servo: the loop is certified for all of it";
-"identifier.plant_box.a": Pair(NOT_NEGATIVE, |s, v| within(s).a = v), Required("[0.0, 50.0]"), "1/s",
+"identifier.servo_range.a": Pair(NOT_NEGATIVE, |s, v| within(s).a = v), Required("[0.0, 50.0]"), "1/s",
     "lowest and highest a of the servo";
-"identifier.plant_box.b": Pair(POSITIVE, |s, v| within(s).b = v), Required("[110.0, 1000.0]"), "rad/s² per command unit",
+"identifier.servo_range.b": Pair(POSITIVE, |s, v| within(s).b = v), Required("[110.0, 1000.0]"), "rad/s² per command unit",
     "lowest and highest b of the servo";
 "identifier.correction": Table(Stated),
-    Derived("the controller's gains, as in the paper; without a controller, from plant_box and bandwidth"), "",
+    Derived("the controller's gains, as in the paper; without a controller, from servo_range and bandwidth"), "",
     "the gains of the correction, which keeps the model close to the servo";
 "identifier.correction.kp": Number(POSITIVE_GAIN, |s, v| correction(s)[0] = v), Required("9.0"), "command units per rad",
     "proportional gain of the correction";

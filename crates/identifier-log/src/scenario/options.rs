@@ -202,8 +202,8 @@ impl Options {
                 "dead_band" => "amplifier.dead_band".to_owned(),
                 "current_loop" => "amplifier.current_loop".to_owned(),
                 "limit" | "limit_low" | "limit_high" => "amplifier.limit".to_owned(),
-                "a_min" => "identifier.plant_box.a".to_owned(),
-                "b_min" => "identifier.plant_box.b".to_owned(),
+                "a_min" => "identifier.servo_range.a".to_owned(),
+                "b_min" => "identifier.servo_range.b".to_owned(),
                 parameter => match parameter.strip_prefix("feed_forward_") {
                     Some(own) => format!("controller.feed_forward.{own}"),
                     None => format!("identifier.{parameter}"),
@@ -218,7 +218,7 @@ impl Options {
                 format!("{gains}.kp")
             }
             SettingsError::Certificate(_) if given.mu.is_some() => "identifier.mu".to_owned(),
-            SettingsError::Certificate(_) => "identifier.plant_box".to_owned(),
+            SettingsError::Certificate(_) => "identifier.servo_range".to_owned(),
             SettingsError::NoGamma(GainError::AtRest) => "excitation.kind".to_owned(),
             SettingsError::NoGamma(_) => "controller.sample_time".to_owned(),
             SettingsError::SampledLoop(_) => "controller.sample_time".to_owned(),

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use host_sim::Found;
+use host_sim::IdentifiedScenario;
 use identifier_log::MotionUnit;
 use identifier_log::experiment::Sample;
 use identifier_log::verdict::{Status, VerdictReason};
@@ -69,8 +69,12 @@ impl Recording {
     ///
     /// # Errors
     /// An experiment that was aborted or interrupted, and those of [`Results::publish`].
-    pub(super) fn publish(self, results: Results, found: &Found) -> Result<Status, Fault> {
-        let Found {
+    pub(super) fn publish(
+        self,
+        results: Results,
+        found: &IdentifiedScenario,
+    ) -> Result<Status, Fault> {
+        let IdentifiedScenario {
             scenario,
             summary,
             seen,

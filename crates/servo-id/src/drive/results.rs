@@ -51,7 +51,7 @@ pub fn commissioning_outcome(outcome: &Outcome) -> CommissioningOutcome {
 /// The state of a drive.
 #[derive(Debug, Clone, Serialize)]
 pub struct DriveStatus {
-    /// `released`, `running`, `commissioning` or `faulted`.
+    /// `disabled`, `running`, `commissioning` or `faulted`.
     pub status: &'static str,
     /// Number of the fault; 0 without one.
     pub code: u8,
@@ -78,7 +78,7 @@ pub struct DriveStatus {
 impl From<&Status> for DriveStatus {
     fn from(status: &Status) -> Self {
         let (state, reason) = match status.state {
-            State::Disabled => ("released", None),
+            State::Disabled => ("disabled", None),
             State::Running => ("running", None),
             State::Commissioning => ("commissioning", None),
             State::Faulted(fault) => ("faulted", Some(fault)),
@@ -105,7 +105,6 @@ fn change<S: Serializer>(change: &Option<ServoChange>, serializer: S) -> Result<
     struct Keys {
         #[serde(serialize_with = "identifier_log::result::serialize_reason")]
         reason: Option<Reason>,
-        #[serde(rename = "promised")]
         predicted: f64,
         found: f64,
         standard_errors: f64,

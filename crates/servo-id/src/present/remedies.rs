@@ -80,7 +80,7 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             ),
         ],
         VerdictReason::AtBound { unknown, .. } => vec![
-            format!("Widen the bounds of {}: identifier.bounds or plant_box.", unknown.name()),
+            format!("Widen the bounds of {}: identifier.bounds or servo_range.", unknown.name()),
             "If the estimate then becomes implausible, the model lacks something: see the residual.".to_owned(),
         ],
         VerdictReason::NotSeparated { .. } => vec![

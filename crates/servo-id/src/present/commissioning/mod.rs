@@ -82,7 +82,7 @@ pub fn unseen_motion(motion: &LargestMotion) -> String {
     match motion.unseen {
         Some(unseen) => format!("{found}, in which the axis can move {unseen:.4} rad."),
         None => format!(
-            "{found}. State commission.most_gain to see how far the axis can move until then."
+            "{found}. State commission.max_gain to see how far the axis can move until then."
         ),
     }
 }
