@@ -131,27 +131,27 @@ impl Ticks {
         }
     }
 
-    /// The samples of stamps that leave no doubt: each step is a whole number of steps (s), but for a hundredth.
-    pub(super) fn exact(
+    /// The samples of stamps that leave no doubt: one step (s) after the other but for a hundredth, or a pause. A step twice
+    /// as long is a lost row, or of stamps that are cut.
+    pub(super) fn gapless(
         stamps: &[f64],
         step: f64,
         longest: u32,
         is_cut: &dyn Fn(f64, f64) -> bool,
     ) -> Option<Self> {
-        /// Deviation of a step from a whole number, and of the stamps from their clock, samples.
+        /// Deviation of a step, and of the stamps from their clock, samples.
         const EXACT: f64 = 0.01;
         let mut of = Vec::with_capacity(stamps.len());
         of.push(Tick::Begins);
         for pair in stamps.windows(2) {
             let later = (pair[1] - pair[0]) / step;
-            let whole = later.round();
-            of.push(match whole {
-                _ if is_cut(pair[0], pair[1]) || later.abs() > f64::from(longest) + 0.5 => {
-                    Tick::Begins
-                }
-                1.0.. if (later - whole).abs() < EXACT => Tick::After(whole as u32),
-                _ => return None,
-            });
+            if is_cut(pair[0], pair[1]) || later.abs() > f64::from(longest) + 0.5 {
+                of.push(Tick::Begins);
+            } else if (later - 1.0).abs() < EXACT {
+                of.push(Tick::After(1));
+            } else {
+                return None;
+            }
         }
         let found = Self::measured(of, stamps, step);
         (found.jitter.largest < EXACT).then_some(found)

@@ -74,12 +74,11 @@ impl EvenRows {
             return Self::as_stamped(&rows, settings, stated.unwrap_or(own));
         }
         rows.retain(is_whole);
-        let exact = |step: &f64| Ticks::exact(&stamps, *step, longest, &is_cut);
-        let mut clocks = match steps.iter().find_map(exact) {
-            Some(exact) if exact.is_gapless() => return Self::on_clock(rows, &exact, stated),
-            Some(exact) => vec![exact],
-            None => clocks(steps),
-        };
+        let gapless = |step: &f64| Ticks::gapless(&stamps, *step, longest, &is_cut);
+        if let Some(gapless) = steps.iter().find_map(gapless) {
+            return Self::on_clock(rows, &gapless, stated);
+        }
+        let mut clocks = clocks(steps);
         clocks.retain(|ticks| ticks.doubled() <= MAX_SHARE * stamps.len() as f64);
         let likeliest = (clocks.iter()).min_by(|one, other| one.bits.total_cmp(&other.bits));
         let Some(first) = likeliest.cloned() else {
