@@ -229,8 +229,8 @@ impl Protection {
         self
     }
 
-    /// The servo is identified.
-    pub(crate) fn know(&mut self) {
+    /// The first motion has begun, or the servo is identified.
+    pub(crate) fn end_first_motion(&mut self) {
         self.stall.stalled = 0;
     }
 

@@ -134,7 +134,7 @@ impl Run {
         if let Some(known) = KnownServo::from_identified(&self.axis, servo) {
             self.watch.know(&mut self.watched, &known);
             self.first_motion.know();
-            self.protection.know();
+            self.protection.end_first_motion();
         }
     }
 
@@ -369,6 +369,7 @@ impl Run {
         protection.check_lines(lines).map_err(Ended::Faulted)?;
         let setpoint = reference.next();
         let monitor = RunMonitor {
+            first_motion,
             protection,
             watch,
             watched,
@@ -378,7 +379,7 @@ impl Run {
             last,
             last_count,
         };
-        let done = closed_loop.sample(setpoint, sensor, actuator, first_motion, monitor)?;
+        let done = closed_loop.sample(setpoint, sensor, actuator, monitor)?;
         *sample = sample.wrapping_add(1);
         Ok(done)
     }
@@ -451,6 +452,7 @@ fn check_sample_time(
 
 /// The watches over every step of a run.
 struct RunMonitor<'a> {
+    first_motion: &'a mut FirstMotion,
     protection: &'a mut Protection,
     watch: &'a ServoWatch<f32>,
     watched: &'a mut ServoWatchState<f32>,
@@ -463,6 +465,11 @@ struct RunMonitor<'a> {
 
 impl StepMonitor for RunMonitor<'_> {
     type End = Ended;
+
+    #[inline(always)]
+    fn acting(&mut self, sample: &ControlSample<f32>) -> f32 {
+        self.first_motion.acting(sample, self.protection)
+    }
 
     #[inline(always)]
     fn check<S: PositionSensor, A: Actuator<f32>>(

@@ -86,3 +86,27 @@ fn a_servo_that_counts_has_all_of_its_command_at_once() {
         }
     }
 }
+
+#[test]
+fn from_the_first_count_on_it_has_the_usual_time_to_move() {
+    // One count, which is no motion yet; and none.
+    for (counts, samples) in [(1.0, 100), (0.0, 20)] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        boot!(drive, &bench, &flash);
+        start(&mut drive);
+        bench.hold_at(counts * settings().closed_loop.core.resolution);
+        bench.stick();
+        drive.done(Command::Target(9.0));
+        let mut beyond = 0;
+        for _ in 0..1000 {
+            drive.pass(1);
+            let Some(command) = bench.held.get() else {
+                break;
+            };
+            beyond += u32::from(command.abs() >= 0.3 * LIMIT);
+        }
+        let ended = State::Faulted(Fault::EncoderSilent);
+        assert_eq!(drive.supervisor.state(), ended);
+        assert!(beyond.abs_diff(samples) <= 2, "{counts}: {beyond}");
+    }
+}

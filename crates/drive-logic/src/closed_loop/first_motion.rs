@@ -4,6 +4,8 @@ use commissioning::CommandRamp;
 use identifier_core::control::ControlSample;
 use identifier_core::number::Number;
 
+use crate::protection::Protection;
+
 /// Has the command grow no faster than in the first motion of a commissioning, until the first count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FirstMotion {
@@ -43,10 +45,14 @@ impl FirstMotion {
 
     /// The command that acts in place of the controller's.
     #[inline]
-    pub(crate) fn acting(&mut self, control: &ControlSample<f32>) -> f32 {
+    pub(crate) fn acting(
+        &mut self,
+        control: &ControlSample<f32>,
+        protection: &mut Protection,
+    ) -> f32 {
         if self.is_awaited {
             // Its address would put the sample into memory.
-            self.ramped(control.command, control.increment)
+            self.ramped(control.command, control.increment, protection)
         } else {
             control.command
         }
@@ -54,9 +60,10 @@ impl FirstMotion {
 
     #[cold]
     #[inline(never)]
-    fn ramped(&mut self, command: f32, increment: f32) -> f32 {
+    fn ramped(&mut self, command: f32, increment: f32, protection: &mut Protection) -> f32 {
         if increment != 0.0 {
             self.is_awaited = false;
+            protection.end_first_motion();
             return command;
         }
         let wanted = command - self.from;

@@ -32,6 +32,9 @@ pub(crate) trait StepMonitor {
     /// How a run ends.
     type End;
 
+    /// The command that acts in place of the controller's.
+    fn acting(&mut self, sample: &ControlSample<f32>) -> f32;
+
     /// The step to learn from, unless the run ends with it.
     fn check<S: PositionSensor, A: Actuator<f32>>(
         self,

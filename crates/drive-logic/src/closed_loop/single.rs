@@ -14,7 +14,7 @@ use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknown, Unk
 use identifier_core::settings::{FromSettings, Settings};
 
 use super::unknowns::{MAX_DELAYED, UNKNOWNS, WithTerms};
-use super::{BLOCKS, FirstMotion, Fitted, Handover, StepMonitor, check};
+use super::{BLOCKS, Fitted, Handover, StepMonitor, check};
 use crate::conversion;
 
 type Velocity = LowPass<f32>;
@@ -194,7 +194,8 @@ impl ClosedLoop {
         });
     }
 
-    /// A sample: measure, control, act, with the command of the first motion until that has begun; have the step checked, with its count; then learn, while the command acts.
+    /// A sample: measure, control, act as the monitor has it; have the step checked, with its count; then learn, while the
+    /// command acts.
     ///
     /// # Errors
     /// The monitor ended the run. After a [`ControlStepError`](identifier_core::drive::ControlStepError) the actuator was
@@ -205,11 +206,10 @@ impl ClosedLoop {
         setpoint: Setpoint<f32>,
         sensor: &mut S,
         actuator: &mut A,
-        first_motion: &mut FirstMotion,
-        monitor: M,
+        mut monitor: M,
     ) -> Result<(ControlSample<f32>, Update<f32>), M::End> {
         for_each_estimator!(&mut self.0, own => {
-            let acting = |sample: &ControlSample<f32>| first_motion.acting(sample);
+            let acting = |sample: &ControlSample<f32>| monitor.acting(sample);
             let step =
                 own.servo_loop.control_step_with(&mut own.state, setpoint, sensor, actuator, acting);
             let sample = monitor.check::<S, A>(step.map(|sample| (sample, own.state.count())))?;
