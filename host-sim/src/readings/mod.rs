@@ -127,9 +127,12 @@ fn score(bits: f64, reservation: i32) -> f64 {
 }
 
 fn weigh(signals: &Signals, trials: &[Trial], effort: Effort) -> Vec<Reading> {
-    let mut measured: Vec<usize> = trials.iter().map(|trial| trial.measured).collect();
-    measured.sort_unstable();
-    measured.dedup();
+    let mut measured: Vec<usize> = Vec::new();
+    for trial in trials {
+        if let Err(place) = measured.binary_search(&trial.measured) {
+            measured.insert(place, trial.measured);
+        }
+    }
     let weighed = log_fit::parallel::map(&measured, |column| {
         let own = trials.iter().filter(|trial| trial.measured == *column);
         weigh_column(signals, *column, own.copied(), effort)

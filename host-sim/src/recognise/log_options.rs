@@ -2,7 +2,7 @@
 
 use crate::scenario::{
     Column, CommandUnit, InnerLoop, Integrator, LogSettings, LogUnits, PhysicalSettings,
-    PositionUnit, TimeUnit,
+    PositionUnit, TimeUnit, in_order,
 };
 
 /// The user's statements about a log. Each option is the key of `[log]`, `[encoder]`, `[inner]` or `[physical]` of its
@@ -71,12 +71,10 @@ impl LogOptions {
     /// The stated settings of a log with this column of the position. The other columns and the units of time and
     /// position are not among them.
     pub(super) fn settings(&self, position: Column) -> LogSettings {
-        let mut cut = self.cut.clone();
-        cut.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
         LogSettings {
             bridge: self.bridge_gaps.unwrap_or(0),
             sample_time: self.sample_time,
-            cut,
+            cut: in_order(&self.cut),
             wrap: self.wrap,
             units: LogUnits {
                 position_scale: self.position_scale.unwrap_or(1.0),

@@ -429,7 +429,7 @@ keys! {
     "measured velocity, on which [inner] acts";
 "log.bridge_gaps": Whole([0, u32::MAX], |s, v| log(s).bridge = v), Value(0.0), "",
     "largest number of missing samples in a row that are interpolated linearly";
-"log.cut": Pairs(ANY, |s, v| log(s).leave_out(v)), Derived("nothing is left out"), "s",
+"log.cut": Pairs(ANY, |s, v| log(s).leave_out(&v)), Derived("nothing is left out"), "s",
     "ranges of the log's time that are left out";
 "log.wrap": Number(NOT_NEGATIVE, |s, v| log(s).wrap = Some(v)), Derived("detected: a position that wraps after a \
                                                                          revolution is unwrapped"), "in position_unit, before position_scale",

@@ -178,8 +178,8 @@ impl LogSettings {
     }
 
     /// Keeps ranges of time to be left out, in their order.
-    pub(super) fn leave_out(&mut self, mut ranges: Vec<[f64; 2]>) -> Result<(), String> {
-        ranges.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
+    pub(super) fn leave_out(&mut self, ranges: &[[f64; 2]]) -> Result<(), String> {
+        let ranges = in_order(ranges);
         for pair in ranges.windows(2) {
             let ([from, to], [next, end]) = (pair[0], pair[1]);
             if next <= to {
@@ -192,6 +192,16 @@ impl LogSettings {
         self.cut = ranges;
         Ok(())
     }
+}
+
+/// A few ranges in the order in which they begin.
+pub(crate) fn in_order(ranges: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut sorted: Vec<[f64; 2]> = Vec::with_capacity(ranges.len());
+    for range in ranges {
+        let place = sorted.partition_point(|before| before[0] <= range[0]);
+        sorted.insert(place, *range);
+    }
+    sorted
 }
 
 impl Scenario {

@@ -38,6 +38,7 @@ pub(crate) use gamma::{gamma_over, range_around};
 pub use inner::{InnerLoop, Integrator};
 pub use kind::Key;
 pub(crate) use kind::MAX_COLUMNS;
+pub(crate) use log::in_order;
 pub use log::{Column, LogSettings};
 pub use log_quantity::LogQuantity;
 pub use log_units::{LogUnits, PositionUnit, TimeUnit};

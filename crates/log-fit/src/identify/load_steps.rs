@@ -121,8 +121,8 @@ fn steps(means: &[f64]) -> Vec<usize> {
             }
         }
         let Some(at) = best.1 else { break };
-        ends.push(at);
-        ends.sort_unstable();
+        let place = ends.partition_point(|end| *end < at);
+        ends.insert(place, at);
     }
     ends
 }

@@ -121,19 +121,15 @@ fn missing(answers: &[Answer], count: usize, usual: &TypicalMagnitudes) -> Vec<[
         shifts: &'a [f64],
     }
     // Of each cause the likeliest form counts: those of a limit between the same two sizes of a command are one.
-    let mut seen = Vec::new();
-    let mut likeliest_first: Vec<&Answer> = answers.iter().collect();
-    likeliest_first.sort_unstable_by(|one, other| {
-        let by_sign = other.is_possible().cmp(&one.is_possible());
-        by_sign.then(other.gain.total_cmp(&one.gain))
-    });
+    let mut left: Vec<&Answer> = answers.iter().collect();
+    let likelihood = |one: &&Answer, other: &&Answer| {
+        let by_sign = one.is_possible().cmp(&other.is_possible());
+        by_sign.then(one.gain.total_cmp(&other.gain))
+    };
     let mut missing: Vec<Missing<'_>> = Vec::new();
-    for answer in likeliest_first {
+    while let Some(answer) = left.iter().copied().max_by(likelihood) {
         let candidate = &answer.candidate;
-        if seen.contains(&candidate.cause) {
-            continue;
-        }
-        seen.push(candidate.cause);
+        left.retain(|other| other.candidate.cause != candidate.cause);
         let sizes = answer.sizes.len() as f64;
         let square: f64 = answer.sizes.iter().map(|size| size * size).sum();
         let ratio = answer.significance.min(answer.gain).max(f64::MIN_POSITIVE);
