@@ -61,3 +61,15 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
     scenario.identifiable_with(&core)?;
     Ok(LoopSettings { core, law })
 }
+
+#[cfg(test)]
+mod tests {
+    use drive_link::HoldingBrake;
+    use virtual_servo::VirtualBrake;
+
+    #[test]
+    fn a_drive_takes_the_times_of_a_brake_that_a_scenario_may_state() {
+        let [scenario, drive] = [VirtualBrake::MAX_TIME, HoldingBrake::MAX_TIME];
+        assert_eq!(scenario.to_bits(), drive.to_bits());
+    }
+}
