@@ -205,7 +205,7 @@ function parse(text) {
     else if (name === 'column') found.columns.push(parts[0]);
     else if (name === 'chosen') found.chosen[parts[0]] = parts[1];
     else if (['status', 'reason', 'unit', 'cap', 'none'].includes(name)) found[name] = parts[0];
-    else if (['gains', 'promise', 'margins', 'command', 'step', 'rows', 'window'].includes(name)) found[name] = parts.map(Number);
+    else if (['gains', 'predicted', 'margins', 'command', 'step', 'rows', 'window'].includes(name)) found[name] = parts.map(Number);
     else found.estimates[name] = { value: Number(parts[0]), error: Number(parts[1]), unit: parts[2] };
   }
   return found;
@@ -328,11 +328,11 @@ function drawStep() {
   text.replaceChildren(...gainsOf(steps));
 }
 
-function gainsOf({ gains, promise, margins, cap }) {
+function gainsOf({ gains, predicted, margins, cap }) {
   const bold = (value) => element('b', { textContent: plain(value) });
   return ['Tuned: kp ', bold(gains[0]), ', ki ', bold(gains[1]), ', kd ', bold(gains[2]),
     `, velocity filter ${plain(gains[3])} rad/s${cap ? `; ${cap} allows no more` : ''}. `,
-    `Predicted: rise time ${plain(1e3 * promise[0])} ms, overshoot at most ${plain(100 * promise[1])} %; largest sensitivity `,
+    `Predicted: rise time ${plain(1e3 * predicted[0])} ms, overshoot at most ${plain(100 * predicted[1])} %; largest sensitivity `,
     `${plain(margins[0])}, gain margins ${plain(margins[1])} and ${plain(margins[2])}.`];
 }
 

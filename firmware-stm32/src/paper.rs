@@ -39,8 +39,8 @@ pub fn settings() -> Settings {
                 ..PerParameter::default()
             },
             parameter_range: Some(ParameterRangeSettings {
-                a: identifier::plant_box::A,
-                b: identifier::plant_box::B,
+                a: identifier::servo_range::A,
+                b: identifier::servo_range::B,
             }),
             gamma: Some(diagonal([of_a, of_b, 100.0, 0.0])),
             mu: Some(identifier::MU),

@@ -1,161 +1,136 @@
-//! Identification: the one way from the samples of logs, or of a simulated servo, to what is known of the servo.
+//! Identification by the estimator of a scenario, from a simulated run or from logs.
 
-use std::path::Path;
+use identifier_log::analysis::Seen;
+use identifier_log::experiment::Sample;
+use identifier_log::log::Log;
+use identifier_log::predict::predict_logs;
+use identifier_log::result::{LogReading, ReplayNotes, Summary};
+use identifier_log::{FoundServo, Identified, RecordedSamples};
 
-use log_fit::GoesOn;
-
-use crate::analysis::{Seen, Summariser};
-use crate::experiment::Sample;
-use crate::found_servo::FoundServo;
-use crate::log::Log;
-use crate::predict::predict;
-use crate::replay::{fitted, replay};
-use crate::result::{LogReading, Prediction, ReplayNotes, Summary};
+use crate::analysis::Summariser;
+use crate::replay::{Replayed, fitted, replay};
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
 
-/// An identification besides its logs.
-#[derive(Clone, Copy)]
-pub struct Options<'a> {
-    /// Passes over the logs, each from the estimates of the previous one.
-    pub passes: u32,
-    /// Logs that are predicted.
-    pub predict: &'a [Log],
-    /// A fit ends with its estimates so far where this is false.
-    pub goes_on: GoesOn<'a>,
-}
-
-impl std::fmt::Debug for Options<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let mut shown = f.debug_struct("Options");
-        shown.field("passes", &self.passes).finish_non_exhaustive()
-    }
-}
-
-impl Default for Options<'_> {
-    fn default() -> Self {
-        Self {
-            passes: 1,
-            predict: &[],
-            goes_on: &|| true,
-        }
-    }
-}
-
-/// A servo that was identified.
+/// What an estimator found.
 #[derive(Debug, Clone)]
-pub struct Identified {
+pub struct IdentifiedScenario {
     /// The scenario with what only the logs know.
     pub scenario: Scenario,
     /// The result.
     pub summary: Summary,
-    /// The residuals of its model over its samples, from an estimator that fits all of them.
+    /// The residuals of a fit; none of another estimator, or if nothing explains the samples.
     pub seen: Option<Seen>,
-    /// The servo itself, for a [prediction](crate::predict::predict). None if there is none.
-    pub found: Option<FoundServo>,
+    /// The servo itself, of logs. None if there is none.
+    pub servo: Option<FoundServo>,
 }
 
-/// Identifies the servo of one or more logs by the estimator of a scenario and shows every sample, with its pass, to
-/// `observe`.
+impl IdentifiedScenario {
+    fn by_fit(
+        mut scenario: Scenario,
+        found: Identified,
+        observe: &mut dyn FnMut(u32, &Sample),
+    ) -> Self {
+        for sample in found.samples() {
+            observe(0, &sample);
+        }
+        let Identified {
+            options,
+            mut summary,
+            seen,
+            found,
+            ..
+        } = found;
+        summary.truth = scenario.plant;
+        scenario.options = options;
+        Self {
+            scenario,
+            summary,
+            seen,
+            servo: found,
+        }
+    }
+}
+
+/// Identifies the servo of one or more logs, in so many passes if the estimator is recursive. It predicts the logs of
+/// `predictions` and shows every sample to `observe`, with the number of its pass from 0. A fit goes on while `goes_on`
+/// is true.
 ///
 /// # Errors
 /// The key that does not suit the logs.
-pub fn identify(
+pub fn identify_logs(
     scenario: Scenario,
     logs: &[Log],
-    options: &Options<'_>,
+    predictions: &[Log],
+    passes: u32,
+    goes_on: &(dyn Fn() -> bool + Sync),
     observe: &mut dyn FnMut(u32, &Sample),
-) -> Result<Identified, Fault> {
+) -> Result<IdentifiedScenario, Fault> {
     let scenario = fitted(scenario, logs);
+    if scenario.identifier.law.takes_whole_record() {
+        let found = identifier_log::identify(logs, predictions, &scenario, goes_on)?;
+        return Ok(IdentifiedScenario::by_fit(scenario, found, observe));
+    }
     let length: f64 = logs.iter().map(Log::duration).sum();
-    let duration = f64::from(options.passes) * length;
-    let mut summariser = Summariser::lasting(&scenario, duration);
-    let mut last_pass = 0;
-    let replayed = replay(&scenario, logs, options.passes, &mut |pass, sample| {
-        if pass != last_pass {
+    let mut summariser = Summariser::lasting(&scenario, f64::from(passes) * length);
+    let mut current = 0;
+    let Replayed {
+        outcome,
+        agreement,
+        estimates,
+    } = replay(&scenario, logs, passes, &mut |pass, sample| {
+        if pass != current {
             summariser.begin_pass();
-            last_pass = pass;
+            current = pass;
         }
         summariser.add(sample);
         observe(pass, sample);
     })?;
-    let (mut seen, mut found) = (None, None);
-    if replayed.outcome.abort.is_none() {
-        found = if scenario.identifier.law.takes_whole_record() {
-            summariser.fit_record(&scenario, options.goes_on)
-        } else {
-            // A page with the fit of a whole record has no other estimator.
-            let terms = &replayed.outcome.terms;
-            let of_estimates = || FoundServo::of_estimates(&scenario, &replayed.estimates, terms);
-            cfg!(feature = "experiments").then(of_estimates)
-        };
-        seen = summariser.seen(&scenario);
+    let servo = (outcome.abort.is_none())
+        .then(|| FoundServo::of_estimates(&scenario, &estimates, &outcome.terms));
+    let predicted = predict_logs(&scenario, servo.as_ref(), logs, predictions)?;
+    if let Some(error) = predicted.largest_error {
+        summariser.predicted(error);
     }
-    let mut predictions = Vec::new();
-    // Nor does it predict.
-    let to_predict = found.filter(|_| cfg!(feature = "experiments"));
-    for (log, found) in options
-        .predict
-        .iter()
-        .filter_map(|log| Some((log, to_predict?)))
-    {
-        let learnt_from = is_among(logs, log);
-        let predicted = predict(&scenario, &found, log)?;
-        if let Some(open_loop) = predicted.open_loop.as_ref().filter(|_| !learnt_from) {
-            summariser.predicted(open_loop.relative);
-        }
-        predictions.push(Prediction::new(log, learnt_from, &predicted));
-    }
-    let mut summary = summariser.finish(&scenario, replayed.outcome);
-    let predicted_only = options.predict.iter().filter(|log| !is_among(logs, log));
+    let mut summary = summariser.finish(&scenario, outcome);
     summary.replay = ReplayNotes {
-        agreement: replayed.agreement,
-        logs: logs
-            .iter()
-            .chain(predicted_only)
-            .map(LogReading::new)
-            .collect(),
-        predictions,
+        agreement,
+        logs: LogReading::all(logs, predictions),
+        predictions: predicted.predictions,
     };
-    Ok(Identified {
+    Ok(IdentifiedScenario {
         scenario,
         summary,
-        seen,
-        found,
+        seen: None,
+        servo,
     })
 }
 
-/// Identifies the simulated servo of a scenario and shows every sample to `observe`. A fit goes on while `goes_on` is true.
+/// Runs a scenario and identifies its servo. See [`identify_logs`].
 ///
 /// # Errors
 /// The key that something cannot be built from; nothing has been observed then.
-pub fn identify_simulated(
+pub fn identify_run(
     scenario: Scenario,
-    goes_on: GoesOn<'_>,
-    observe: &mut impl FnMut(&Sample),
-) -> Result<Identified, Fault> {
+    goes_on: &(dyn Fn() -> bool + Sync),
+    observe: &mut dyn FnMut(u32, &Sample),
+) -> Result<IdentifiedScenario, Fault> {
+    if scenario.identifier.law.takes_whole_record() {
+        let mut recorded = RecordedSamples::default();
+        let outcome = simulate::run(&scenario, &mut |sample| recorded.add(sample))?;
+        let unstable = scenario.unstable_loop();
+        let found = identifier_log::identify_run(&scenario, recorded, outcome, unstable, goes_on);
+        return Ok(IdentifiedScenario::by_fit(scenario, found, observe));
+    }
     let mut summariser = Summariser::new(&scenario);
     let outcome = simulate::run(&scenario, &mut |sample| {
         summariser.add(sample);
-        observe(sample);
+        observe(0, sample);
     })?;
-    let (mut seen, mut found) = (None, None);
-    if outcome.abort.is_none() {
-        found = summariser.fit_record(&scenario, goes_on);
-        seen = summariser.seen(&scenario);
-    }
-    let summary = summariser.finish(&scenario, outcome);
-    Ok(Identified {
+    Ok(IdentifiedScenario {
+        summary: summariser.finish(&scenario, outcome),
         scenario,
-        summary,
-        seen,
-        found,
+        seen: None,
+        servo: None,
     })
-}
-
-/// True for a file that is one of the logs.
-fn is_among(logs: &[Log], log: &Log) -> bool {
-    let file = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let wanted = file(log.path());
-    logs.iter().any(|other| file(other.path()) == wanted)
 }

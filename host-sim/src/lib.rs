@@ -1,16 +1,16 @@
-//! Simulation, replay and comparison of the identification of servos.
+//! Simulation and comparison of the identification of servos.
 //!
-//! A [`scenario`] describes a servo, its loop and an identifier. [`identify_simulated`] runs it on an exact simulated
-//! servo, [`identify`] on recorded logs. Both give every [`experiment::Sample`] to an observer. [`analysis`] makes
-//! estimates with standard errors and a verdict of them. [`recognise`] finds the columns of a log.
+//! A [`scenario`] describes a servo, its loop and an identifier. [`identify_run`] runs it on an exact simulated servo,
+//! [`identify_logs`] over recorded logs. Both give every [`Sample`](identifier_log::experiment::Sample) to an observer.
+//! A fit to a whole log is that of the crate [`identifier_log`]; the recursive laws run here.
 //!
 //! ```
-//! use host_sim::identify_simulated;
+//! use host_sim::identify_run;
 //! use host_sim::scenario::{Purpose, Scenario};
 //!
 //! let text = "[plant]\na = 0.5\nb = 180.0\nload = 12.0\n[run]\nduration = 10.0\n";
 //! let scenario = Scenario::parse("axis.toml", text, Purpose::Run)?;
-//! let summary = identify_simulated(scenario, &|| true, &mut |_| ())?.summary;
+//! let summary = identify_run(scenario, &|| true, &mut |_, _| ())?.summary;
 //! println!("{}: b = {}", summary.reason, summary.estimates.b.value);
 //! # assert!((summary.estimates.b.value / 180.0 - 1.0).abs() < 0.02);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -19,9 +19,9 @@
 //! | what | where |
 //! |---|---|
 //! | the identifier itself | the crate `identifier-core` |
+//! | columns, fit, verdict, results, gains | the crate `identifier-log` |
 //! | experiments: one servo, logs, every method, random servos, number formats | [`simulate`], [`replay`], [`compare`], [`sweep`], [`drift`] |
-//! | commissioning and gains | [`commission`], [`tune`] |
-//! | results, which are the JSON; their physical units | [`result`], [`physical`] |
+//! | commissioning | [`commission`] |
 
 pub mod analysis;
 #[cfg(feature = "experiments")]
@@ -30,29 +30,13 @@ pub mod commission;
 pub mod compare;
 #[cfg(feature = "experiments")]
 pub mod drift;
-pub mod experiment;
-mod found_servo;
 mod identify;
-pub mod log;
 pub mod loops;
-mod motion_unit;
-pub mod nearest;
-pub mod physical;
-pub mod predict;
-#[cfg(feature = "experiments")]
-pub mod provenance;
-mod readings;
-pub mod recognise;
 pub mod replay;
 pub mod result;
-mod scaled_recording;
 pub mod scenario;
 pub mod simulate;
 #[cfg(feature = "experiments")]
 pub mod sweep;
-pub mod tune;
-pub mod verdict;
 
-pub use found_servo::FoundServo;
-pub use identify::{Identified, Options, identify, identify_simulated};
-pub use motion_unit::{AxisKind, MotionUnit, UnstatedUnit};
+pub use identify::{IdentifiedScenario, identify_logs, identify_run};

@@ -26,7 +26,7 @@ use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 
-use crate::experiment::{Outcome, Sample};
+use identifier_log::experiment::{Outcome, Sample};
 
 /// A loop around a servo, with its identification.
 pub(crate) trait SimLoop {

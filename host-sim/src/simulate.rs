@@ -21,9 +21,9 @@ pub(crate) use simulated_axis::SimulatedAxis;
 
 use std::fmt;
 
-use crate::experiment::{Outcome, Sample};
 use crate::loops::SimLoop;
 use crate::scenario::{Fault, Scenario};
+use identifier_log::experiment::{Outcome, Sample};
 
 /// A loop of any kind.
 pub(crate) type LocalLoop = Box<dyn SimLoop>;

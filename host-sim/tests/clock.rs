@@ -4,10 +4,11 @@
 //! cargo test --release -p host-sim --test clock -- --ignored --nocapture
 //! ```
 
-use host_sim::log::{Clock, Log, Table};
-use host_sim::recognise::{LogOptions, recognise};
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
+use identifier_log::log::{Clock, Log, Table};
+use identifier_log::recognise::{LogOptions, recognise};
+use identifier_log::scenario::Options;
 use virtual_servo::SplitMix64;
 
 const STEP: f64 = 1e-3;
@@ -107,7 +108,7 @@ struct Outcome {
     is_converged: bool,
 }
 
-fn read(columns: &[Vec<f64>; 3], sample_time: Option<f64>) -> Result<(Scenario, Log), String> {
+fn read(columns: &[Vec<f64>; 3], sample_time: Option<f64>) -> Result<(Options, Log), String> {
     let names = ["t_s", "q_rad", "u_A"];
     let columns = names.iter().zip(columns);
     let columns = columns.map(|(name, column)| ((*name).to_owned(), column.clone()));
@@ -117,21 +118,14 @@ fn read(columns: &[Vec<f64>; 3], sample_time: Option<f64>) -> Result<(Scenario, 
         ..LogOptions::default()
     };
     let recognised = recognise(&table, &stated).map_err(|error| format!("{error:?}"))?;
-    let text = recognised.scenario("log");
-    let scenario =
-        Scenario::parse("log", &text, Purpose::Replay).map_err(|fault| fault.to_string())?;
-    let log = Log::new(&table, &scenario.log_columns(), scenario.log_sample_time());
-    Ok((scenario, log.map_err(|error| error.to_string())?))
+    let options = recognised.options().map_err(|fault| fault.to_string())?;
+    let log = Log::new(&table, &options.log_columns(), options.log_sample_time());
+    Ok((options, log.map_err(|error| error.to_string())?))
 }
 
 fn identified(columns: &[Vec<f64>; 3], sample_time: Option<f64>) -> Result<Outcome, String> {
-    let (scenario, log) = read(columns, sample_time)?;
-    let found = host_sim::identify(
-        scenario,
-        std::slice::from_ref(&log),
-        &host_sim::Options::default(),
-        &mut |_, _| {},
-    );
+    let (options, log) = read(columns, sample_time)?;
+    let found = identifier_log::identify(std::slice::from_ref(&log), &[], &options, &|| true);
     let summary = found.map_err(|fault| fault.to_string())?.summary;
     let b = &summary.estimates.b;
     let error = b

@@ -1,8 +1,10 @@
 //! The measured response of logs in closed loop, beside that of the model that was identified from them.
 
-use host_sim::analysis::{Seen, Summariser};
+use host_sim::identify_run;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
+use identifier_log::RecordedSamples;
+use identifier_log::analysis::Seen;
 
 /// The analysis of a servo under a controller that answers the sensor's noise, with its reference or without.
 fn seen(excitation: &str, counts: u32, has_reference: bool) -> Seen {
@@ -16,16 +18,17 @@ fn seen(excitation: &str, counts: u32, has_reference: bool) -> Seen {
          run = {{ duration = 12.0 }}"
     );
     let scenario = Scenario::parse("response", &text, Purpose::Run).expect("a scenario");
-    let mut summariser = Summariser::new(&scenario);
-    simulate::run(&scenario, &mut |sample| {
+    let mut recorded = RecordedSamples::default();
+    let outcome = simulate::run(&scenario, &mut |sample| {
         let mut sample = *sample;
         if !has_reference {
             sample.reference = f64::NAN;
         }
-        summariser.add(&sample);
+        recorded.add(&sample);
     })
     .expect("a run");
-    summariser.seen(&scenario).expect("a servo")
+    let found = identifier_log::identify_run(&scenario, recorded, outcome, None, &|| true);
+    found.seen.expect("a servo")
 }
 
 #[test]
@@ -50,4 +53,29 @@ fn the_measured_response_is_the_models_wherever_it_is_drawn() {
             }
         }
     }
+}
+
+#[test]
+fn friction_is_that_of_the_servo() {
+    let text = "plant = { a = 2.0, b = 180.0, coulomb = 10.0, load = 12.0 }
+        identifier = { law = \"fit\" }
+        run = { duration = 20.0 }";
+    let scenario = Scenario::parse("seen", text, Purpose::Run).expect("a scenario");
+    let found = identify_run(scenario, &|| true, &mut |_, _| {}).expect("a run");
+    let seen = found.seen.expect("a servo");
+    let [mut ahead, mut back] = [0, 0];
+    for one in &seen.friction {
+        let true_force = 2.0 * one.velocity + 10.0 * one.velocity.signum();
+        let off = one.measured - true_force;
+        assert!(off.abs() < 0.3 + 4.0 * one.deviation, "{one:?}");
+        assert!((one.model - true_force).abs() < 0.3, "{one:?}");
+        let is_sharp = one.deviation < 1.0;
+        ahead += usize::from(is_sharp && one.velocity > 0.0);
+        back += usize::from(is_sharp && one.velocity < 0.0);
+    }
+    assert!(
+        ahead >= 5 && back >= 5,
+        "{ahead} {back}: {:?}",
+        seen.friction
+    );
 }

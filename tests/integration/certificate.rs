@@ -1,13 +1,13 @@
 //! A loop that is certified, and stable when sampled, does not diverge; a run that does not converge reports it.
 
-use host_sim::analysis::Status;
-use host_sim::result::Summary;
 use host_sim::scenario::{Scenario, Velocity};
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
 use identifier_core::settings::{ControllerSettings, ParameterRangeSettings};
 use identifier_core::stability::SampledLoop;
 use identifier_core::stability::{Certificate, ParameterRange};
+use identifier_log::result::Summary;
+use identifier_log::verdict::Status;
 use integration_tests::{Random, environment, in_parallel, run, servo};
 use servo_id::paper::{self, Case, Method};
 

@@ -1,9 +1,9 @@
 //! The comparison of all methods: each one's claim, and where each fails, as a reviewed table.
 
 use host_sim::compare::{self, with_estimator};
-use host_sim::result::Summary;
 use host_sim::scenario::{Estimator, Scenario};
 use identifier_core::parameters::Parameter;
+use identifier_log::result::Summary;
 use integration_tests::{controller, in_parallel, parse, run, servo};
 use servo_id::{present, render};
 

@@ -6,16 +6,15 @@
 
 use std::path::{Path, PathBuf};
 
-use host_sim::FoundServo;
-use host_sim::analysis::Summariser;
-use host_sim::experiment::TermEstimate;
-use host_sim::log::Log;
-use host_sim::predict::predict;
-use host_sim::replay::{Replayed, fitted, replay};
-use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, LogSettings, Purpose, Scenario};
-use host_sim::verdict::Status;
+use host_sim::{IdentifiedScenario, identify_logs};
 use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_log::FoundServo;
+use identifier_log::experiment::TermEstimate;
+use identifier_log::log::Log;
+use identifier_log::predict::predict;
+use identifier_log::result::Summary;
+use identifier_log::verdict::Status;
 use integration_tests::{Random, environment, in_parallel, skipped};
 
 /// Force per command, N/V: known.
@@ -69,20 +68,20 @@ fn scenario(law: &str, factors: [f64; 4]) -> Scenario {
     Scenario::parse("emps", &text, Purpose::Replay).expect("valid")
 }
 
+fn found(scenario: Scenario, log: &Log, passes: u32) -> IdentifiedScenario {
+    let logs = std::slice::from_ref(log);
+    let found = identify_logs(scenario, logs, &[], passes, &|| true, &mut |_, _| {});
+    found.expect("it can be replayed")
+}
+
 /// M, Fv, Fc, OF after `passes`.
 fn identify(log: &Log, scenario: Scenario, passes: u32) -> [f64; 4] {
-    let scenario = fitted(scenario, log);
     let declared = scenario.stated.controller.is_some();
-    let mut summariser = Summariser::lasting(&scenario, log.duration());
-    let replayed = replay(&scenario, log, passes, &mut |_, sample| {
-        summariser.add(sample)
-    })
-    .expect("it can be replayed");
-    assert_eq!(replayed.agreement.is_some(), declared);
-    if let Some(agreement) = replayed.agreement {
+    let summary = found(scenario, log, passes).summary;
+    assert_eq!(summary.replay.agreement.is_some(), declared);
+    if let Some(agreement) = &summary.replay.agreement {
         assert!(agreement.relative < 0.01, "{agreement}");
     }
-    let summary = summariser.finish(&scenario, replayed.outcome);
     let mass = FORCE / summary.estimates.b.last;
     [
         mass,
@@ -116,14 +115,9 @@ fn from_many_starts(log: &Log, law: &str, arithmetic: Arithmetic) -> Vec<Summary
         .map(|_| std::array::from_fn(|_| random.log_uniform(0.3, 3.0)))
         .collect();
     in_parallel(&starts, |&factors| {
-        let mut scenario = fitted(scenario(law, factors), log);
+        let mut scenario = scenario(law, factors);
         scenario.identifier.arithmetic = arithmetic;
-        let mut summariser = Summariser::lasting(&scenario, log.duration());
-        let replayed = replay(&scenario, log, 1, &mut |_, sample| {
-            summariser.add(sample);
-        })
-        .expect("it can be replayed");
-        summariser.finish(&scenario, replayed.outcome)
+        found(scenario, log, 1).summary
     })
 }
 
@@ -178,11 +172,7 @@ fn one_fit_finds_the_asymmetry_first_and_then_the_published_values() {
     let text = "[amplifier]\nlimit = 10.0\n[identifier]\nlaw = \"fit\"\n[log]\ntime = \"t_s\"\n\
                 position = \"q_m\"\ncommand = \"vir_V\"\n";
     let scenario = Scenario::parse("emps", text, Purpose::Replay).expect("valid settings");
-    let scenario = fitted(scenario, &log);
-    let mut summariser = Summariser::lasting(&scenario, log.duration());
-    let replayed = replay(&scenario, &log, 1, &mut |_, sample| summariser.add(sample))
-        .expect("it can be replayed");
-    let summary = summariser.finish(&scenario, replayed.outcome);
+    let summary = found(scenario, &log, 1).summary;
     assert_eq!(summary.status(), Status::Converged, "{}", summary.reason);
     let fit = summary.fit.as_ref().expect("a fit");
     let first = fit.effects.first().map(|effect| (effect.name, effect.or));
@@ -227,10 +217,6 @@ fn without_the_asymmetry_every_start_ends_in_one_place() {
     }
 }
 
-fn found_by(scenario: &Scenario, replayed: &Replayed) -> FoundServo {
-    FoundServo::of_estimates(scenario, &replayed.estimates, &replayed.outcome.terms)
-}
-
 /// Both published protocols, on the log that was learnt from: the whole loop simulated from the
 /// reference (relative errors of position, velocity and command), and the servo driven by the recorded
 /// command (m). Printed beside the predictions of the published values.
@@ -239,29 +225,36 @@ fn both_published_protocols_give_errors_like_the_published_values() {
     let Some(log) = log() else { return };
     let scenario_of = |terms: &str| {
         let law = format!("law = \"gauss-newton\"\n{terms}");
-        fitted(scenario(&law, [1.0; 4]), &log)
+        scenario(&law, [1.0; 4])
+    };
+    let predicted = |scenario: &Scenario, servo: &FoundServo| {
+        let logs = std::slice::from_ref(&log);
+        let options = scenario.options.clone().fitted(logs, false);
+        predict(&options, servo, &log).expect("it can be predicted")
     };
     let found = |terms: &str| {
         let scenario = scenario_of(terms);
-        let replayed = replay(&scenario, &log, 1, &mut |_, _| ()).expect("it can be replayed");
-        predict(&scenario, &found_by(&scenario, &replayed), &log).expect("it can be predicted")
+        let servo = found(scenario.clone(), &log, 1).servo.expect("a servo");
+        predicted(&scenario, &servo)
     };
     let published = |[mass, viscous, asymmetry, coulomb, offset]: [f64; 5]| {
         let scenario = scenario_of("");
-        let mut known = replay(&scenario, &log, 1, &mut |_, _| ()).expect("it can be replayed");
-        known.estimates = ServoParameters {
+        let known = ServoParameters {
             a: viscous / mass,
             b: FORCE / mass,
             coulomb: coulomb / mass,
             load: -offset / mass,
         };
-        known.outcome.terms = vec![TermEstimate {
+        let asymmetry = TermEstimate {
             unknown: Unknown::Asymmetry,
             value: asymmetry / mass,
             std_error: 0.0,
             since: 0,
-        }];
-        predict(&scenario, &found_by(&scenario, &known), &log).expect("it can be predicted")
+        };
+        predicted(
+            &scenario,
+            &FoundServo::of_estimates(&scenario, &known, &[asymmetry]),
+        )
     };
     let [mass, forwards, backwards, coulomb] = ASYMMETRIC;
     let halves = (0.5 * (forwards + backwards), 0.5 * (forwards - backwards));

@@ -1,15 +1,15 @@
 //! Servos with Coulomb friction and load: both estimators, both formats, with and without saturation.
 
-use host_sim::analysis::Status;
-use host_sim::result::Summary;
 use host_sim::scenario::Scenario;
-use host_sim::verdict::Cause;
+use identifier_log::result::Summary;
+use identifier_log::verdict::Cause;
+use identifier_log::verdict::Status;
 use integration_tests::{parse, run};
 
 /// A scenario with friction c, a load of 20 rad/s² and |u| ≤ limit.
 fn scenario(law: &str, arithmetic: &str, coulomb: f64, limit: f64) -> Scenario {
     let assumed = match law {
-        "gradient" => "plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
+        "gradient" => "servo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
         _ => "",
     };
     parse(&format!(

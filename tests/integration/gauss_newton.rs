@@ -1,8 +1,8 @@
 //! Gauss–Newton: its settling time, its accuracy, and the coverage of its standard errors.
 
-use host_sim::result::Summary;
 use host_sim::scenario::Scenario;
 use identifier_core::parameters::Parameter;
+use identifier_log::result::Summary;
 use integration_tests::{Random, environment, in_parallel, parse, run, servo};
 
 /// The paper's servo and loop under noise of its own for each run, from an initial b̂.

@@ -1,8 +1,8 @@
 //! The figures that the matched loop must reach in the paper's experiment.
 
-use host_sim::analysis::Status;
-use host_sim::result::Summary;
 use host_sim::scenario::{Arithmetic, Scenario};
+use identifier_log::result::Summary;
+use identifier_log::verdict::Status;
 use integration_tests::{controller, parse, run, servo};
 use servo_id::paper::{self, Case, Method, NOMINAL_A, NOMINAL_B};
 
@@ -93,11 +93,9 @@ fn coarse_encoder_widens_the_spread_but_does_not_bias() {
     let mut scenario = proposed(20.0, Arithmetic::F64);
     scenario.duration = 120.0;
     let text = paper::PROPOSED.replace("counts_per_rev = 10000", "counts_per_rev = 2000");
-    let coarse = parse(&text);
-    let summary = run(&Scenario {
-        duration: 120.0,
-        ..coarse
-    });
+    let mut coarse = parse(&text);
+    coarse.duration = 120.0;
+    let summary = run(&coarse);
     let fine = run(&scenario);
     assert!((summary.estimates.b.tail_mean / NOMINAL_B - 1.0).abs() < 2e-3);
     assert!((summary.estimates.a.tail_mean - NOMINAL_A).abs() < 0.02);

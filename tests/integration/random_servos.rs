@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use host_sim::result::Summary;
 use host_sim::scenario::{Estimator, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::PerParameter;
+use identifier_log::result::Summary;
 use integration_tests::{Random, environment, in_parallel, run, servo};
 use servo_id::paper::{self, Case, Method};
 

@@ -27,7 +27,7 @@ sample_time = 0.001
 [identifier]
 law = \"gradient\"
 initial = { a = 0.0, b = 300.0 }
-plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }
+servo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }
 [run]
 duration = 30.0
 ";

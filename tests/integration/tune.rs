@@ -3,12 +3,12 @@
 
 use std::fmt::Write;
 
-use host_sim::experiment::Sample;
 use host_sim::scenario::Scenario;
 use host_sim::simulate;
-use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Goal, StepMeasure, TuningSettings};
+use identifier_log::experiment::Sample;
+use identifier_log::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use integration_tests::{Random, environment, in_parallel, parse, run};
 use servo_id::present;
 

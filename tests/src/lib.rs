@@ -4,11 +4,11 @@ pub mod logs;
 
 use std::io::Write;
 
-use host_sim::identify_simulated;
-use host_sim::result::Summary;
+use host_sim::identify_run;
 use host_sim::scenario::{Purpose, Scenario};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
+use identifier_log::result::Summary;
 use virtual_servo::excitation::NormalSource;
 
 /// Reports that a test was skipped, past the capture of the output of tests that pass.
@@ -89,7 +89,7 @@ pub fn parse(text: &str) -> Scenario {
 /// Runs a scenario to its summary.
 #[must_use]
 pub fn run(scenario: &Scenario) -> Summary {
-    let found = identify_simulated(scenario.clone(), &|| true, &mut |_| ());
+    let found = identify_run(scenario.clone(), &|| true, &mut |_, _| {});
     found.expect("a valid scenario").summary
 }
 

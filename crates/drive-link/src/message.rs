@@ -245,7 +245,7 @@ pub struct Status {
     /// Estimates of the last run, or those that were saved.
     pub estimates: Option<Estimates>,
     /// Why the estimator of the last run has no first fit after a second of motion.
-    #[serde(rename = "obstacle")]
+    #[serde(rename = "first_fit_rejection")]
     pub rejection_reason: Option<Reason>,
     /// Standard deviation of the encoder's noise in motion, counts, by the first fit of the last run. It is 0.29, that
     /// of rounding alone, unless it is clearly larger.

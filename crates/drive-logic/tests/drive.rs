@@ -547,7 +547,7 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
         ("stall_time", |s| s.protection.stall_time = f64::NAN),
         ("travel", |s| s.protection.travel = [-1.0, 1e6]),
         ("overruns", |s| s.protection.overruns = 0),
-        ("plant_box.b", |s| {
+        ("servo_range.b", |s| {
             identifier(s).parameter_range = Some(ParameterRangeSettings {
                 a: [0.0, 1.0],
                 b: [2.0, 1.0],

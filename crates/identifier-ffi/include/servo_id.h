@@ -137,7 +137,7 @@ typedef struct servo_id_error {
     double value;    /* that was refused */
     double low;      /* allowed; of SERVO_ID_ALLOWED_MULTIPLE_OF the step, of _NEAREST what would do */
     double high;
-    const char *parameter; /* the field of servo_id_settings, such as "plant_box.b"; NULL for none */
+    const char *parameter; /* the field of servo_id_settings, such as "servo_range.b"; NULL for none */
 } servo_id_error;
 
 /* Lowest and highest. */
@@ -170,10 +170,10 @@ typedef struct servo_id_gains {
 } servo_id_gains;
 
 /* The range of the true servos. */
-typedef struct servo_id_plant_box {
+typedef struct servo_id_servo_range {
     servo_id_range a;
     servo_id_range b;
-} servo_id_plant_box;
+} servo_id_servo_range;
 
 /* A feed-forward of the reference. */
 typedef struct servo_id_feed_forward {
@@ -224,7 +224,7 @@ typedef struct servo_id_settings {
     servo_id_parameters uncertainty; /* standard deviations of the first estimates */
     servo_id_parameters gamma;       /* its diagonal, of the gradient estimator */
     servo_id_gains correction;       /* default those of the controller */
-    servo_id_plant_box plant_box;    /* to be certified */
+    servo_id_servo_range servo_range;    /* to be certified */
     double mu;                       /* 1/s */
     double bandwidth;                /* of the position loop, rad/s */
     double start_time;               /* of the first fit, s */
@@ -411,7 +411,7 @@ SERVO_ID_ASSERT(sizeof(servo_id_settings) == 552, "size of servo_id_settings");
 SERVO_ID_ASSERT(offsetof(servo_id_settings, limit) == 56, "place of limit");
 SERVO_ID_ASSERT(offsetof(servo_id_settings, feed_forward) == 88, "place of feed_forward");
 SERVO_ID_ASSERT(offsetof(servo_id_settings, bounds) == 160, "place of bounds");
-SERVO_ID_ASSERT(offsetof(servo_id_settings, plant_box) == 312, "place of plant_box");
+SERVO_ID_ASSERT(offsetof(servo_id_settings, servo_range) == 312, "place of servo_range");
 SERVO_ID_ASSERT(offsetof(servo_id_settings, ranges) == 392, "place of ranges");
 SERVO_ID_ASSERT(offsetof(servo_id_settings, resonance) == 472, "place of resonance");
 SERVO_ID_ASSERT(offsetof(servo_id_settings, travel) == 480, "place of travel");

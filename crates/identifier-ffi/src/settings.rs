@@ -75,10 +75,10 @@ pub struct Gains {
     pub ki: f64,
 }
 
-/// Where true servos lie: `servo_id_plant_box` in the header.
+/// Where true servos lie: `servo_id_servo_range` in the header.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
-pub struct PlantBox {
+pub struct ServoRange {
     /// 1/s.
     pub a: Range,
     /// rad/s² per command unit.
@@ -118,7 +118,7 @@ pub struct Settings {
     pub uncertainty: Each<f64>,
     pub gamma: Each<f64>,
     pub correction: Gains,
-    pub plant_box: PlantBox,
+    pub servo_range: ServoRange,
     pub mu: f64,
     pub bandwidth: f64,
     pub start_time: f64,
@@ -227,7 +227,7 @@ impl Settings {
         if *correction != Gains::default() {
             own.correction = Some([correction.kp, correction.kd, correction.ki]);
         }
-        if let (Some(a), Some(b)) = (range(self.plant_box.a), range(self.plant_box.b)) {
+        if let (Some(a), Some(b)) = (range(self.servo_range.a), range(self.servo_range.b)) {
             own.parameter_range = Some(ParameterRangeSettings { a, b });
         }
         own.mu = stated(self.mu);
@@ -252,7 +252,7 @@ impl Settings {
             velocity,
             command,
         } = self.ranges;
-        let [a, b] = [self.plant_box.a, self.plant_box.b].map(range);
+        let [a, b] = [self.servo_range.a, self.servo_range.b].map(range);
         let has_ranges = self.ranges != SignalRanges::default();
         let has_box = a.is_some() || b.is_some();
         for (name, is_needed, is_stated) in [
@@ -262,8 +262,8 @@ impl Settings {
                 true,
                 self.counts_per_revolution != 0.0 || self.resolution != 0.0,
             ),
-            ("plant_box.a", has_box, a.is_some()),
-            ("plant_box.b", has_box, b.is_some()),
+            ("servo_range.a", has_box, a.is_some()),
+            ("servo_range.b", has_box, b.is_some()),
             ("ranges.error", has_ranges, error != 0.0),
             ("ranges.velocity", has_ranges, velocity != 0.0),
             ("ranges.command", has_ranges, command != 0.0),

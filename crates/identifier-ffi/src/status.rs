@@ -210,7 +210,7 @@ impl Error {
                 }
             },
             SettingsError::SampledLoop(sampled) => Self {
-                parameter: field("plant_box.b"),
+                parameter: field("servo_range.b"),
                 value: sampled.b,
                 ..Self::of(LOOP_UNSTABLE)
             },

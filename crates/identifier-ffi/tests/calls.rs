@@ -82,7 +82,7 @@ fn settings() -> Settings {
             coulomb: range(0.0, 100.0),
             ..Each::default()
         },
-        plant_box: PlantBox {
+        servo_range: ServoRange {
             a: range(0.0, 50.0),
             b: range(110.0, 1000.0),
         },
@@ -157,7 +157,7 @@ fn a_refusal_names_the_field_and_what_is_allowed() {
             "counts_per_revolution",
         ),
         (|own| own.ranges.error = 1.0, "ranges.velocity"),
-        (|own| own.plant_box.a = Range::default(), "plant_box.a"),
+        (|own| own.servo_range.a = Range::default(), "servo_range.a"),
     ] {
         let (error, field) = refused(&change);
         assert_eq!((error.status, field), (status::NOT_GIVEN, missing));

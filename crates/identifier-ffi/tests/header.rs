@@ -151,7 +151,7 @@ fn sizes_and_places_are_the_same() {
         ("settings, limit", offset_of!(Settings, limit)),
         ("settings, feed_forward", offset_of!(Settings, feed_forward)),
         ("settings, bounds", offset_of!(Settings, bounds)),
-        ("settings, plant_box", offset_of!(Settings, plant_box)),
+        ("settings, servo_range", offset_of!(Settings, servo_range)),
         ("settings, ranges", offset_of!(Settings, ranges)),
         ("settings, resonance", offset_of!(Settings, resonance)),
         ("settings, travel", offset_of!(Settings, travel)),

@@ -41,7 +41,7 @@ stated = {"sample_time": SAMPLE_TIME, "counts_per_rev": COUNTS_PER_REV}
 correction = {"kp": 9.0, "kd": 0.19, "ki": 4.0}
 gradient = {
     "law": "gradient",
-    "identifier": {"correction": correction, "gamma": [20.0, 3000.0], "plant_box": {"a": [0.0, 10.0], "b": [100.0, 400.0]}},
+    "identifier": {"correction": correction, "gamma": [20.0, 3000.0], "servo_range": {"a": [0.0, 10.0], "b": [100.0, 400.0]}},
 }
 for name, keywords in [("fit", {"law": "fit"}), ("gauss-newton", {"law": "gauss-newton"}), ("gradient", gradient)]:
     took = least(lambda: servo_id.identify(samples, trace=False, **stated, **keywords))

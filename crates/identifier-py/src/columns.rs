@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use host_sim::experiment::Sample;
-use host_sim::log::Table;
+use identifier_log::experiment::Sample;
+use identifier_log::log::Table;
 use pyo3::buffer::PyBuffer;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

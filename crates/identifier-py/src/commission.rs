@@ -1,9 +1,9 @@
 //! Commissioning of the simulated drive.
 
 use host_sim::commission::{Commissioning, Recorded};
-use host_sim::provenance::Task;
 use host_sim::result::CommissioningResult;
 use host_sim::scenario::Purpose;
+use identifier_log::provenance::Task;
 use pyo3::prelude::*;
 
 use crate::origin::Read;

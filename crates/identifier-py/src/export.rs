@@ -1,7 +1,7 @@
 //! Robot models from results.
 
-use host_sim::physical::Scale;
-use host_sim::result::KeptResult;
+use identifier_log::physical::Scale;
+use identifier_log::result::KeptResult;
 use pyo3::prelude::*;
 use servo_id::export::{Format, Identified};
 

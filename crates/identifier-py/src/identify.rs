@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::Options;
-use host_sim::log::{Log, Table};
-use host_sim::provenance::{LogFile, Task};
-use host_sim::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use host_sim::scenario::{Purpose, Scenario};
+use host_sim::{IdentifiedScenario, identify_logs};
+use identifier_log::experiment::Sample;
+use identifier_log::log::{Log, Table};
+use identifier_log::provenance::{LogFile, Task};
+use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use servo_id::present::{self, Experiment};
@@ -63,30 +64,33 @@ pub(crate) fn identify_log<'py>(
         let read = Read::new(file, text, Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
         let mut samples = Vec::new();
-        let found = host_sim::identify(
-            read.scenario.clone(),
-            &[log],
-            &Options::default(),
-            &mut |_, sample| {
-                samples.extend(trace.then_some(*sample));
-            },
-        );
-        let host_sim::Identified {
-            scenario,
-            summary,
-            seen,
-            found,
-        } = found.map_err(|fault| read.fault(fault))?;
-        let picture = picture(&scenario, &summary, seen.as_ref(), &mut samples);
+        let found = found(&read, log, &mut |_, sample| {
+            samples.extend(trace.then_some(*sample))
+        })?;
+        let picture = picture(&found, &samples);
         let task = Task::Replay {
             passes: 1,
             logs: LogFile::of_tables(std::slice::from_ref(&table)),
             predict: Vec::new(),
         };
-        PyResult::Ok((read.json(task, &summary)?, samples, picture, found))
+        PyResult::Ok((
+            read.json(task, &found.summary)?,
+            samples,
+            picture,
+            found.servo,
+        ))
     })?;
     let servo = servo.map(|servo| columns::bytes(py, &servo.numbers()));
     Ok((json, columns::of_samples(py, &samples)?, picture, servo))
+}
+
+fn found(
+    read: &Read,
+    log: Log,
+    observe: &mut dyn FnMut(u32, &Sample),
+) -> PyResult<IdentifiedScenario> {
+    let found = identify_logs(read.scenario.clone(), &[log], &[], 1, &|| true, observe);
+    found.map_err(|fault| read.fault(fault))
 }
 
 /// The page that the program `servo-id` prints of a log without a scenario, in at most `width` characters a line of a table.
@@ -106,13 +110,7 @@ pub(crate) fn page(
         let name = table.path.display().to_string();
         let read = Read::new(&name, &recognised.scenario(&name), Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
-        let found = host_sim::identify(
-            read.scenario.clone(),
-            &[log],
-            &Options::default(),
-            &mut |_, _| {},
-        );
-        let found = found.map_err(|fault| read.fault(fault))?;
+        let found = found(&read, log, &mut |_, _| {})?;
         let page = present::experiment(&Experiment {
             title: &name,
             command: "",

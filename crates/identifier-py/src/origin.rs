@@ -1,7 +1,7 @@
 //! A scenario's text, and results with it.
 
-use host_sim::provenance::{Origin, ScenarioText, Task, WithOrigin};
 use host_sim::scenario::{Purpose, Scenario};
+use identifier_log::provenance::{Origin, ScenarioText, Task, WithOrigin};
 use pyo3::prelude::*;
 use serde::Serialize;
 
@@ -24,7 +24,7 @@ impl Read {
             file: file.to_owned(),
             text: text.to_owned(),
         };
-        let scenario = text.scenario(purpose).map_err(value_error)?;
+        let scenario = Scenario::of_text(&text, purpose).map_err(value_error)?;
         Ok(Self { text, scenario })
     }
 
@@ -40,7 +40,12 @@ impl Read {
     pub(crate) fn json(&self, task: Task, result: &impl Serialize) -> PyResult<String> {
         let with_origin = WithOrigin {
             result: Some(result),
-            origin: &Origin::new(servo_id::VERSION, task, &self.text, &self.scenario),
+            origin: &Origin::new(
+                servo_id::VERSION,
+                task,
+                &self.text,
+                self.scenario.noise_seed(),
+            ),
         };
         serde_json::to_string(&with_origin).map_err(value_error)
     }

@@ -1,25 +1,14 @@
 //! The picture of a result, as the program draws it.
 
-use host_sim::analysis::Seen;
-use host_sim::experiment::Sample;
-use host_sim::result::Summary;
-use host_sim::scenario::Scenario;
+use host_sim::IdentifiedScenario;
+use identifier_log::experiment::Sample;
 use servo_id::present::{self, Experiment, ExperimentTraces};
 use servo_id::render::chart::{self, Size};
 
-/// The picture as SVG, empty without samples. They get what the model leaves of them, where it is known at their end.
-pub(crate) fn picture(
-    scenario: &Scenario,
-    summary: &Summary,
-    seen: Option<&Seen>,
-    samples: &mut [Sample],
-) -> String {
+/// The picture as SVG, empty without samples.
+pub(crate) fn picture(found: &IdentifiedScenario, samples: &[Sample]) -> String {
     if samples.is_empty() {
         return String::new();
-    }
-    let errors = seen.iter().flat_map(|seen| &seen.errors);
-    for (sample, error) in samples.iter_mut().zip(errors) {
-        sample.output_error = Some(*error);
     }
     let mut traces = ExperimentTraces::default();
     for sample in samples {
@@ -28,10 +17,10 @@ pub(crate) fn picture(
     let page = present::experiment(&Experiment {
         title: "",
         command: "",
-        scenario,
-        summary,
+        scenario: &found.scenario,
+        summary: &found.summary,
         traces: Some(&traces),
-        seen,
+        seen: found.seen.as_ref(),
     });
     chart::figures(Size::Page, "", 2, page.figures()).svg()
 }

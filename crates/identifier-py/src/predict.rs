@@ -1,10 +1,10 @@
 //! Prediction of a log by a servo that was identified.
 
-use host_sim::FoundServo;
-use host_sim::log::Row;
 use host_sim::replay::fitted;
-use host_sim::result::Prediction;
 use host_sim::scenario::Purpose;
+use identifier_log::FoundServo;
+use identifier_log::log::Row;
+use identifier_log::result::Prediction;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -40,7 +40,7 @@ pub(crate) fn predict<'py>(
         let read = Read::new(file, text, Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
         let scenario = fitted(read.scenario.clone(), std::slice::from_ref(&log));
-        let found = host_sim::predict::predict(&scenario, &FoundServo::of_numbers(&numbers), &log);
+        let found = identifier_log::predict::predict(&scenario, &FoundServo::of_numbers(&numbers), &log);
         let found = found.map_err(|fault| read.fault(fault))?;
         let json = serde_json::to_string(&Prediction::new(&log, false, &found));
         let open_loop = found.open_loop.ok_or_else(|| {

@@ -1,8 +1,9 @@
 //! Experiments on the simulated servo.
 
-use host_sim::experiment::Sample;
-use host_sim::provenance::Task;
+use host_sim::identify_run;
 use host_sim::scenario::Purpose;
+use identifier_log::experiment::Sample;
+use identifier_log::provenance::Task;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -25,15 +26,10 @@ pub(crate) fn simulate<'py>(
     let (json, samples, picture) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Run)?;
         let mut samples = Vec::new();
-        let keep = &mut |sample: &Sample| samples.extend(trace.then_some(*sample));
-        let found = host_sim::identify_simulated(read.scenario.clone(), &|| true, keep);
+        let mut observe = |_, sample: &Sample| samples.extend(trace.then_some(*sample));
+        let found = identify_run(read.scenario.clone(), &|| true, &mut observe);
         let found = found.map_err(|fault| read.fault(fault))?;
-        let picture = picture(
-            &found.scenario,
-            &found.summary,
-            found.seen.as_ref(),
-            &mut samples,
-        );
+        let picture = picture(&found, &samples);
         PyResult::Ok((read.json(Task::Run, &found.summary)?, samples, picture))
     })?;
     Ok((json, columns::of_samples(py, &samples)?, picture))

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::result::KeptResult;
-use host_sim::tune::{Conditions, Form, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use identifier_core::tuning::Goal;
+use identifier_log::result::KeptResult;
+use identifier_log::tune::{Conditions, Form, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use pyo3::prelude::*;
 
 use crate::fault::value_error;

@@ -385,7 +385,7 @@ class OtherVerbs(unittest.TestCase):
         self.assertTrue(result.converged)
         self.assertEqual(result.truth["b"], 180.0)
         gains = servo_id.tune(result, response_time=0.05)
-        self.assertAlmostEqual(gains.promise["rise_time"], 0.05, delta=0.002)
+        self.assertAlmostEqual(gains.predicted_response["rise_time"], 0.05, delta=0.002)
         self.assertIsNone(gains.form)
         form = servo_id.tune(result, form="vesc", max_current=60.0, response_time=0.5).form
         self.assertEqual((form["name"], form["exactness"]), ("vesc", "exact"))

@@ -1,12 +1,12 @@
 //! A run of the page's settings: samples, verdict, gains, steps before and after.
 
-use host_sim::analysis::Summariser;
-use host_sim::experiment::{Outcome, Sample};
-use host_sim::result::Summary;
 use host_sim::scenario::{Estimator, ExcitationKind, ExcitationSettings, Fault, Purpose, Scenario};
 use host_sim::simulate;
-use host_sim::tune::Tuned;
 use identifier_core::settings::ControllerSettings;
+use identifier_log::experiment::{Outcome, Sample};
+use identifier_log::result::Summary;
+use identifier_log::tune::Tuned;
+use identifier_log::{RecordedSamples, identify_run};
 
 /// A run that has ended.
 #[derive(Debug, Clone)]
@@ -51,9 +51,9 @@ impl Experiment {
     pub fn summary(&self) -> Summary {
         let mut scenario = self.scenario.clone();
         scenario.identifier.set_estimator(Estimator::Fit);
-        let mut summariser = Summariser::new(&scenario);
+        let mut recorded = RecordedSamples::default();
         for sample in &self.samples {
-            summariser.add(sample);
+            recorded.add(sample);
         }
         // The events of the recursive estimator do not concern the fit.
         let outcome = Outcome {
@@ -61,7 +61,12 @@ impl Experiment {
             abort: self.outcome.abort,
             ..Outcome::default()
         };
-        summariser.finish(&scenario, outcome)
+        let unstable = scenario.unstable_loop();
+        let found = identify_run(&scenario, recorded, outcome, unstable, &|| true);
+        Summary {
+            truth: scenario.plant,
+            ..found.summary
+        }
     }
 
     /// Gains for a result of it.

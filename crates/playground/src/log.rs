@@ -3,12 +3,12 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use host_sim::Options;
-use host_sim::log::{Log, Table};
-use host_sim::recognise::{LogOptions, Recognised, Unrecognised, recognise};
-use host_sim::result::Summary;
-use host_sim::scenario::{Estimator, Fault, Purpose, Scenario};
-use host_sim::tune::Tuned;
+use identifier_log::experiment::Sample;
+use identifier_log::log::{Log, Table};
+use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
+use identifier_log::result::Summary;
+use identifier_log::scenario::Options;
+use identifier_log::tune::Tuned;
 
 /// Why a log was not identified, and the columns of which others may be chosen; none of a log that cannot be read.
 #[derive(Debug, Clone)]
@@ -39,26 +39,6 @@ pub struct Identified {
     pub summary: Summary,
     /// Gains for it under the largest command of the log, or why there are none.
     pub tuned: Result<Tuned, String>,
-}
-
-/// The scenario of a log, as [`Recognised::scenario`] writes it.
-///
-/// # Errors
-/// The key that is not allowed.
-pub fn scenario(recognised: &Recognised) -> Result<Scenario, Fault> {
-    /// That of a scenario that states none, s; a log has its own.
-    const DURATION: f64 = 60.0;
-    let mut scenario = Scenario::blank();
-    scenario.duration = DURATION;
-    scenario.counts_per_rev = recognised.counts_per_rev;
-    scenario.inner = recognised.inner;
-    scenario.physical = recognised.physical;
-    scenario.identifier.set_estimator(Estimator::Fit);
-    let mut settings = recognised.settings.clone();
-    // The encoder's, which the scenario has.
-    settings.units.counts_per_rev = None;
-    scenario.log = Some(settings);
-    scenario.checked(Purpose::Replay)
 }
 
 /// The columns as an option takes them: by name where it is one column's, or by number.
@@ -94,25 +74,21 @@ pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, Refus
         text,
         columns: columns.clone(),
     };
-    let (recognised, log, found) = read(&table, stated).map_err(refused)?;
-    let mut rows = Vec::new();
-    let logs = std::slice::from_ref(&log);
-    let found = host_sim::identify(found, logs, &Options::default(), &mut |_, sample| {
-        rows.push([sample.time, sample.position, f64::NAN]);
-    });
-    let host_sim::Identified {
-        scenario,
+    let (recognised, log, options) = read(&table, stated).map_err(refused)?;
+    let found = identifier_log::identify(std::slice::from_ref(&log), &[], &options, &|| true);
+    let found = found.map_err(|error| refused(error.to_string()))?;
+    let residual = |sample: Sample| sample.output_error.unwrap_or(f64::NAN);
+    let rows = found
+        .samples()
+        .map(|sample| [sample.time, sample.position, residual(sample)])
+        .collect();
+    let identifier_log::Identified {
+        options,
         summary,
         seen,
         ..
-    } = found.map_err(|error| refused(error.to_string()))?;
-    for (row, error) in rows
-        .iter_mut()
-        .zip(seen.iter().flat_map(|seen| &seen.errors))
-    {
-        row[2] = *error;
-    }
-    let tuned = Tuned::stiffest(&scenario, &summary).map(|(tuned, _)| tuned);
+    } = found;
+    let tuned = Tuned::stiffest(&options, &summary).map(|(tuned, _)| tuned);
     Ok(Identified {
         columns,
         recognised,
@@ -125,8 +101,8 @@ pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, Refus
     })
 }
 
-/// How a log is taken, its samples and the scenario of its identification.
-fn read(table: &Table, stated: &LogOptions) -> Result<(Recognised, Log, Scenario), String> {
+/// How a log is taken, its samples and the options of its identification.
+fn read(table: &Table, stated: &LogOptions) -> Result<(Recognised, Log, Options), String> {
     let recognised = recognise(table, stated).map_err(|error| match error {
         Unrecognised::Log(error) => error.to_string(),
         Unrecognised::Unknown(questions) => {
@@ -137,8 +113,8 @@ fn read(table: &Table, stated: &LogOptions) -> Result<(Recognised, Log, Scenario
             lines.join("\n")
         }
     })?;
-    let scenario = scenario(&recognised).map_err(|fault| fault.to_string())?;
-    let log = Log::new(table, &scenario.log_columns(), scenario.log_sample_time());
+    let options = recognised.options().map_err(|fault| fault.to_string())?;
+    let log = Log::new(table, &options.log_columns(), options.log_sample_time());
     let log = log.map_err(|error| error.to_string())?;
-    Ok((recognised, log, scenario))
+    Ok((recognised, log, options))
 }

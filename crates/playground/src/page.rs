@@ -3,12 +3,12 @@
 use std::cell::RefCell;
 use std::fmt::Write;
 
-use host_sim::recognise::{LogOptions, Recognised};
-use host_sim::result::Summary;
-use host_sim::tune::{Conditions, Tuned};
 use identifier_core::parameters::Parameter;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Tuning;
+use identifier_log::recognise::{LogOptions, Recognised};
+use identifier_log::result::Summary;
+use identifier_log::tune::{Conditions, Tuned};
 
 use crate::experiment::Experiment;
 use crate::log;
@@ -93,7 +93,7 @@ impl Page {
         let [low, high] = predicted_response.gain_margins;
         let _ = writeln!(
             self.text,
-            "gains\t{}\t{}\t{}\t{}\ncap\t{}\npromise\t{}\t{}\nmargins\t{}\t{low}\t{high}\ncommand\t{}\n\
+            "gains\t{}\t{}\t{}\t{}\ncap\t{}\npredicted\t{}\t{}\nmargins\t{}\t{low}\t{high}\ncommand\t{}\n\
              step\t{}\t{}",
             tuning.kp,
             tuning.ki,

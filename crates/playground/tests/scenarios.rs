@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use host_sim::log::Table;
-use host_sim::recognise::{LogOptions, recognise};
 use host_sim::scenario::{Purpose, Scenario};
+use identifier_log::log::Table;
+use identifier_log::recognise::LogOptions;
 use playground::log;
 use playground::settings::Settings;
 
@@ -55,26 +55,6 @@ fn settings_that_are_not_allowed_are_refused_by_key() {
     }
     assert_eq!(Settings::from_values(&PLAIN[1..]), None);
     assert_eq!(Settings::from_values(&with(&[(15, 3.0)])), None);
-}
-
-#[test]
-fn a_log_is_taken_with_the_scenario_that_identify_saves() {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/logs/simulated-servo.csv.gz");
-    let recognised = recognise(
-        &Table::read(&path).expect("a table"),
-        &LogOptions::default(),
-    )
-    .expect("a log");
-    let text = recognised.scenario("log");
-    let read = Scenario::parse("log.toml", &text, Purpose::Replay).expect("allowed");
-    let mut own = log::scenario(&recognised).expect("allowed");
-    own.compare = read.compare;
-    // A text has the defaults of what it does not state and no fit needs.
-    own.excitation = read.excitation.clone();
-    own.stated.identifier.initial = read.stated.identifier.initial;
-
-    assert_eq!(own, read, "{text}");
 }
 
 /// The shipped log with its position in counts, without a word about them.

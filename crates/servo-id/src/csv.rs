@@ -5,10 +5,10 @@ use std::fmt;
 use std::io::{self, Write};
 
 use host_sim::commission;
-use host_sim::experiment;
 use host_sim::result::SweepRun;
 use host_sim::scenario::LogSettings;
-use host_sim::{AxisKind, MotionUnit};
+use identifier_log::experiment;
+use identifier_log::{AxisKind, MotionUnit};
 
 /// The columns of a log.
 const LOG: [&str; 4] = [

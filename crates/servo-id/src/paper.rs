@@ -1,10 +1,10 @@
 //! The paper's experiment (Miranda, Garrido and Bortoni, section IV): both methods, with the
 //! amplifier balanced and unbalanced.
 
-use host_sim::experiment::Sample;
-use host_sim::identify_simulated;
-use host_sim::result::Summary;
+use host_sim::identify_run;
 use host_sim::scenario::{self, Fault, Purpose, Scenario};
+use identifier_log::experiment::Sample;
+use identifier_log::result::Summary;
 
 /// The paper's nominal a, 1/s.
 pub const NOMINAL_A: f64 = 0.2174;
@@ -109,7 +109,7 @@ pub fn scenario(method: Method, case: Case) -> Scenario {
 /// Runs all four, in the order of [`EXPERIMENT`].
 ///
 /// # Errors
-/// As [`identify_simulated`]; the tests see that there are none.
+/// As [`identify_run`]; the tests see that there are none.
 pub fn experiment() -> Result<[Run; 4], Fault> {
     let [first, second, third, fourth] = EXPERIMENT.map(|(method, case)| run(method, case));
     Ok([first?, second?, third?, fourth?])
@@ -118,7 +118,7 @@ pub fn experiment() -> Result<[Run; 4], Fault> {
 fn run(method: Method, case: Case) -> Result<Run, Fault> {
     let scenario = scenario(method, case);
     let mut trace = Vec::new();
-    let found = identify_simulated(scenario, &|| true, &mut |sample| trace.push(*sample))?;
+    let found = identify_run(scenario, &|| true, &mut |_, sample| trace.push(*sample))?;
     Ok(Run {
         method,
         case,

@@ -1,8 +1,8 @@
 //! One estimate over a run: its final value, its spread at the end, and the distance still to go.
 
-use super::statistics::Statistics;
-use crate::result::Estimate;
-use crate::verdict::State;
+use identifier_log::analysis::Statistics;
+use identifier_log::result::Estimate;
+use identifier_log::verdict::State;
 
 /// The distances from the truth within which an estimate is settled: b̂ within this fraction, â within this value in
 /// 1/s.

@@ -1,19 +1,9 @@
-//! Conclusions from the samples of an experiment.
+//! The course of an estimator through an experiment, sample by sample.
 
-mod assessment;
 mod closed_loop;
 mod estimate;
-mod evidence;
-mod scales;
-mod seen;
-mod sensor_noise;
-mod statistics;
 mod summary;
 mod tail_buffer;
-mod whole_record;
 
-pub use crate::verdict::Status;
 pub use closed_loop::{LoopFigures, Response};
-pub use seen::{Braking, FoundResponse, Seen};
-pub use statistics::Statistics;
 pub use summary::Summariser;

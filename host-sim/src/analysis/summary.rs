@@ -1,25 +1,15 @@
 //! The summary of an experiment, gathered sample by sample.
 
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
-
-use log_fit::GoesOn;
-
-use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
-
-use super::assessment::{Assessment, Effort, VerifiedEstimate};
-use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
-use super::evidence::{self, Known};
-use super::seen::Seen;
-use super::sensor_noise::NoiseMeter;
-use super::statistics::Statistics;
-use super::tail_buffer::TailBuffer;
-use super::whole_record::WholeRecord;
-use crate::experiment::{Outcome, Sample, TermEstimate};
-use crate::found_servo::FoundServo;
-use crate::result::{
-    Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
+use identifier_log::analysis::{
+    Assessment, Effort, Ending, EstimationMethod, Statistics, VerifiedEstimate, WholeRecord,
 };
-use crate::scenario::{CommandUnit, Scenario};
+use identifier_log::experiment::{Outcome, Sample};
+use identifier_log::result::{OutputError, SettlingTime, Summary};
+
+use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
+use super::tail_buffer::TailBuffer;
+use crate::scenario::Scenario;
 
 /// The part of a run, at its end, over which tail means are taken.
 const TAIL: f64 = 0.25;
@@ -52,8 +42,6 @@ pub struct Summariser {
     outside_b: Option<f64>,
     end: f64,
     prediction: Option<f64>,
-    /// The record of an estimator that fits the whole record, after its fit. None in it: nothing explains the record.
-    whole: Option<Option<WholeRecord>>,
 }
 
 impl Summariser {
@@ -99,7 +87,6 @@ impl Summariser {
             outside_b: None,
             end: 0.0,
             prediction: None,
-            whole: None,
         }
     }
 
@@ -143,7 +130,6 @@ impl Summariser {
     /// The next pass over a log begins: its end is what is judged.
     pub fn begin_pass(&mut self) {
         self.tail_buffer.clear();
-        self.whole = None;
         self.last_position = None;
     }
 
@@ -180,186 +166,72 @@ impl Summariser {
         self.has_standard_errors = true;
         for (tracked, parameter) in self.tracked.iter_mut().zip(PARAMETERS) {
             *tracked = Tracked::default();
-            tracked.add(parameter.value_in(&whole.servo), false, Some(2));
+            tracked.add(parameter.value_in(whole.servo()), false, Some(2));
         }
-    }
-
-    /// The servo of the whole record as far as the fit may go on, from an estimator that fits it at its end. None for
-    /// another estimator, or if nothing explains the record.
-    pub fn fit_record(&mut self, scenario: &Scenario, goes_on: GoesOn<'_>) -> Option<FoundServo> {
-        if !scenario.identifier.law.takes_whole_record() {
-            return None;
-        }
-        let samples = self.tail_buffer.samples();
-        let fit = || WholeRecord::identify(scenario, samples, goes_on);
-        let whole = self.whole.get_or_insert_with(fit);
-        whole.as_ref().map(|whole| whole.all)
-    }
-
-    /// The samples beside the model, from an estimator that fits all of them. None for another estimator, or if nothing
-    /// explains them.
-    pub fn seen(&mut self, scenario: &Scenario) -> Option<Seen> {
-        let _ = self.fit_record(scenario, &|| true);
-        let whole = self.whole.as_ref()?.as_ref()?;
-        let (samples, references) = self.tail_buffer.with_references();
-        Seen::new(scenario, samples, references, whole)
     }
 
     /// The summary of a run that has ended.
     #[must_use]
-    pub fn finish(mut self, scenario: &Scenario, mut outcome: Outcome) -> Summary {
+    pub fn finish(mut self, scenario: &Scenario, outcome: Outcome) -> Summary {
         let is_whole = scenario.identifier.law.takes_whole_record();
-        if outcome.abort.is_none() {
-            let _ = self.fit_record(scenario, &|| true);
-        }
-        let whole = self.whole.take().flatten();
+        let is_aborted = outcome.abort.is_some();
+        let whole = (is_whole && !is_aborted)
+            .then(|| WholeRecord::identify(scenario, self.tail_buffer.samples(), &|| true))
+            .flatten();
         if let Some(whole) = &whole {
             self.take(whole);
-            outcome.terms.clone_from(&whole.terms);
         }
-        let estimated = scenario.estimated();
-        let judged = self.judged();
-        let unknowns: Vec<Unknown> = (estimated.iter().copied().map(Unknown::from))
-            .chain(outcome.terms.iter().map(|term| term.unknown))
-            .collect();
-        let mut meter = NoiseMeter::new(scenario.stated.resolution);
-        for sample in self.tail_buffer.samples() {
-            meter.add(sample.position, sample.begins);
-        }
-        let mut noise = meter.noise();
-        // Differences of a quick motion may hold some of it, which a model explains.
-        if let Some(whole) = &whole
-            && noise
-                .moving_counts
-                .is_some_and(|counts| counts > whole.noise)
-        {
-            noise.moving_counts = Some(whole.noise);
-            noise.moving = Some(whole.noise * scenario.stated.resolution);
-        }
-        let assessment = if is_whole {
-            let whole = whole.as_ref();
-            whole.map(|whole| Assessment::of_fit(whole, &unknowns))
-        } else if cfg!(feature = "experiments") && outcome.abort.is_none() {
-            // A page with the fit of a whole record has no other estimator.
+        let servo = self.judged();
+        let method = if is_whole {
+            EstimationMethod::Fit(whole.as_ref())
+        } else if is_aborted {
+            EstimationMethod::Recursive(None)
+        } else {
+            let estimated = scenario.estimated();
+            let unknowns: Vec<Unknown> = (estimated.iter().copied().map(Unknown::from))
+                .chain(outcome.terms.iter().map(|term| term.unknown))
+                .collect();
             let judged = VerifiedEstimate {
-                scenario,
-                servo: judged,
+                options: scenario,
+                servo,
                 terms: &outcome.terms,
                 unknowns: &unknowns,
             };
-            Assessment::of_estimator(&judged, self.tail_buffer.samples(), self.effort)
-        } else {
-            None
-        };
-        let parameters: Vec<(Parameter, &Tracked, f64)> = (PARAMETERS.iter().zip(&self.tracked))
-            .filter(|(parameter, _)| estimated.contains(parameter))
-            .map(|(parameter, tracked)| (*parameter, tracked, parameter.value_in(&judged)))
-            .collect();
-        let mut evidence = evidence::gather(&Known {
-            motion: Motion {
-                samples: outcome.samples,
-                counts_travelled: self.travelled / scenario.stated.resolution,
-            },
-            outcome: &outcome,
-            required: scenario.stated.identifier.terms.demanded,
-            parameters: &parameters,
-            assessment: assessment.as_ref(),
-        });
-        let fit = assessment.as_ref().and_then(|found| found.fit);
-        [evidence.fit, evidence.judged_by] = if is_whole { [fit, None] } else { [None, fit] };
-        evidence.prediction = self.prediction;
-        evidence.not_a_servo = is_whole && whole.is_none();
-        let verdict = Verdict::on(&evidence);
-        let reason = evidence::reason(&verdict, scenario, &outcome);
-        let position_unit = scenario.motion_unit();
-        let found = |unknown: Unknown| {
-            let mut unknowns = evidence.unknowns();
-            unknowns.find(|(known, _)| *known == unknown)
-        };
-        let estimate = |parameter: Parameter| {
-            let unknown = Unknown::from(parameter);
-            let of = found(unknown);
-            let tolerance = of.map_or(0.0, |(_, of)| of.still(unknown));
-            // In one direction only their difference is known.
-            let is_one_force = verdict.reason == VerdictReason::OneDirection
-                && matches!(parameter, Parameter::Coulomb | Parameter::Load);
-            let of = of.filter(|_| !is_one_force);
-            Estimate {
-                std_error: of.map_or(is_one_force.then_some(f64::INFINITY), |(_, of)| {
-                    of.uncertainty()
-                }),
-                state: match of {
-                    Some((_, of)) if !verdict.hides_all() => of.state(unknown),
-                    _ => State::Unknown,
-                },
-                unit: position_unit.of(unknown),
-                value: parameter.value_in(&judged),
-                is_estimated: estimated.contains(&parameter),
-                ..self.tracked[place(parameter)].estimate(|_| tolerance)
-            }
-        };
-        let seconds = |samples: u64| samples as f64 * self.sample_time;
-        let term = |term: &TermEstimate| TermSize {
-            unknown: term.unknown,
-            value: term.value,
-            std_error: found(term.unknown)
-                .and_then(|(_, of)| of.uncertainty())
-                .unwrap_or(term.std_error),
-            since: seconds(term.since),
-            unit: position_unit.of(term.unknown),
+            EstimationMethod::Recursive(Assessment::of_estimator(
+                &judged,
+                self.tail_buffer.samples(),
+                self.effort,
+            ))
         };
         let still_outside = |outside: Option<f64>| outside.is_some_and(|time| time >= self.end);
-        let known = self.truth.is_some() && verdict.status != Status::Aborted;
         let settling = |outside: Option<f64>| {
-            (known && !still_outside(outside))
+            (self.truth.is_some() && !still_outside(outside))
                 .then(|| outside.map_or(0.0, |time| time + self.sample_time))
         };
-        let estimates = Estimates {
-            a: estimate(Parameter::A),
-            b: estimate(Parameter::B),
-            coulomb: estimate(Parameter::Coulomb),
-            load: estimate(Parameter::Load),
-            terms: outcome.terms.iter().map(term).collect(),
+        let settling_time = SettlingTime {
+            a: settling(self.outside_a),
+            b: settling(self.outside_b),
         };
-        let covariance = (assessment.as_ref())
-            .map(|found| estimates.covariance(|one, other| found.covariance(one, other)));
-        let ratios = (position_unit.axis().ok()).map(|axis| estimates.ratios(axis));
-        let finding = assessment.as_ref().and_then(|found| found.finding.clone());
-        let scale = scenario.physical.scale();
-        let is_voltage = scenario.physical.command_unit == CommandUnit::Volt;
-        Summary {
-            law: scenario.identifier.law.name(),
-            arithmetic: scenario.identifier.arithmetic.name(),
-            samples: outcome.samples,
-            sample_time: self.sample_time,
-            verdict,
-            reason,
-            rejection_reason: outcome.rejection_reason,
-            cause: finding.filter(|finding| finding.or.is_none()),
-            covariance,
-            position_unit,
-            // Where there is no servo, there are no units of it.
-            physical: scale.and_then(|scale| ratios?.scaled(scale).ok()),
-            voltage_gains: (is_voltage.then(|| ratios?.voltage_gains().ok())).flatten(),
-            estimates,
-            truth: self.truth,
-            output_error: self.has_model.then(|| OutputError {
-                rms: self.error_squares.mean().unwrap_or(0.0).sqrt(),
-                max: self.error_peak,
-            }),
-            settling_time: SettlingTime {
-                a: settling(self.outside_a),
-                b: settling(self.outside_b),
-            },
-            terms_entered: (outcome.entered.iter())
-                .map(|(term, since)| (*term, seconds(*since)))
-                .collect(),
-            residual: assessment.as_ref().and_then(|found| found.residual),
-            noise,
+        let output_error = self.has_model.then(|| OutputError {
+            rms: self.error_squares.mean().unwrap_or(0.0).sqrt(),
+            max: self.error_peak,
+        });
+        let tracked = self.tracked;
+        Ending {
+            options: scenario,
+            method,
+            samples: self.tail_buffer.samples(),
+            travelled: self.travelled,
             outcome,
-            fit: whole.map(|whole| whole.notes),
-            replay: ReplayNotes::default(),
+            servo,
+            course: &|parameter, tolerance| tracked[place(parameter)].estimate(|_| tolerance),
+            prediction: self.prediction,
+            truth: self.truth,
+            output_error,
+            settling_time,
+            unstable_loop: scenario.unstable_loop(),
         }
+        .summary()
     }
 }
 

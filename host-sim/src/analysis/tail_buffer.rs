@@ -4,15 +4,13 @@ use std::collections::VecDeque;
 
 use log_fit::Logged;
 
-use crate::experiment::Sample;
+use identifier_log::experiment::Sample;
 
 /// The last samples of a run: position and the command that acted from there on. A shorter run is kept whole. A longer
 /// one is judged by its end, where the estimates are best.
 #[derive(Debug, Clone)]
 pub(super) struct TailBuffer {
     samples: VecDeque<Logged>,
-    /// The reference in each, rad; NaN where it is not known.
-    references: VecDeque<f64>,
     most: usize,
 }
 
@@ -21,7 +19,6 @@ impl TailBuffer {
     pub(super) fn new(most: usize) -> Self {
         Self {
             samples: VecDeque::new(),
-            references: VecDeque::new(),
             most,
         }
     }
@@ -31,9 +28,7 @@ impl TailBuffer {
     pub(super) fn add(&mut self, sample: &Sample) {
         if self.samples.len() == self.most {
             self.samples.pop_front();
-            self.references.pop_front();
         }
-        self.references.push_back(sample.reference);
         self.samples.push_back(Logged {
             position: sample.position,
             command: sample.command,
@@ -44,19 +39,10 @@ impl TailBuffer {
     /// Forgets everything: the record continues elsewhere.
     pub(super) fn clear(&mut self) {
         self.samples.clear();
-        self.references.clear();
     }
 
     /// The kept samples, in order.
     pub(super) fn samples(&mut self) -> &[Logged] {
         self.samples.make_contiguous()
-    }
-
-    /// The kept samples and the references beside them.
-    pub(super) fn with_references(&mut self) -> (&[Logged], &[f64]) {
-        (
-            self.samples.make_contiguous(),
-            self.references.make_contiguous(),
-        )
     }
 }

@@ -7,7 +7,7 @@ use identifier_core::reason::Reason;
 use virtual_servo::faults::Faults;
 use virtual_servo::{Encoder, SensorErrors, Servo, VirtualBrake};
 
-use crate::scenario::{Fault, Scenario};
+use crate::scenario::{Fault, Scenario, in_effect};
 
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
@@ -36,7 +36,7 @@ impl Axis {
         let (time, seed) = (units.sample_time(), scenario.noise_seed());
         let parameters = scenario.servo()?;
         let servo = Servo::at_rest(&parameters, &scenario.effects, time, seed)
-            .map_err(|error| Fault::in_effect(&error))?;
+            .map_err(|error| in_effect(&error))?;
         let errors = SensorErrors::new(&scenario.sensor, time, seed)
             .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?;
         let faults = Faults::new(&scenario.faults, time, units.position_unit())

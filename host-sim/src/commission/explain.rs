@@ -1,6 +1,5 @@
 //! The effects that a commissioning of five numbers did not explain, by the fit of all that it recorded.
 
-use drive_link::MotionRecord;
 use identifier_core::reason::Reason;
 use log_fit::fit::Values;
 use log_fit::{Cause, Logged, ModelDemand, Recording, identify};
@@ -28,22 +27,22 @@ impl Recorded {
         }
     }
 
-    /// Takes in the next part of a drive's record; true if more is to follow, after this many blocks.
-    pub fn take_part(&mut self, part: &MotionRecord) -> Option<u16> {
+    /// Takes in the next `blocks` of a drive's record: displacement (counts of `resolution`, rad), mean command and first
+    /// moment of each. Returns how many there are now.
+    pub fn take_blocks(&mut self, resolution: f64, blocks: &[[f32; 3]]) -> usize {
         let last = self.samples.last_chunk::<2>();
         let mut position = last.map_or(0.0, |[first, middle]| {
             2.0 * middle.position - first.position
         });
-        for &[travel, command, moment] in &part.blocks {
-            let next = position + f64::from(travel) * part.resolution;
+        for &[travel, command, moment] in blocks {
+            let next = position + f64::from(travel) * resolution;
             let moment = -f64::from(moment);
             let halves = Logged::halves([position, next], command.into(), moment);
             self.samples.extend(halves);
             position = next;
         }
-        self.block_resolution = Some(part.resolution);
-        let taken = (self.samples.len() / 2) as u16;
-        (taken < part.total && !part.blocks.is_empty()).then_some(taken)
+        self.block_resolution = Some(resolution);
+        self.samples.len() / 2
     }
 
     /// The effects beside a, b, c, d and a delay, if a commissioning ended for this reason because no model explains

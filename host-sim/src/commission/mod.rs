@@ -24,7 +24,6 @@ use commissioning::{
     CommissionIsr, CommissionSettings, CommissionSolver, CommissionState, HoldingGains,
     LargestMotion, SynchronousCommission,
 };
-use drive_link::NoGains;
 use identifier_core::number::Number;
 
 use crate::scenario::{Arithmetic, Fault, Scenario};
@@ -196,7 +195,7 @@ impl Commissioning {
                     end,
                     known,
                     tuning: state.and_then(CommissionState::tuning).copied(),
-                    no_gains: tuning_error.map(NoGains::from),
+                    no_gains: tuning_error.copied(),
                     trial: done.trial,
                     noise: noise * self.settings.resolution,
                     response: FrequencyResponse::new(solver.response(), solver.resonance()),

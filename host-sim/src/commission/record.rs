@@ -1,8 +1,7 @@
 use commissioning::{Phase, TrialResult};
-use drive_link::NoGains;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
-use identifier_core::tuning::Tuning;
+use identifier_core::tuning::{Tuning, TuningError};
 
 use super::{Course, FrequencyResponse};
 
@@ -40,7 +39,7 @@ pub struct Outcome {
     /// The gains that were found, and their predicted response.
     pub tuning: Option<Tuning>,
     /// The reason why no gains were found, with the possible value.
-    pub no_gains: Option<NoGains>,
+    pub no_gains: Option<TuningError>,
     /// Measurements of the trial up to where it ended.
     pub trial: Option<TrialResult>,
     /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.

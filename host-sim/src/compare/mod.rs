@@ -10,10 +10,12 @@ use identifier_core::parameters::Parameter;
 use identifier_core::settings::{IdentifierSettings, ParameterRangeSettings};
 
 use crate::analysis::Summariser;
-use crate::result::{CaseResult, ComparisonResult, Method, MethodErrors, Summary};
+use identifier_log::result::Summary;
+
+use crate::result::{CaseResult, ComparisonResult, Method, MethodErrors};
 use crate::scenario::{Arithmetic, Estimator, Fault, LoopKind, Scenario, range_around};
 use crate::simulate::Simulation;
-use crate::verdict::Status;
+use identifier_log::verdict::Status;
 
 /// The scenario with another estimator and the most parameters that it estimates, in the loop that the estimator
 /// closes.

@@ -2,10 +2,10 @@ use identifier_core::error::StepError;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::units::Units;
 
-use crate::experiment::Outcome;
 use crate::loops::{Measurement, NO_ESTIMATE, SimLoop, Step};
 use crate::scenario::{Arithmetic, Fault, Scenario};
 use crate::simulate::{LocalLoop, closed_by_pid};
+use identifier_log::experiment::Outcome;
 
 /// The number formats that are compared: double precision, which the others are held against, first.
 pub const FORMATS: [Arithmetic; 3] = [Arithmetic::F64, Arithmetic::F32, Arithmetic::Fixed];

@@ -14,8 +14,8 @@ use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
 
 use super::{DynIdentifier, Innovation, Measurement, SimLoop, Step};
-use crate::experiment::Outcome;
 use crate::scenario::gamma_over;
+use identifier_log::experiment::Outcome;
 
 type LawState<V, S, const P: usize> = <GradientIdentifier<Word, V, S, P> as Identify<Word>>::State;
 

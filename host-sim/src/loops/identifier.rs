@@ -10,8 +10,10 @@ use identifier_core::parameters::PerParameter;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::parameters::{Term, Unknown};
 
+use identifier_log::replay::{Beginning, Input};
+
 use super::Step;
-use crate::experiment::{Outcome, TermEstimate};
+use identifier_log::experiment::{Outcome, TermEstimate};
 
 /// An identifier with its state, whatever its types. Increments, position units, and commands are in double
 /// precision, which holds the numbers of every format exactly.
@@ -42,6 +44,16 @@ pub(crate) trait DynIdentifier {
 
     /// Sets the position of the servo before its next sample, position units, for models with an angle.
     fn place(&mut self, _position: f64) {}
+
+    /// Joins the motion of a log where the input of a sample says so.
+    fn join(&mut self, input: &Input) {
+        if let Some(Beginning { velocity, angle }) = input.beginning {
+            if let Some(velocity) = velocity {
+                self.resume_moving(velocity);
+            }
+            self.place(angle);
+        }
+    }
 
     /// Its outcome besides its samples.
     fn outcome(&self) -> Outcome {

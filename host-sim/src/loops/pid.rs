@@ -7,7 +7,7 @@ use identifier_core::number::Number;
 
 use super::feedback::Feedback;
 use super::{DynIdentifier, Measurement, SimLoop, Step};
-use crate::experiment::Outcome;
+use identifier_log::experiment::Outcome;
 
 /// A PID controller, and the identifier of its commands.
 pub(crate) struct PidLoop<N: Number, V: VelocityEstimate<N>> {

@@ -3,18 +3,19 @@
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
 
-use super::passes::sampled_every;
-use super::progress::{InSegment, Progress};
+use identifier_log::log::Row;
+use identifier_log::replay::{InSegment, Player, settling_in_motion};
+
 use super::recorded::RecordedReference;
-use super::settling::settling_in_motion;
-use crate::log::Row;
+use crate::loops::DynIdentifier;
 use crate::scenario::{Fault, LogQuantity, Scenario};
 use crate::simulate::identifier;
 
 /// An identifier that takes samples one by one, in the units that a scenario's `[log]` states.
 pub struct OnlineIdentifier {
     scenario: Scenario,
-    progress: Progress<LowPass<f64>>,
+    identifier: Box<dyn DynIdentifier + Send>,
+    player: Player<LowPass<f64>>,
     segment: Option<InSegment<LowPass<f64>>>,
     sample_time: f64,
     /// SI units for one of the position's and one of the command's.
@@ -55,24 +56,15 @@ impl OnlineIdentifier {
                 "is missing: without a log it gives the smallest step of the position",
             ));
         }
-        sampled_every(&mut scenario, sample_time);
+        scenario.sample_every(sample_time);
         let scale = |quantity| columns.units.scale(quantity, sample_time);
         let scales = [scale(LogQuantity::Position), scale(LogQuantity::Command)];
         let settings = scenario.settings_for(None::<&RecordedReference<'_>>);
         let settings = settings.map_err(|error| scenario.fault(&error))?;
         let identifier = identifier(&scenario, &settings)?;
-        let filter = settings.velocity();
         Ok(Self {
-            progress: Progress {
-                outcome: identifier.outcome(),
-                identifier,
-                declared: None,
-                filter: filter.map_err(|error| scenario.fault(&error.into()))?,
-                unit: scenario.checked_units()?.position_unit(),
-                revolution: scenario.stated.identifier.terms.revolution,
-                time: 0.0,
-                begun: false,
-            },
+            identifier,
+            player: Player::new(&scenario, &settings, false, true)?,
             segment: None,
             sample_time,
             scales,
@@ -99,14 +91,12 @@ impl OnlineIdentifier {
         }
         let segment = self.segment.get_or_insert_with(|| {
             let settling = settling_in_motion(&self.scenario);
-            InSegment::new(&self.scenario, &row, self.progress.unit, settling)
+            InSegment::new(&self.scenario, &row, self.player.unit(), settling)
         });
         let refused = |error| format!("position = {position}, command = {command}: {error}");
-        if let Some(input) = self.progress.input(segment, &row, 0, 0).map_err(refused)? {
-            let learnt = self
-                .progress
-                .identifier
-                .update(input.increment, input.command);
+        if let Some(input) = self.player.input(segment, &row, 0, 0).map_err(refused)? {
+            self.identifier.join(&input);
+            let learnt = self.identifier.update(input.increment, input.command);
             learnt.map_err(refused)?;
         }
         self.samples += 1;
@@ -133,18 +123,18 @@ impl OnlineIdentifier {
     /// The estimates, SI.
     #[must_use]
     pub fn estimates(&self) -> ServoParameters {
-        self.progress.identifier.estimates()
+        self.identifier.estimates()
     }
 
     /// Their standard errors, SI, where the estimator knows them.
     #[must_use]
     pub fn standard_errors(&self) -> Option<ServoParameters> {
-        self.progress.identifier.standard_errors()
+        self.identifier.standard_errors()
     }
 
     /// The estimates at a bound.
     #[must_use]
     pub fn at_bounds(&self) -> PerParameter<bool> {
-        self.progress.identifier.at_bounds()
+        self.identifier.at_bounds()
     }
 }

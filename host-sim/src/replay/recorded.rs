@@ -2,7 +2,7 @@
 
 use identifier_core::excitation::Excitation;
 
-use crate::log::Log;
+use identifier_log::log::Log;
 
 /// Plays the recorded reference, machine units from the first position; holds its last value.
 pub(super) struct RecordedReference<'a> {

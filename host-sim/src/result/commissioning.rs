@@ -3,17 +3,16 @@
 use std::collections::BTreeMap;
 
 use commissioning::{HoldingGains, LargestMotion, Limits, Phase, TrialResult};
-use drive_link::NoGains;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{ServoParameters, Unknown};
 use identifier_core::reason::Reason;
-use identifier_core::tuning::{Cap, PredictedResponse, Resonance};
+use identifier_core::tuning::{Cap, PredictedResponse, Resonance, Tuning, TuningError};
 use serde::{Serialize, Serializer};
 
-use super::Gains;
 use crate::commission::{Excursion, FrequencyResponse, Outcome, PhaseSpan};
 use crate::scenario::Scenario;
-use crate::verdict::Cause;
+use identifier_log::result::Gains;
+use identifier_log::verdict::Cause;
 
 /// The end of a commissioning, simulated or of a drive.
 #[derive(Debug, Clone, Serialize)]
@@ -23,11 +22,10 @@ pub struct CommissioningEnd {
     /// Number of the reason; 0 where the new gains hold, none for one that did not end.
     pub code: Option<u8>,
     /// The reason why there are no new gains.
-    #[serde(serialize_with = "super::reason::serialize")]
+    #[serde(serialize_with = "identifier_log::result::serialize_reason")]
     pub reason: Option<Reason>,
     /// The reason why no gains were found, with the possible value.
-    #[serde(serialize_with = "no_gains")]
-    pub no_gains: Option<NoGains>,
+    pub no_gains: Option<Untuned>,
     /// Sample time, s.
     pub sample_time: f64,
     /// Limits on the axis.
@@ -48,8 +46,7 @@ pub struct CommissioningEnd {
     pub bandwidth: Option<f64>,
     /// The reason why it is not faster.
     pub cap: Option<&'static str>,
-    /// Promise of the new gains.
-    #[serde(rename = "promise")]
+    /// Predicted response of the new gains.
     pub predicted_response: Option<PredictedResponse>,
     /// Measurements of the trial.
     pub trial: Option<TrialResult>,
@@ -57,6 +54,38 @@ pub struct CommissioningEnd {
     pub encoder_noise: f64,
     /// Names of the effects that its model lacks, by the fit of what it recorded.
     pub effects: Vec<&'static str>,
+}
+
+/// Why there are no gains for a servo, with the figure that is possible.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Untuned {
+    /// The reason in words.
+    pub message: String,
+    /// The requested bandwidth, rad/s, where it is too high.
+    pub bandwidth: Option<f64>,
+    /// The largest possible one, rad/s.
+    pub most: Option<f64>,
+    /// The cause of that limit.
+    pub cap: Option<&'static str>,
+}
+
+/// What a commissioning found, simulated or of a drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CommissioningOutcome {
+    /// The phase that it ended in.
+    pub phase: Phase,
+    /// Why there are no new gains; none where they hold.
+    pub reason: Option<Reason>,
+    /// The identified servo.
+    pub servo: Option<IdentifiedServo>,
+    /// The new gains, and their predicted response.
+    pub tuning: Option<Tuning>,
+    /// Why no gains were found.
+    pub untuned: Option<Untuned>,
+    /// Measurements of the trial.
+    pub trial: Option<TrialResult>,
+    /// Standard deviation of the encoder's noise at rest before the first motion, rad.
+    pub noise: f64,
 }
 
 /// The result of a simulated commissioning.
@@ -83,16 +112,6 @@ pub struct CommissioningResult {
     /// The true servo, with its delay.
     #[serde(serialize_with = "truth")]
     pub truth: Option<[f64; 5]>,
-}
-
-/// The result of a drive's commissioning.
-#[derive(Debug, Clone, Serialize)]
-pub struct DriveCommissioningResult {
-    /// Its end.
-    #[serde(flatten)]
-    pub end: CommissioningEnd,
-    /// True if the gains survive a loss of power.
-    pub kept: bool,
 }
 
 /// The identified unknowns, with their places in the covariance.
@@ -126,23 +145,23 @@ pub fn commissioned_truth(scenario: &Scenario) -> Option<[f64; 5]> {
 }
 
 impl CommissioningEnd {
-    /// The end of a drive's commissioning of a sample time, s, within limits.
+    /// The end of a commissioning of a sample time, s, within limits.
     #[must_use]
     pub fn new(
         sample_time: f64,
         limits: &Limits,
         largest: &LargestMotion,
         before: Option<&HoldingGains>,
-        outcome: &drive_link::Outcome,
+        outcome: &CommissioningOutcome,
         effects: &[Cause],
     ) -> Self {
-        let drive_link::Commissioning { phase, reason } = outcome.commissioning;
+        let &CommissioningOutcome { phase, reason, .. } = outcome;
         let tuning = outcome.tuning.as_ref();
         Self {
             status: phase.name(),
             code: Some(reason.map_or(0, Reason::number)),
             reason,
-            no_gains: outcome.no_gains.clone(),
+            no_gains: outcome.untuned.clone(),
             sample_time,
             limits: *limits,
             largest_motion: *largest,
@@ -172,17 +191,14 @@ impl CommissioningResult {
         effects: &[Cause],
     ) -> Self {
         let end = outcome.end.as_ref();
-        let as_of_a_drive = drive_link::Outcome {
-            commissioning: drive_link::Commissioning {
-                phase: end.map_or(Phase::Idle, |end| end.phase),
-                reason: outcome.reason(),
-            },
+        let as_of_a_drive = CommissioningOutcome {
+            phase: end.map_or(Phase::Idle, |end| end.phase),
+            reason: outcome.reason(),
             servo: outcome.servo().copied(),
             tuning: outcome.tuning,
-            no_gains: outcome.no_gains.clone(),
+            untuned: outcome.no_gains.as_ref().map(Untuned::from),
             trial: outcome.trial,
             noise: outcome.noise,
-            kept: false,
         };
         let sample_time = scenario.sample_time();
         let common = CommissioningEnd::new(
@@ -215,31 +231,23 @@ impl CommissioningResult {
     }
 }
 
-fn no_gains<S: Serializer>(no_gains: &Option<NoGains>, serializer: S) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Keys {
-        message: String,
-        bandwidth: Option<f64>,
-        most: Option<f64>,
-        cap: Option<&'static str>,
-    }
-    let keys = no_gains.as_ref().map(|no_gains| {
-        let (bandwidth, most, cap) = match no_gains {
-            NoGains::TooFast {
+impl From<&TuningError> for Untuned {
+    fn from(error: &TuningError) -> Self {
+        let (bandwidth, most, cap) = match *error {
+            TuningError::TooFast {
                 bandwidth,
                 most,
                 cap,
-            } => (Some(*bandwidth), Some(*most), Some(cap.name())),
+            } => (Some(bandwidth), Some(most), Some(cap.name())),
             _ => (None, None, None),
         };
-        Keys {
-            message: no_gains.to_string(),
+        Self {
+            message: error.to_string(),
             bandwidth,
             most,
             cap,
         }
-    });
-    keys.serialize(serializer)
+    }
 }
 
 fn motion<S: Serializer>(motion: &LargestMotion, serializer: S) -> Result<S::Ok, S::Error> {

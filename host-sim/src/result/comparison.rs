@@ -3,7 +3,7 @@
 use identifier_core::settings::ParameterRangeSettings;
 use serde::{Serialize, Serializer};
 
-use crate::verdict::Status;
+use identifier_log::verdict::Status;
 
 /// The errors of every method in every case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -14,7 +14,6 @@ pub struct ComparisonResult {
     /// The cases, in order.
     pub cases: Vec<CaseResult>,
     /// The parameter range for methods that need one, if the scenario states none.
-    #[serde(rename = "assumed_box")]
     pub assumed_range: Option<ParameterRangeSettings>,
 }
 

@@ -3,7 +3,7 @@
 use identifier_core::parameters::{Parameter, ServoParameters};
 use serde::Serialize;
 
-use crate::verdict::Status;
+use identifier_log::verdict::Status;
 
 /// The result of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -25,7 +25,7 @@ pub struct CommissionOrder {
     pub notch: Option<bool>,
     /// Whether the gains may have a feed-forward.
     pub feed_forward: bool,
-    pub most_gain: Option<f64>,
+    pub max_gain: Option<f64>,
     pub command_delay: Option<f64>,
     pub sample_time: Option<f64>,
     /// The amplifier's own limit, which the command keeps in any case.
@@ -112,7 +112,7 @@ impl Scenario {
     /// The key that is missing or contradicts another.
     pub fn commission_settings(&self) -> Result<CommissionSettings, Fault> {
         let order = self.commission.as_ref().ok_or_else(|| {
-            let about = Key::at("commission").map_or("", |key| key.about);
+            let about = Key::<Self>::at("commission").map_or("", |key| key.about);
             Fault::new("commission", format!("this table is missing: {about}"))
         })?;
         order.check_ways()?;
@@ -130,7 +130,7 @@ impl Scenario {
                 .command_delay
                 .unwrap_or(self.stated.identifier.terms.delay),
             max_gain: order
-                .most_gain
+                .max_gain
                 .or(parameter_range.map(|parameter_range| parameter_range.b[1])),
             noise: self.stated_noise(),
             goal: order.goal()?,
@@ -214,7 +214,7 @@ impl Scenario {
                 let key = match *setting {
                     "resolution" => "encoder.counts_per_rev",
                     "max_sensitivity" => "commission.max_sensitivity",
-                    "max_gain" => "commission.most_gain",
+                    "max_gain" => "commission.max_gain",
                     "cutoff" => "controller.velocity_filter.cutoff",
                     "kp" => "controller.kp",
                     "kd" => "controller.kd",

@@ -18,34 +18,6 @@ macro_rules! with_number {
     };
 }
 
-/// With the velocity estimate on a number.
-#[cfg(feature = "experiments")]
-macro_rules! with_velocity {
-    ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
-        use ::identifier_core::measurement as velocity;
-        use $crate::scenario::Velocity;
-        match $scenario.velocity {
-            Velocity::LowPass => $function::<$($given,)? velocity::LowPass<$number>>($($argument),*),
-            Velocity::Difference => {
-                $function::<$($given,)? velocity::BackwardDifference>($($argument),*)
-            }
-            Velocity::AveragedDifference => {
-                $function::<$($given,)? velocity::AveragedDifference<$number>>($($argument),*)
-            }
-        }
-    }};
-}
-
-/// With the velocity estimate on a number: without the program there is the low-pass alone.
-#[cfg(not(feature = "experiments"))]
-macro_rules! with_velocity {
-    ($scenario:expr, $number:ty => $function:ident$(::<$given:ty>)? ($($argument:expr),* $(,)?)) => {{
-        use ::identifier_core::measurement::LowPass;
-        assert!($scenario.velocity == $crate::scenario::Velocity::LowPass);
-        $function::<$($given,)? LowPass<$number>>($($argument),*)
-    }};
-}
-
 /// With the parameter set and the number of its parameters.
 #[cfg(feature = "experiments")]
 #[macro_export]
@@ -104,6 +76,6 @@ macro_rules! with_words {
     }};
 }
 
-pub(crate) use with_velocity;
+pub(crate) use identifier_log::with_velocity;
 #[cfg(feature = "experiments")]
 pub(crate) use {with_number, with_set, with_types, with_words};

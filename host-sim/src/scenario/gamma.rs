@@ -7,8 +7,9 @@ use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::{ParameterSet, ServoParameters};
 use identifier_core::settings::{ParameterRangeSettings, SettingsError};
 
+use identifier_log::log::Log;
+
 use super::dispatch::{with_types, with_words};
-use super::reference::MAX_SIMULATED;
 use super::{Arithmetic, Scenario};
 
 /// The parameter range around one servo if none is stated: b within a factor of three, a up to three times.
@@ -30,7 +31,7 @@ pub(super) fn choose(
     /// Time for which the reference is played, s.
     const SIMULATED_TIME: f64 = 10.0;
 
-    let samples = (SIMULATED_TIME / scenario.sample_time()).min(MAX_SIMULATED as f64) as u32;
+    let samples = (SIMULATED_TIME / scenario.sample_time()).min(Log::MAX_REFERENCES as f64) as u32;
     let gamma = with_types!(scenario, f64 => automatic_gamma(settings, reference, samples))?;
     settings.identifier.gamma = Some(gamma);
     if scenario.identifier.arithmetic == Arithmetic::Fixed {

@@ -3,12 +3,10 @@
 use identifier_core::Settings;
 use identifier_core::excitation::Excitation;
 use identifier_core::number::Number;
-use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::settings::{GainError, SettingsError};
-use identifier_core::stability::CertificateError;
-use identifier_core::units::Units;
+use identifier_core::parameters::ServoParameters;
+use identifier_core::settings::SettingsError;
 
-use super::{Arithmetic, ExcitationKind, Fault, Reference, Scenario};
+use super::{ExcitationKind, Fault, Reference, Scenario};
 
 impl Scenario {
     /// The scenario with the loop that its estimator closes, if it has one of its own, else with the declared one.
@@ -41,12 +39,7 @@ impl Scenario {
         &self,
         reference: Option<&impl Excitation<f64>>,
     ) -> Result<Settings, SettingsError> {
-        let mut settings = self.stated;
-        settings.identifier.known =
-            PerParameter::from_fn(|parameter| self.identifier.is_known(parameter));
-        if self.identifier.arithmetic == Arithmetic::Fixed {
-            bound_by_the_range(&mut settings);
-        }
+        let mut settings = self.identifier_settings();
         #[cfg(feature = "experiments")]
         if let Some(reference) = reference
             && self.identifier.law.is_gradient()
@@ -74,7 +67,7 @@ impl Scenario {
     pub(crate) fn servo(&self) -> Result<ServoParameters, Fault> {
         self.plant.ok_or_else(|| {
             #[cfg(feature = "experiments")]
-            let about = super::Key::at("plant").map_or("", |key| key.about);
+            let about = super::Key::<Self>::at("plant").map_or("", |key| key.about);
             #[cfg(not(feature = "experiments"))]
             let about = "the true servo";
             Fault::new("plant", format!("a run needs {about}"))
@@ -97,85 +90,4 @@ impl Scenario {
             Fault::new(format!("excitation.{key}"), error)
         })
     }
-
-    /// [`Scenario::units`] where they are not known to be allowed.
-    ///
-    /// # Errors
-    /// The key that is out of its range.
-    pub(crate) fn checked_units(&self) -> Result<Units, Fault> {
-        self.stated
-            .units()
-            .map_err(|error| self.fault(&error.into()))
-    }
-
-    /// An error of the core at the key that it is best mended at.
-    #[must_use]
-    pub fn fault(&self, error: &SettingsError) -> Fault {
-        Fault::new(self.key_of(error), error)
-    }
-
-    fn key_of(&self, error: &SettingsError) -> String {
-        let given = &self.stated.identifier;
-        let gains = match given.correction {
-            Some(_) => "identifier.correction",
-            None => "controller",
-        };
-        match error {
-            SettingsError::Range(error) => match error.parameter {
-                "alpha_min" => format!("{gains}.kd"),
-                parameter @ ("kp" | "kd" | "ki") => format!("{gains}.{parameter}"),
-                "cutoff" => "controller.velocity_filter.cutoff".to_owned(),
-                "reference_filter" => "controller.reference_filter".to_owned(),
-                "notch" => "controller.notch".to_owned(),
-                "sample_time" => "controller.sample_time".to_owned(),
-                "resolution" => "encoder.counts_per_rev".to_owned(),
-                "delay" => "amplifier.delay".to_owned(),
-                "dead_band" => "amplifier.dead_band".to_owned(),
-                "current_loop" => "amplifier.current_loop".to_owned(),
-                "limit" | "limit_low" | "limit_high" => "amplifier.limit".to_owned(),
-                "a_min" => "identifier.plant_box.a".to_owned(),
-                "b_min" => "identifier.plant_box.b".to_owned(),
-                parameter => match parameter.strip_prefix("feed_forward_") {
-                    Some(own) => format!("controller.feed_forward.{own}"),
-                    None => format!("identifier.{parameter}"),
-                },
-            },
-            SettingsError::NotGiven {
-                setting: "controller",
-            } => "controller".to_owned(),
-            SettingsError::NotGiven { setting } => format!("identifier.{setting}"),
-            SettingsError::NoAmplifier { setting } => format!("amplifier.{setting}"),
-            SettingsError::Certificate(CertificateError::ProportionalGainTooSmall { .. }) => {
-                format!("{gains}.kp")
-            }
-            SettingsError::Certificate(_) if given.mu.is_some() => "identifier.mu".to_owned(),
-            SettingsError::Certificate(_) => "identifier.plant_box".to_owned(),
-            SettingsError::NoGamma(GainError::AtRest) => "excitation.kind".to_owned(),
-            SettingsError::NoGamma(_) => "controller.sample_time".to_owned(),
-            SettingsError::SampledLoop(_) => "controller.sample_time".to_owned(),
-            SettingsError::NoSuchTerm { .. } => "identifier.required_terms".to_owned(),
-            SettingsError::Estimate(_) => "identifier.bounds.b".to_owned(),
-            _ => "identifier.gamma".to_owned(),
-        }
-    }
-}
-
-/// Fixed point needs bounds of friction and load. If none are stated, the parameter range gives them. A command of the
-/// limit, or of an error of one, makes no larger acceleration of any servo in it.
-fn bound_by_the_range(settings: &mut Settings) {
-    let (Some(within), Some(controller)) =
-        (settings.identifier.parameter_range, settings.controller)
-    else {
-        return;
-    };
-    let [low, high] = controller.limit;
-    let most = within.b[1] * controller.kp.min(high).min(-low);
-    let bounds = &mut settings.identifier.bounds;
-    bounds.coulomb.get_or_insert([0.0, most]);
-    bounds.load.get_or_insert([-most, most]);
-}
-
-/// The matrix of which nothing is stated yet.
-pub(super) fn identity() -> [[f64; 4]; 4] {
-    std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))
 }

@@ -6,8 +6,8 @@ use identifier_core::number::Number;
 use identifier_core::units::Units;
 use virtual_servo::excitation::{BandLimitedWhiteNoise, Chirp, Multisine, Square, Steps, Tone};
 
-use super::kind::MAX_ENTRIES;
-use super::names::named;
+use identifier_log::named;
+use identifier_log::scenario::MAX_ENTRIES;
 
 named! {
     /// The kinds of reference.
@@ -28,9 +28,6 @@ named! {
         None = "none",
     }
 }
-
-/// The most samples of a reference that a Γ is chosen from.
-pub(crate) const MAX_SIMULATED: usize = 200_000;
 
 /// The settings of the reference, SI; each kind takes its own part.
 #[derive(Debug, Clone, PartialEq)]

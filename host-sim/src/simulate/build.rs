@@ -15,13 +15,13 @@ use identifier_core::settings::{FromSettings, SettingsError};
 use rivals::FilteredLeastSquares;
 
 use super::{LocalLoop, SimulatedAxis, Simulation};
-use crate::experiment::Outcome;
 use crate::loops::{
     DirectEstimator, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop, RelayLoop,
     RelayMethod, Running, WholeRecord,
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
 use crate::scenario::{Arithmetic, Estimator, Fault, Scenario, gamma_over};
+use identifier_log::experiment::Outcome;
 
 impl Simulation {
     /// Builds the experiment of a scenario.

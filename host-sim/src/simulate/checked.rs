@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use identifier_log::provenance::{Origin, ScenarioText, Task};
+
 #[cfg(feature = "experiments")]
 use identifier_core::Settings;
 
@@ -27,7 +29,28 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn parse(name: &str, text: &str, purpose: Purpose) -> Result<Self, ScenarioError> {
-        Self::read(name, text, purpose, built_for(purpose))
+        Self::read_for(name, text, purpose, built_for(purpose))
+    }
+
+    /// Reads the scenario of a text that has a file.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn of_text(text: &ScenarioText, purpose: Purpose) -> Result<Self, ScenarioError> {
+        Self::parse(&text.file, &text.text, purpose)
+    }
+
+    /// Reads the scenario of a result.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn of_origin(origin: &Origin) -> Result<Self, ScenarioError> {
+        let purpose = match origin.task {
+            Task::Run => Purpose::Run,
+            Task::Replay { .. } => Purpose::Replay,
+            Task::Commission => Purpose::Commission,
+        };
+        Self::of_text(&origin.scenario, purpose)
     }
 
     /// The same scenario with what follows from its values, checked for a purpose as one that is read.

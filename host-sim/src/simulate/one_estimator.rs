@@ -9,9 +9,9 @@ use identifier_core::parameters::{Parameter, Unknowns};
 use identifier_core::settings::SettingsError;
 
 use super::{SimulatedAxis, Simulation};
-use crate::experiment::Outcome;
 use crate::loops::{DynIdentifier, PidLoop, Running, WholeRecord};
 use crate::scenario::{Arithmetic, Estimator, Fault, Scenario, Velocity};
+use identifier_log::experiment::Outcome;
 
 impl Simulation {
     /// Builds the experiment of a scenario.

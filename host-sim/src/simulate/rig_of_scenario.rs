@@ -7,7 +7,7 @@ use virtual_servo::{SensorEffects, SensorErrors, Servo};
 
 use super::SimulatedAxis;
 use super::sensor::Sensor;
-use crate::scenario::{Fault, Scenario};
+use crate::scenario::{Fault, Scenario, in_effect};
 
 impl SimulatedAxis<'_> {
     /// The rig of a scenario, its signals in the number format of the loop.
@@ -31,7 +31,7 @@ impl SimulatedAxis<'_> {
                 None => Sensor::ideal::<N>(units.position()),
             },
             sensor_errors: (scenario.sensor != SensorEffects::default()).then_some(errors),
-            servo: servo.map_err(|error| Fault::in_effect(&error))?,
+            servo: servo.map_err(|error| in_effect(&error))?,
             faults: (!scenario.faults.is_empty()).then_some(faults),
         })
     }

@@ -4,8 +4,8 @@ use virtual_servo::faults::{Condition, Faults};
 use virtual_servo::{SensorErrors, Servo};
 
 use super::sensor::Sensor;
-use crate::experiment::{Abort, AbortCause, Outcome, Sample};
 use crate::loops::{Measurement, SimLoop};
+use identifier_log::experiment::{Abort, AbortCause, Outcome, Sample};
 
 /// The servo that a loop is closed around.
 pub(crate) struct SimulatedAxis<'a> {

@@ -13,7 +13,7 @@ pub struct ParameterRange {
 }
 
 encode! {
-    [] ParameterRange as "PlantBox" { a, b }
+    [] ParameterRange as "ServoRange" { a, b }
 }
 
 impl ParameterRange {

@@ -19,7 +19,7 @@ pub struct IdentifierSettings {
     /// encoder's, a count over √12.
     pub noise: Option<f64>,
     /// Where the true servo may lie, to be certified. None: nothing is certified.
-    #[cfg_attr(feature = "serde", serde(rename = "plant_box"))]
+    #[cfg_attr(feature = "serde", serde(rename = "servo_range"))]
     pub parameter_range: Option<ParameterRangeSettings>,
     /// Γ of the gradient estimator, symmetric positive definite over a, b, Coulomb friction and load in this order.
     /// Only the rows and columns of the model's parameters count. None: chosen from parameter range, gains and the

@@ -273,7 +273,7 @@ impl Settings {
             });
         };
         let omega = self.bandwidth()?;
-        let b = Allowed::Above(0.0).check("plant_box.b", libm::sqrt(min * max))?;
+        let b = Allowed::Above(0.0).check("servo_range.b", libm::sqrt(min * max))?;
         let kp = omega * omega / b;
         Ok(Gains::new(kp, 2.0 * omega / b, INTEGRAL * omega * kp)?)
     }

@@ -12,8 +12,10 @@ pub(crate) fn parameter_range(settings: &Settings) -> Result<Option<ParameterRan
         return Ok(None);
     };
     let side = |name, [min, max]: [f64; 2]| Interval::new(name, min, max);
-    let parameter_range =
-        ParameterRange::new(side("plant_box.a", given.a)?, side("plant_box.b", given.b)?)?;
+    let parameter_range = ParameterRange::new(
+        side("servo_range.a", given.a)?,
+        side("servo_range.b", given.b)?,
+    )?;
     Ok(Some(parameter_range))
 }
 

@@ -24,7 +24,6 @@ pub struct Tuning {
     /// The cap that limits the bandwidth; none if it is as high as requested.
     pub cap: Option<Cap>,
     /// Its predicted response.
-    #[cfg_attr(feature = "serde", serde(rename = "promise"))]
     pub predicted_response: PredictedResponse,
 }
 

@@ -71,7 +71,7 @@ fn every_setting_out_of_range_is_named() {
             });
         }),
         ("controller", |s| s.controller = None),
-        ("plant_box.b", |s| {
+        ("servo_range.b", |s| {
             s.identifier.parameter_range = Some(ParameterRangeSettings {
                 a: [0.0, 1.0],
                 b: [9.0, 8.0],

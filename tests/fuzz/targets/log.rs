@@ -5,9 +5,9 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use host_sim::log::{Log, Table};
-use host_sim::recognise::{LogOptions, recognise};
-use host_sim::scenario::{Column, LogSettings};
+use identifier_log::log::{Log, Table};
+use identifier_log::recognise::{LogOptions, recognise};
+use identifier_log::scenario::{Column, LogSettings};
 use libfuzzer_sys::fuzz_target;
 
 const NAME: &str = "fuzzed.csv";

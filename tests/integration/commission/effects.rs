@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 
 use host_sim::commission::Recorded;
 use host_sim::scenario::Scenario;
-use host_sim::verdict::Cause;
 use identifier_core::reason::Reason;
+use identifier_log::verdict::Cause;
 use integration_tests::in_parallel;
 
 use super::campaign::factor;

@@ -1,6 +1,6 @@
 //! One effect at a time on three servos: without its term a wrong result is not called converged.
 
-use host_sim::analysis::Status;
+use identifier_log::verdict::Status;
 use integration_tests::{in_parallel, run};
 
 use super::campaign::{ALL_FOUR, KINDS, Kind, factor};

@@ -1,9 +1,9 @@
 //! A result that is called converged is right, and a right result is called converged.
 
-use host_sim::analysis::Status;
-use host_sim::result::Summary;
 use host_sim::scenario::Scenario;
 use identifier_core::parameters::Parameter;
+use identifier_log::result::Summary;
+use identifier_log::verdict::Status;
 use integration_tests::{Random, in_parallel, run};
 
 use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
@@ -82,7 +82,7 @@ fn amiss(random: &mut Random) -> (Kind, Scenario) {
             kind.b * random.log_uniform(1.1, 1.5),
         ];
         format!(
-            "{}\nplant_box = {{ a = [0.0, 10.0], b = [{low:?}, {high:?}] }}",
+            "{}\nservo_range = {{ a = [0.0, 10.0], b = [{low:?}, {high:?}] }}",
             ESTIMATORS[2]
         )
     } else {

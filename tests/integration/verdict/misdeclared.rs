@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::Options;
-use host_sim::analysis::Status;
-use host_sim::log::Log;
-use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::Parameter;
+use identifier_log::log::Log;
+use identifier_log::result::Summary;
+use identifier_log::verdict::Status;
 use integration_tests::{Random, in_parallel};
 use servo_id::csv;
 
@@ -64,12 +63,8 @@ fn replayed(number: usize, kind: &Kind, seed: u32, taken_for: &Scenario) -> Summ
     let file = std::fs::File::create(&path).expect("a file");
     csv::trace(file, &trace).expect("written");
     let log = Log::read(&path, &taken_for.log_columns(), Some(kind.sample_time)).expect("a log");
-    let found = host_sim::identify(
-        taken_for.clone(),
-        &[log],
-        &Options::default(),
-        &mut |_, _| {},
-    );
+    let found =
+        host_sim::identify_logs(taken_for.clone(), &[log], &[], 1, &|| true, &mut |_, _| {});
     let summary = found.expect("it can be replayed").summary;
     std::fs::remove_file(&path).expect("it was there");
     summary

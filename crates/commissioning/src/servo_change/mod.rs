@@ -37,7 +37,6 @@ pub struct ServoChange {
     pub reason: Reason,
     /// The predicted value of 1/b, a/b, c/b or d/b, in command units per rad/s², command units per rad/s, command
     /// units.
-    #[cfg_attr(feature = "serde", serde(rename = "promised"))]
     pub predicted: f64,
     /// The value that was found.
     pub found: f64,

@@ -36,7 +36,7 @@ int main() {
     settings.kd = 0.19;
     settings.ki = 4.0;
     settings.limit = {-10.0, 10.0};
-    settings.plant_box = {{0.0, 50.0}, {110.0, 1000.0}};
+    settings.servo_range = {{0.0, 50.0}, {110.0, 1000.0}};
 
     servo_id::GradientLoop loop;
     if (const auto status = loop.init(settings, plant.count(), &error); !status) {

@@ -77,7 +77,7 @@ static servo_id_settings settings(int coulomb) {
         .kd = 0.19,
         .ki = 4.0,
         .limit = {-10.0, 10.0},
-        .plant_box = {.a = {0.0, 50.0}, .b = {110.0, 1000.0}},
+        .servo_range = {.a = {0.0, 50.0}, .b = {110.0, 1000.0}},
         .bounds = {.coulomb = {0.0, 100.0}},
     };
     servo_id_error error;

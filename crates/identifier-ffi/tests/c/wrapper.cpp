@@ -23,7 +23,7 @@ servo_id::Settings settings() {
     given.kd = 0.19;
     given.ki = 4.0;
     given.limit = {-10.0, 10.0};
-    given.plant_box = {{0.0, 50.0}, {110.0, 1000.0}};
+    given.servo_range = {{0.0, 50.0}, {110.0, 1000.0}};
     given.bounds.coulomb = {0.0, 100.0};
     EXPECT(given.choose_gamma(0.3, 0.05, 2000, true), SERVO_ID_OK);
     given.travel = {-0.3, 0.3};

@@ -294,9 +294,9 @@ class Gains:
         return self.json["bandwidth"]
 
     @property
-    def promise(self) -> dict[str, float]:
+    def predicted_response(self) -> dict[str, float]:
         """Rise time, overshoot, margins and stiffness of the loop."""
-        return self.json["promise"]
+        return self.json["predicted_response"]
 
     @property
     def form(self) -> dict[str, Any] | None:

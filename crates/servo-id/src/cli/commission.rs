@@ -1,9 +1,9 @@
 use std::path::PathBuf;
 
 use host_sim::commission::{Commissioning, Recorded, Sample};
-use host_sim::provenance::{Origin, ScenarioText, Task};
 use host_sim::result::CommissioningResult;
-use host_sim::scenario::Purpose;
+use host_sim::scenario::{Purpose, Scenario};
+use identifier_log::provenance::{Origin, ScenarioText, Task};
 
 use super::call;
 use super::fault::Fault;
@@ -46,9 +46,9 @@ impl Choices {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let file = arguments.scenario.as_path();
     let text = (arguments.choices).stated_in(ScenarioText::read(file)?);
-    let scenario = text.scenario(Purpose::Commission)?;
+    let scenario = Scenario::of_text(&text, Purpose::Commission)?;
     let of_scenario = |fault| Fault::of_file(file, fault);
-    let origin = Origin::new(VERSION, Task::Commission, &text, &scenario);
+    let origin = Origin::new(VERSION, Task::Commission, &text, scenario.noise_seed());
     let machine = Commissioning::new(&scenario).map_err(of_scenario)?;
     let mut results = arguments.outputs.begin(&[file], origin)?;
     let mut rows = (results.csv.take()).map(|csv| Streamed::begin(csv, Rows::of_commissioning));

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::physical::Scale;
+use identifier_log::physical::Scale;
 
 use super::fault::Fault;
 use super::files::{self, Files};

@@ -1,8 +1,8 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::result::KeptResult;
 use host_sim::scenario::{Purpose, Scenario};
-use host_sim::tune::IdentifiedResult;
+use identifier_log::result::KeptResult;
+use identifier_log::tune::IdentifiedResult;
 
 use super::fault::Fault;
 use super::kept_result;
@@ -85,6 +85,6 @@ impl FirmwareOptions {
                 &"it has no provenance: state the firmware's scenario, --scenario FIRMWARE.toml",
             )
         })?;
-        Ok((origin.scenario()?, origin.scenario.file.clone()))
+        Ok((Scenario::of_origin(origin)?, origin.scenario.file.clone()))
     }
 }

@@ -1,9 +1,9 @@
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::PathBuf;
 
-use host_sim::log::Table;
-use host_sim::provenance::ScenarioText;
-use host_sim::recognise::{LogOptions, Question, Recognised, Unrecognised, recognise};
+use identifier_log::log::Table;
+use identifier_log::provenance::ScenarioText;
+use identifier_log::recognise::{LogOptions, Question, Recognised, Unrecognised, recognise};
 
 use super::fault::Fault;
 use super::options::StatedOptions;

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use host_sim::nearest;
-use host_sim::result::KeptResult;
+use identifier_log::nearest;
+use identifier_log::result::KeptResult;
 
 use super::fault::Fault;
 

@@ -1,12 +1,14 @@
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
-use host_sim::scenario::Key;
+use host_sim::scenario::Scenario;
 use host_sim::scenario::keys::KEYS;
-use host_sim::scenario::schema::schema;
+use identifier_log::scenario::schema::schema;
 
 use super::fault::Fault;
 use super::standard_output;
 use super::terminal;
 use crate::program;
+
+type Key = identifier_log::scenario::Key<Scenario>;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -20,7 +22,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let text = match &arguments.of {
-        _ if arguments.schema => format!("{:#}", schema()),
+        _ if arguments.schema => format!("{:#}", schema::<Scenario>()),
         None => table(KEYS.iter()),
         Some(of) => terminal::folded(&described(of)?),
     };

@@ -1,8 +1,8 @@
 //! The library's inputs as options of the same names.
 
-use host_sim::recognise::LogOptions;
 use host_sim::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
-use host_sim::tune::{Conditions, Form};
+use identifier_log::recognise::LogOptions;
+use identifier_log::tune::{Conditions, Form};
 
 /// Declares the options that the fields of a type are.
 macro_rules! options {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use host_sim::provenance::{Origin, WithOrigin};
+use identifier_log::provenance::{Origin, WithOrigin};
 use serde::Serialize;
 
 use super::fault::Fault;

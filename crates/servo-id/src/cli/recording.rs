@@ -1,12 +1,11 @@
-//! The outputs of a run or a replay, gathered sample by sample.
+//! The traces and rows of an experiment, and its results.
 
 use std::sync::atomic::Ordering;
 
-use host_sim::Identified;
-use host_sim::analysis::Status;
-use host_sim::experiment::Sample;
-use host_sim::scenario::Scenario;
-use host_sim::verdict::VerdictReason;
+use host_sim::IdentifiedScenario;
+use identifier_log::MotionUnit;
+use identifier_log::experiment::Sample;
+use identifier_log::verdict::{Status, VerdictReason};
 
 use super::call;
 use super::fault::Fault;
@@ -18,44 +17,29 @@ use super::streamed::Streamed;
 use crate::csv::Rows;
 use crate::present::{self, Experiment, ExperimentTraces};
 
-/// Takes in an experiment sample by sample. Picture and rows are those of the last pass.
+/// Takes in an experiment sample by sample. Picture and rows are those of its last pass.
 #[derive(Debug)]
 pub(super) struct Recording {
     title: String,
-    passes: u32,
+    last_pass: u32,
     pass: u32,
     traces: Option<ExperimentTraces>,
     rows: Option<Streamed<Rows<Output>>>,
-    /// The samples of a law whose model is known at the end, where they are shown: what differs, and the last of them.
-    held: Option<(Vec<Held>, Option<Sample>)>,
     progress: Progress,
-}
-
-/// The values shown for a sample and its model.
-#[derive(Debug, Clone, Copy)]
-struct Held {
-    time: f64,
-    reference: f64,
-    position: f64,
-    command: f64,
 }
 
 impl Recording {
     /// Of `passes` passes, together of so many `samples`, for the requested results; their page has a `title`.
     pub(super) fn new(
         title: String,
-        scenario: &Scenario,
+        unit: MotionUnit,
         samples: u64,
         passes: u32,
         results: &mut Results,
     ) -> Self {
-        let unit = scenario.motion_unit();
-        let is_shown = results.show_traces() || results.csv.is_some();
-        let is_held = is_shown && scenario.identifier.law.takes_whole_record();
         Self {
-            held: is_held.then(Default::default),
             title,
-            passes,
+            last_pass: passes.saturating_sub(1),
             pass: 0,
             traces: results.show_traces().then(ExperimentTraces::default),
             rows: (results.csv.take())
@@ -64,7 +48,7 @@ impl Recording {
         }
     }
 
-    /// A sample of a pass.
+    /// A sample of a pass, by its number from 0.
     pub(super) fn add(&mut self, pass: u32, sample: &Sample) {
         self.progress.advance();
         if pass != self.pass {
@@ -72,90 +56,55 @@ impl Recording {
             if let Some(traces) = &mut self.traces {
                 *traces = ExperimentTraces::default();
             }
-            if let Some((held, _)) = &mut self.held {
-                held.clear();
-            }
         }
-        match &mut self.held {
-            Some((held, last)) => {
-                held.push(Held {
-                    time: sample.time,
-                    reference: sample.reference,
-                    position: sample.position,
-                    command: sample.command,
-                });
-                *last = Some(*sample);
-            }
-            None => self.show(sample),
-        }
-    }
-
-    fn show(&mut self, sample: &Sample) {
         if let Some(traces) = &mut self.traces {
             traces.add(sample);
         }
-        if let Some(rows) = self.rows.as_mut().filter(|_| self.pass + 1 == self.passes) {
+        if let Some(rows) = self.rows.as_mut().filter(|_| pass == self.last_pass) {
             rows.write(|rows| rows.sample(sample));
         }
     }
 
-    /// Shows the samples that waited for their model, with its `errors`, if there is one.
-    fn show_held(&mut self, errors: Option<&[f64]>) {
-        let Some((held, Some(last))) = self.held.take() else {
-            return;
-        };
-        for (place, one) in held.into_iter().enumerate() {
-            self.show(&Sample {
-                time: one.time,
-                reference: one.reference,
-                position: one.position,
-                command: one.command,
-                output_error: errors.map(|errors| errors[place]),
-                ..last
-            });
-        }
-    }
-
-    /// Publishes what was identified and returns its verdict.
+    /// Publishes the results and returns their verdict.
     ///
     /// # Errors
     /// An experiment that was aborted or interrupted, and those of [`Results::publish`].
-    pub(super) fn conclude(mut self, results: Results, found: Identified) -> Result<Status, Fault> {
-        let Identified {
+    pub(super) fn publish(
+        self,
+        results: Results,
+        found: &IdentifiedScenario,
+    ) -> Result<Status, Fault> {
+        let IdentifiedScenario {
             scenario,
             summary,
             seen,
             ..
         } = found;
-        // An aborted experiment has no model, and its samples are not shown.
-        if summary.status() != Status::Aborted {
-            self.show_held(seen.as_ref().map(|seen| &seen.errors[..]));
-        }
         let page = present::experiment(&Experiment {
             title: &self.title,
             command: &call::command(),
-            scenario: &scenario,
-            summary: &summary,
+            scenario,
+            summary,
             traces: self.traces.as_ref(),
             seen: seen.as_ref(),
         });
         let written = [self.rows.map(|rows| rows.finish(Rows::finish))];
-        results.publish(&page, 2, true, &summary, written)?;
+        results.publish(&page, 2, true, summary, written)?;
         match summary.status() {
             _ if summary.verdict.reason == VerdictReason::Stopped => {
                 let text = "interrupted: the result has the data until then";
                 Err(Fault::Interrupted(text.to_owned()))
             }
-            Status::Aborted => Err(Fault::Other(summary.reason)),
+            Status::Aborted => Err(Fault::Other(summary.reason.clone())),
             status => Ok(status),
         }
     }
 }
 
-/// Calls an experiment with what tells its fit whether it goes on: Ctrl-C ends it. Its progress is shown.
-pub(super) fn with_fit<T>(experiment: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> T) -> T {
+/// Does a fit that Ctrl-C ends with the estimates so far.
+pub(super) fn interruptible<R>(fit: impl FnOnce(&(dyn Fn() -> bool + Sync)) -> R) -> R {
     let progress = Progress::of_a_search();
-    experiment(&|| {
+    fit(&|| {
         progress.advance();
         // Before a fit begins, nothing is worth keeping.
         !interruption::end_requested().load(Ordering::Relaxed)

@@ -1,15 +1,15 @@
 use std::path::{Path, PathBuf};
 
-use host_sim::analysis::Status;
-use host_sim::log::{Log, Table};
-use host_sim::provenance::{LogFile, Origin, ScenarioText, Task};
+use host_sim::identify_logs;
 use host_sim::scenario::{Purpose, Scenario};
-use host_sim::{Options, identify};
+use identifier_log::log::{Log, Table};
+use identifier_log::provenance::{LogFile, Origin, ScenarioText, Task};
+use identifier_log::verdict::Status;
 
 use super::call;
 use super::fault::Fault;
 use super::output::Outputs;
-use super::recording::{Recording, with_fit};
+use super::recording::{Recording, interruptible};
 use super::standard_output::show;
 use crate::VERSION;
 
@@ -38,7 +38,7 @@ impl Replay<'_> {
     pub(super) fn experiment(self, outputs: &Outputs, input: &Path) -> Result<Status, Fault> {
         let text = self.scenario;
         let of_replay = |error| Fault::of_file(Path::new(&text.file), error);
-        let scenario = text.scenario(Purpose::Replay)?;
+        let scenario = Scenario::of_text(text, Purpose::Replay)?;
         let read = self.logs.iter().chain(&self.predict);
         let read: Vec<PathBuf> = read.map(|table| table.path.clone()).collect();
         let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).chain([input]).collect();
@@ -51,7 +51,7 @@ impl Replay<'_> {
             logs: LogFile::of_tables(&self.logs),
             predict: LogFile::of_tables(&self.predict),
         };
-        let origin = Origin::new(VERSION, task, text, &scenario);
+        let origin = Origin::new(VERSION, task, text, scenario.noise_seed());
         let Self {
             logs,
             predict,
@@ -69,20 +69,14 @@ impl Replay<'_> {
         let count = logs.len();
         let all = read_all(logs.into_iter().chain(predict), &scenario)?;
         let (learnt, predicted) = all.split_at(count);
-        let samples: u64 = learnt.iter().map(|log| log.samples).sum();
-        let samples = u64::from(passes) * samples;
-        let mut recording = Recording::new(title, &scenario, samples, passes, &mut results);
-        let found = with_fit(|goes_on| {
-            let options = Options {
-                passes,
-                predict: predicted,
-                goes_on,
-            };
-            identify(scenario, learnt, &options, &mut |pass, sample| {
-                recording.add(pass, sample);
-            })
+        let samples = u64::from(passes) * learnt.iter().map(|log| log.samples).sum::<u64>();
+        let mut recording =
+            Recording::new(title, scenario.motion_unit(), samples, passes, &mut results);
+        let found = interruptible(|goes_on| {
+            let mut observe = |pass, sample: &_| recording.add(pass, sample);
+            identify_logs(scenario, learnt, predicted, passes, goes_on, &mut observe)
         });
-        recording.conclude(results, found.map_err(of_replay)?)
+        recording.publish(results, &found.map_err(of_replay)?)
     }
 }
 

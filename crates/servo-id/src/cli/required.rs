@@ -1,7 +1,7 @@
 //! The verdict that a call requires.
 
 use clap::ValueEnum;
-use host_sim::analysis::Status;
+use identifier_log::verdict::Status;
 
 use super::fault::Fault;
 

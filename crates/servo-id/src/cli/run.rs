@@ -1,14 +1,14 @@
 use std::path::PathBuf;
 
-use host_sim::identify_simulated;
-use host_sim::provenance::{Origin, ScenarioText, Task};
-use host_sim::scenario::Purpose;
+use host_sim::identify_run;
+use host_sim::scenario::{Purpose, Scenario};
+use identifier_log::provenance::{Origin, ScenarioText, Task};
 
 use super::call;
 use super::fault::Fault;
 use super::formats;
 use super::output::Outputs;
-use super::recording::{Recording, with_fit};
+use super::recording::{Recording, interruptible};
 use super::required::Required;
 use crate::VERSION;
 
@@ -31,16 +31,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     }
     let file = arguments.scenario.as_path();
     let text = ScenarioText::read(file)?;
-    let scenario = text.scenario(Purpose::Run)?;
+    let scenario = Scenario::of_text(&text, Purpose::Run)?;
     let title = call::title("Run of", file);
-    let origin = Origin::new(VERSION, Task::Run, &text, &scenario);
+    let origin = Origin::new(VERSION, Task::Run, &text, scenario.noise_seed());
     let mut results = arguments.outputs.begin(&[file], origin)?;
 
-    let mut recording = Recording::new(title, &scenario, scenario.samples(), 1, &mut results);
-    let found = with_fit(|goes_on| {
-        identify_simulated(scenario, goes_on, &mut |sample| recording.add(0, sample))
+    let mut recording = Recording::new(
+        title,
+        scenario.motion_unit(),
+        scenario.samples(),
+        1,
+        &mut results,
+    );
+    let found = interruptible(|goes_on| {
+        identify_run(scenario, goes_on, &mut |pass, sample| {
+            recording.add(pass, sample)
+        })
     });
     let found = found.map_err(|fault| Fault::of_file(file, fault))?;
-    let status = recording.conclude(results, found)?;
+    let status = recording.publish(results, &found)?;
     arguments.required.check(status)
 }

@@ -16,7 +16,7 @@ use crate::present;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The scenario, a TOML file; servos are drawn from its plant_box.
+    /// The scenario, a TOML file; servos are drawn from its servo_range.
     scenario: PathBuf,
     /// Number of servos.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]

@@ -1,9 +1,9 @@
 use std::path::{Path, PathBuf};
 
 use host_sim::scenario::{Purpose, Scenario};
-use host_sim::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Goal, TuningError};
+use identifier_log::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 
 use super::call;
 use super::fault::Fault;

@@ -2,6 +2,7 @@
 
 mod driven;
 mod loop_settings;
+mod results;
 mod silence;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,6 +13,7 @@ use host_sim::commission::Recorded;
 
 pub use self::driven::{AtEnd, Driven};
 pub use self::loop_settings::{holding_brake, loop_settings};
+pub use self::results::{DriveCommissioningResult, DriveStatus, commissioning_outcome};
 pub use self::silence::Silence;
 use crate::port::{Port, PortError};
 
@@ -183,7 +185,10 @@ impl Client {
         let mut next = Some(0);
         while let Some(first) = next {
             match self.report(Command::MotionRecord(first))? {
-                Report::MotionRecord { part, .. } => next = recorded.take_part(&part),
+                Report::MotionRecord { part, .. } => {
+                    let taken = recorded.take_blocks(part.resolution, &part.blocks) as u16;
+                    next = (taken < part.total && !part.blocks.is_empty()).then_some(taken);
+                }
                 _ => return Err(DriveError::Silent),
             }
         }

@@ -5,7 +5,7 @@
 //! An actuator of BAM driven by a voltage has the torque kt V/R − kt²/R q̇. kt and R need the motor's resistance.
 //! Without it the command is taken as a current, kt is the torque of a unit of it and R is omitted.
 
-use host_sim::physical::Quantity;
+use identifier_log::physical::Quantity;
 use serde_json::{Value, json};
 
 use super::joint::Joint;

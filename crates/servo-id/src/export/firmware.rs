@@ -5,7 +5,6 @@
 use std::fmt::Write as _;
 
 use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Scenario, Velocity};
-use host_sim::tune::IdentifiedResult;
 use host_sim::{with_types, with_words};
 use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
@@ -17,6 +16,7 @@ use identifier_core::identifier::{
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, Unknowns};
 use identifier_core::settings::SettingsError;
+use identifier_log::tune::IdentifiedResult;
 
 use super::number;
 
@@ -233,8 +233,8 @@ fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<()
     }
     if is_gradient && scenario.stated.identifier.parameter_range.is_none() {
         let fault = "without a parameter range nothing is certified: state the lowest and highest a and b of the \
-                     servo, such as plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
-        return Err(Fault::new("identifier.plant_box", fault));
+                     servo, such as servo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
+        return Err(Fault::new("identifier.servo_range", fault));
     }
     if scenario.has_terms() {
         let fault = "an exported loop has no optional terms: leave them out, or build the loop in the firmware";

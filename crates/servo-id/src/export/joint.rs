@@ -1,8 +1,9 @@
-use host_sim::AxisKind;
-use host_sim::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
-use host_sim::provenance::Task;
-use host_sim::result::KeptResult;
-use host_sim::tune::{IdentifiedResult, KnownConditions, ResultError};
+use identifier_log::AxisKind;
+use identifier_log::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
+use identifier_log::provenance::Task;
+use identifier_log::result::KeptResult;
+use identifier_log::scenario::Options;
+use identifier_log::tune::{IdentifiedResult, KnownConditions, ResultError};
 use serde::Serialize;
 
 /// A result to export.
@@ -141,7 +142,7 @@ impl Identified {
         let logs = logs
             .iter()
             .map(|log| [log.file.display().to_string(), log.sha256.clone()]);
-        let scenario = origin.and_then(|origin| origin.scenario().ok());
+        let scenario = origin.and_then(|origin| Options::of_origin(origin).ok());
         let found = servo.servo.parameters;
         // A result of an earlier version has its unit in its scenario only.
         let of_scenario = scenario

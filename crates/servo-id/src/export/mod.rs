@@ -1,7 +1,7 @@
 //! Robot models and firmware from results. One is the identified servo in physical units, with a simulator's names. The
 //! other is the loop of a scenario as constants that begin at its estimates.
 //!
-//! result.json → [`Identified`]; with a [`Scale`](host_sim::physical::Scale) of torques → [`Joint`]; joints in a
+//! result.json → [`Identified`]; with a [`Scale`](identifier_log::physical::Scale) of torques → [`Joint`]; joints in a
 //! [`Format`] → text. A result.json with a scenario → [`Firmware`] → sources.
 
 mod bam;

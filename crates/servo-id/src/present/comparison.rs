@@ -1,7 +1,7 @@
 //! A comparison of methods.
 
 use host_sim::result::{CaseResult, ComparisonResult};
-use host_sim::verdict::Status;
+use identifier_log::verdict::Status;
 
 use super::estimates::{dash, settled};
 use super::number::{figure, signed};
@@ -77,7 +77,7 @@ fn each_case(result: &ComparisonResult, duration: f64) -> Vec<Block> {
     blocks.extend(result.assumed_range.map(|within| {
         let [[a_min, a_max], [b_min, b_max]] = [within.a, within.b].map(|ends| ends.map(figure));
         Block::Text(format!(
-            "The scenario states no plant_box. Methods that need a parameter range get a from {a_min} to {a_max} 1/s \
+            "The scenario states no servo_range. Methods that need a parameter range get a from {a_min} to {a_max} 1/s \
              and b from {b_min}, their initial value, to {b_max} rad/s² per command unit."
         ))
     }));

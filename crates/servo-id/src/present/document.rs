@@ -1,6 +1,6 @@
 //! A page before it is rendered: a verdict, then sections of text, tables and figures.
 
-use host_sim::analysis::Status;
+use identifier_log::verdict::Status;
 
 use super::Figure;
 

@@ -1,6 +1,6 @@
 //! Gains in the form of a drive's firmware.
 
-use host_sim::result::FormResult;
+use identifier_log::result::FormResult;
 
 use super::Block;
 use super::number::{figure, sentence};

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
-use host_sim::recognise::Finding;
-use host_sim::result::{LogReading, Prediction};
+use identifier_log::recognise::Finding;
+use identifier_log::result::{LogReading, Prediction};
 
 /// A log and how it is taken.
 #[must_use]

@@ -1,7 +1,7 @@
 //! The noise of the position sensor in words.
 
-use host_sim::MotionUnit;
-use host_sim::result::SensorNoise;
+use identifier_log::MotionUnit;
+use identifier_log::result::SensorNoise;
 
 use super::number::{figure, fixed};
 

@@ -1,8 +1,8 @@
 //! The paper's experiment.
 
-use host_sim::experiment::Sample;
-use host_sim::result::Summary;
 use identifier_core::parameters::Parameter;
+use identifier_log::experiment::Sample;
+use identifier_log::result::Summary;
 
 use super::estimates::{dash, settled};
 use super::number::{rough, signed, with_error};

@@ -1,7 +1,7 @@
 //! A servo in physical units, and its feed-forward.
 
-use host_sim::physical::{Physical, Quantity, VoltageGains};
-use host_sim::result::Summary;
+use identifier_log::physical::{Physical, Quantity, VoltageGains};
+use identifier_log::result::Summary;
 
 use super::number::{known_to, with_error};
 use super::{Block, Column, Table};

@@ -1,7 +1,7 @@
 //! Remedies for a verdict that keeps estimates from being relied on.
 
-use host_sim::result::Summary;
-use host_sim::verdict::VerdictReason;
+use identifier_log::result::Summary;
+use identifier_log::verdict::VerdictReason;
 
 use super::number::sentence;
 
@@ -80,7 +80,7 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             ),
         ],
         VerdictReason::AtBound { unknown, .. } => vec![
-            format!("Widen the bounds of {}: identifier.bounds or plant_box.", unknown.name()),
+            format!("Widen the bounds of {}: identifier.bounds or servo_range.", unknown.name()),
             "If the estimate then becomes implausible, the model lacks something: see the residual.".to_owned(),
         ],
         VerdictReason::NotSeparated { .. } => vec![
@@ -138,8 +138,8 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_sim::verdict::Cause;
     use identifier_core::parameters::Unknown;
+    use identifier_log::verdict::Cause;
 
     #[test]
     fn only_a_good_verdict_asks_for_nothing() {

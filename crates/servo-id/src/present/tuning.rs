@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use host_sim::result::FeedForward;
-use host_sim::tune::{Conditions, KnownConditions, Tuned};
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::tuning::{
     PredictedResponse, PredictedSample, StepMeasure, Tuning, TuningError, TuningSettings,
 };
+use identifier_log::result::FeedForward;
+use identifier_log::tune::{Conditions, KnownConditions, Tuned};
 
 use super::number::{DASH, figure, plain, sentence};
 use super::sensitivity::sensitivity;

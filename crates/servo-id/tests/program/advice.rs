@@ -249,7 +249,7 @@ fn a_verdict_becomes_converged_once_its_remedy_is_followed() {
 fn a_first_fit_succeeds_once_the_remedy_of_its_rejection_reason_is_followed() {
     assert_followed("advice-obstacles", REJECTION_REASONS, |name, before| {
         assert_eq!(before["code"], 20, "{before}");
-        assert_eq!(before["obstacle"]["name"], name, "{before}");
+        assert_eq!(before["first_fit_rejection"]["name"], name, "{before}");
     });
 }
 

@@ -115,7 +115,7 @@ fn json_on_standard_output_is_alone_and_has_the_predicted_keys() {
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
     assert_eq!(result["code"], 0);
     assert!(result["cause"].is_null());
-    assert!(result["obstacle"].is_null());
+    assert!(result["first_fit_rejection"].is_null());
     assert!((result["sample_time"].as_f64().expect("number") - 1e-3).abs() < 1e-15);
     for parameter in ["a", "b", "load"] {
         let estimate = &result["estimates"][parameter];
@@ -263,7 +263,7 @@ fn a_run_ends_where_the_largest_speed_is_exceeded() {
 /// The paper's scenario with an estimator that fits, and lines of it.
 fn with_fit(law: &str, lines: &str) -> String {
     let gradient = "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0";
-    let mut left_out = vec!["plant_box", "initial", "bounds"];
+    let mut left_out = vec!["servo_range", "initial", "bounds"];
     left_out.extend(lines.lines().filter_map(|line| line.split(" =").next()));
     let is_kept = |line: &&str| !left_out.iter().any(|begin| line.starts_with(begin));
     let text = PROPOSED.replace(gradient, "LAW");
@@ -364,7 +364,7 @@ fn compare_gives_every_method_the_range_that_it_has_to_know() {
     printed(&servo_id(&["compare", &file, "--json", &json]));
     let result = std::fs::read_to_string(&json).expect("a result");
     let result: Value = serde_json::from_str(&result).expect("JSON");
-    let b = &result["assumed_box"]["b"];
+    let b = &result["assumed_range"]["b"];
     let [low, high] = [&b[0], &b[1]].map(|end| end.as_f64().expect("a number"));
     assert!(
         (low - 85.9).abs() < 1e-9 && (high - 773.1).abs() < 1e-9,

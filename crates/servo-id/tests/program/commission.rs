@@ -6,9 +6,9 @@ use std::fs;
 #[cfg(unix)]
 use crate::monitor::Bench;
 use crate::support::{assert_done, folder, servo_id, standard_error};
-#[cfg(unix)]
-use host_sim::verdict::Cause;
 use identifier_core::reason::Reason;
+#[cfg(unix)]
+use identifier_log::verdict::Cause;
 use serde_json::Value;
 
 const PAPER: &str = include_str!("../../../../host-sim/scenarios/commission.toml");
@@ -100,7 +100,9 @@ fn an_unknown_servo_ends_with_gains_and_their_derivation() {
     .map(|figure| figure.as_f64().expect("a number"));
     let looked_at = highest * time / std::f64::consts::TAU;
     assert!((0.49..0.4951).contains(&looked_at), "{looked_at}");
-    let predicted = result["promise"]["rise_time"].as_f64().expect("a number");
+    let predicted = result["predicted_response"]["rise_time"]
+        .as_f64()
+        .expect("a number");
     let measured = result["trial"]["rise_time"].as_f64().expect("a number");
     assert!(
         (measured / predicted - 1.0).abs() < 0.15,
@@ -176,7 +178,7 @@ fn a_commissioning_impossible_within_its_limits_is_refused_with_the_figure_that_
         ("speed = 30.0 ", "speed = 0.05 ", "speed", "0.1"),
         (
             "speed =",
-            "most_gain = 600.0\nspeed =",
+            "max_gain = 600.0\nspeed =",
             "sample_time",
             "0.000750",
         ),

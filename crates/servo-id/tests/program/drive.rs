@@ -602,7 +602,7 @@ fn an_unknown_servo_is_commissioned_from_the_command_line() {
         serde_json::from_str(&person.does("status --json -")).expect("JSON");
     assert_eq!(
         (&state["status"], &state["code"]),
-        (&"released".into(), &0.into())
+        (&"disabled".into(), &0.into())
     );
     assert!(state["gains"]["kp"].as_f64().is_some_and(|kp| kp > 0.0));
     assert!(state["servo_change"].is_null());

@@ -244,7 +244,7 @@ fn what_has_no_such_form_is_refused_with_the_remedy() {
     std::fs::write(&moving, text.replacen("\"converged\"", "\"moving\"", 1)).expect("written");
     let own = scenario("firmware.toml");
     let law = "law = \"gradient\"\nparameters = [\"a\", \"b\", \"coulomb\"]";
-    let parameter_range = "plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
+    let parameter_range = "servo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
     for (number, (to, from, change, part)) in [
         (
             "rust",
@@ -256,7 +256,7 @@ fn what_has_no_such_form_is_refused_with_the_remedy() {
             "rust",
             parameter_range.to_owned(),
             "",
-            "identifier.plant_box",
+            "identifier.servo_range",
         ),
         (
             "rust",

@@ -1,9 +1,9 @@
 //! Faults in a scenario: accepted and refused values, and their effect on a run.
 
 use crate::support::readable::assert_readable;
-use host_sim::experiment::{AbortCause, Outcome};
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
+use identifier_log::experiment::{AbortCause, Outcome};
 
 const SERVO: &str = "[plant]\na = 0.5\nb = 200.0\ncoulomb = 4.0\nload = 1.0\n";
 const SHORT: &str = "[run]\nduration = 1.0\n";

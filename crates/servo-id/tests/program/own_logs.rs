@@ -47,7 +47,7 @@ fn scenario(test: &str, rest: &str) -> PathBuf {
 
 const ALL: &str = "parameters = [\"a\", \"b\", \"coulomb\", \"load\"]";
 const GRADIENT: &str = "law = \"gradient\"\nparameters = [\"a\", \"b\", \"coulomb\"]\n\
-                        plant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
+                        servo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }";
 /// So low that the first command is cut off, and many later ones.
 const TIGHT: &str = "[amplifier]\nlimit = 1.0";
 
@@ -90,7 +90,7 @@ fn a_saturated_first_command_and_every_estimator_and_number_format_replay_to_the
         ("fixed", format!("{GRADIENT}\narithmetic = \"fixed\"")),
         (
             "pd",
-            "law = \"pd-gradient\"\nplant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }".into(),
+            "law = \"pd-gradient\"\nservo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }".into(),
         ),
         ("relay", "law = \"relay-least-squares\"\nrelay = 0.9".into()),
     ];

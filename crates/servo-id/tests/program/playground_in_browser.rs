@@ -429,7 +429,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
             "{name}: {here} and {there}"
         );
     }
-    let sensitivity = number(&tuned["promise"]["sensitivity"]);
+    let sensitivity = number(&tuned["predicted_response"]["sensitivity"]);
     assert!((number(&found["margins"][0]) / sensitivity - 1.0).abs() <= 1e-2);
     let arrives = "return recording.response.at(-1) / recording.step[0]";
     assert!((number(&browser.ask(arrives)) - 1.0).abs() < 0.05);

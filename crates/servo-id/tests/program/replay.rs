@@ -39,7 +39,7 @@ fn scenario() -> String {
 fn gradient() -> String {
     scenario().replace(
         "law = \"gauss-newton\"",
-        "law = \"gradient\"\nplant_box = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
+        "law = \"gradient\"\nservo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }",
     )
 }
 
@@ -307,7 +307,7 @@ fn keys_that_a_replay_needs_are_named() {
         ),
         (
             "no-correction",
-            without(&bare, &[], &["plant_box"]),
+            without(&bare, &[], &["servo_range"]),
             "identifier.correction",
         ),
         (
@@ -501,5 +501,8 @@ fn a_recursion_says_why_a_log_with_a_late_command_has_no_first_fit() {
     }
     let text = late.join("\n") + "\n";
     let result = printed_json(&replay_text("late", &text, &scenario()));
-    assert_eq!(result["obstacle"]["name"], "early-command", "{result}");
+    assert_eq!(
+        result["first_fit_rejection"]["name"], "early-command",
+        "{result}"
+    );
 }

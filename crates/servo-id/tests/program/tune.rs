@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Output;
 
 use crate::support::{assert_done, committed_log, folder, printed_json, refusal_message, servo_id};
-use host_sim::recognise::LogOptions;
+use identifier_log::recognise::LogOptions;
 use serde_json::{Value, json};
 
 /// A result of `run`, with the keys that `tune` reads.
@@ -62,7 +62,7 @@ fn noise_of_counts_in_a_result_makes_the_gains_slower_and_that_of_rounding_does_
                 .and_then(Value::as_f64)
                 .expect("a number")
         };
-        [number("/bandwidth"), number("/promise/noise")]
+        [number("/bandwidth"), number("/predicted_response/noise")]
     };
     let (silent, rounded, noisy) = (tuned(None), tuned(Some(0.3)), tuned(Some(3.0)));
     assert_eq!(silent.map(f64::to_bits), rounded.map(f64::to_bits));
@@ -97,7 +97,11 @@ fn it_prints_a_feed_forward_that_a_scenario_takes() {
     assert_eq!(led["kp"], filtered["kp"]);
     assert_eq!(led["reference_model"]["bandwidth"], json!(240.0));
     assert!(filtered.get("reference_model").is_none());
-    let rise = |of: &Value| of["promise"]["rise_time"].as_f64().expect("a number");
+    let rise = |of: &Value| {
+        of["predicted_response"]["rise_time"]
+            .as_f64()
+            .expect("a number")
+    };
     assert!(rise(&led) < 0.4 * rise(&filtered), "{led}");
 }
 
@@ -191,7 +195,10 @@ fn json_has_the_predicted_keys() {
         "noise",
         "stiffness",
     ] {
-        assert!(number(&format!("/promise/{key}")).is_some(), "{key}");
+        assert!(
+            number(&format!("/predicted_response/{key}")).is_some(),
+            "{key}"
+        );
     }
 }
 

@@ -1,9 +1,9 @@
 //! The verdict of each kind of evidence, beside any other.
 
-use host_sim::verdict::{
+use identifier_core::parameters::{Term, Unknown};
+use identifier_log::verdict::{
     Cause, Evidence, FitEvidence, MissingEffect, Motion, Residual, Status, UnknownEvidence, Verdict,
 };
-use identifier_core::parameters::{Term, Unknown};
 
 const MOTION: Motion = Motion {
     samples: 60_000,

@@ -3,10 +3,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use host_sim::Options;
-use host_sim::log::Log;
-use host_sim::result::Summary;
 use host_sim::scenario::{Purpose, Scenario};
+use identifier_log::log::Log;
+use identifier_log::result::Summary;
 use integration_tests::logs::RecordedLog;
 
 /// Settings of an identification that are compared.
@@ -79,6 +78,6 @@ impl Drop for LogFile {
 fn identify(path: &Path, scenario: Scenario) -> Result<Summary, String> {
     let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
         .map_err(|error| error.to_string())?;
-    let found = host_sim::identify(scenario, &[log], &Options::default(), &mut |_, _| {});
+    let found = host_sim::identify_logs(scenario, &[log], &[], 1, &|| true, &mut |_, _| {});
     Ok(found.map_err(|error| error.to_string())?.summary)
 }

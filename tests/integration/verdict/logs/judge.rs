@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use host_sim::analysis::Status;
-use host_sim::result::{EnteredEffect, Summary, TermSize};
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
+use identifier_log::result::{EnteredEffect, Summary, TermSize};
+use identifier_log::verdict::Status;
 
 use integration_tests::in_parallel;
 use integration_tests::logs::{Effect, LoopSetup, RecordedLog, drawn_with};

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use commissioning::{HoldingGains, Phase};
 use drive_link::{Commissioning, Outcome, Progress, State, Status};
-use host_sim::provenance::ScenarioText;
-use host_sim::result::{CommissioningEnd, DriveCommissioningResult};
-use host_sim::verdict::Cause;
+use host_sim::result::CommissioningEnd;
+use identifier_log::provenance::ScenarioText;
+use identifier_log::verdict::Cause;
 
 use super::fault;
 use super::follow::{Event, follow, samples_in};
@@ -16,7 +16,7 @@ use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::standard_output::show;
 use crate::cli::terminal::{notify, width};
-use crate::drive::Driven;
+use crate::drive::{DriveCommissioningResult, Driven, commissioning_outcome};
 use crate::present;
 use crate::render::terminal;
 
@@ -88,7 +88,14 @@ impl Arguments {
         drive.leave();
         let (time, limits) = (order.sample_time, &order.limits);
         let result = DriveCommissioningResult {
-            end: CommissioningEnd::new(time, limits, &largest_motion, before, &outcome, &effects),
+            end: CommissioningEnd::new(
+                time,
+                limits,
+                &largest_motion,
+                before,
+                &commissioning_outcome(&outcome),
+                &effects,
+            ),
             kept: outcome.kept,
         };
         files::commit([json.map(|json| json.document(&result))])?;
@@ -216,7 +223,12 @@ fn judged(end: &End, outcome: &Outcome, effects: &[Cause], silent: bool) -> Resu
         return Ok(());
     }
     let why = match reason {
-        Some(reason) => present::why(reason, outcome.no_gains.as_ref(), outcome.noise, effects),
+        Some(reason) => present::why(
+            reason,
+            outcome.no_gains.as_ref().map(|error| error as _),
+            outcome.noise,
+            effects,
+        ),
         None => "it did not end".to_owned(),
     };
     Err(Fault::Other(format!(

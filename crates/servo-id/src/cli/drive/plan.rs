@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use commissioning::{CommissionIsr, CommissionSettings, HoldingGains, LargestMotion};
 use drive_link::{Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, Status};
-use host_sim::provenance::ScenarioText;
 use host_sim::scenario::{Purpose, Scenario};
+use identifier_log::provenance::ScenarioText;
 
 use crate::cli::fault::Fault;
 use crate::drive::holding_brake;
@@ -43,7 +43,7 @@ impl Plan {
     /// # Errors
     /// As [`read`](Self::read).
     pub(super) fn from_text(text: &ScenarioText) -> Result<Self, Fault> {
-        let scenario = text.scenario(Purpose::Commission)?;
+        let scenario = Scenario::of_text(text, Purpose::Commission)?;
         let file = Path::new(&text.file);
         let of_scenario = |fault| Fault::of_file(file, fault);
         Ok(Self {

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use drive_link::{Estimates, InterruptCycles, Settings, Snapshot, Status, TermSizes};
-use host_sim::result::DriveStatus;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 
@@ -12,7 +11,7 @@ use crate::SIDES;
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::standard_output::show;
-use crate::drive::Client;
+use crate::drive::{Client, DriveStatus};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {

@@ -7,15 +7,14 @@ pub use traces::CommissionTraces;
 use std::f64::consts::TAU;
 
 use commissioning::{HoldingGains, LargestMotion, Limits, Phase, TrialResult};
-use drive_link::NoGains;
 use host_sim::commission::Outcome;
 use host_sim::result::commissioning::{COMMISSIONED, commissioned_truth, commissioned_values};
-use host_sim::result::{FeedForward, Gains, KnownForces};
 use host_sim::scenario::Scenario;
-use host_sim::verdict::Cause;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::{Resonance, Tuning};
+use identifier_log::result::{FeedForward, Gains, KnownForces};
+use identifier_log::verdict::Cause;
 
 use super::estimates::{self, Estimated, dash};
 use super::number::{figure, fixed, plain, sentence, signed};
@@ -83,7 +82,7 @@ pub fn unseen_motion(motion: &LargestMotion) -> String {
     match motion.unseen {
         Some(unseen) => format!("{found}, in which the axis can move {unseen:.4} rad."),
         None => format!(
-            "{found}. State commission.most_gain to see how far the axis can move until then."
+            "{found}. State commission.max_gain to see how far the axis can move until then."
         ),
     }
 }
@@ -142,7 +141,12 @@ fn detail(outcome: &Outcome, effects: &[Cause]) -> String {
             format!(
                 "in {}: {} ({state} since {since:.4} s)",
                 end.within.name(),
-                why(reason, outcome.no_gains.as_ref(), outcome.noise, effects),
+                why(
+                    reason,
+                    outcome.no_gains.as_ref().map(|error| error as _),
+                    outcome.noise,
+                    effects
+                ),
             )
         }
     }
@@ -151,7 +155,7 @@ fn detail(outcome: &Outcome, effects: &[Cause]) -> String {
 /// A reason, with the possible figure if there is one, and with the effects that the record shows.
 pub(crate) fn why(
     reason: Reason,
-    no_gains: Option<&NoGains>,
+    no_gains: Option<&dyn std::fmt::Display>,
     noise: f64,
     effects: &[Cause],
 ) -> String {

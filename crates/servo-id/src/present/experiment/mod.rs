@@ -1,12 +1,13 @@
 //! The page of a run or a replay.
 
-use host_sim::MotionUnit;
-use host_sim::analysis::{LoopFigures, Response, Seen};
-use host_sim::result::{BrakingForce, FitNotes, Residual, Summary};
+use host_sim::analysis::{LoopFigures, Response};
 use host_sim::scenario::Scenario;
-use host_sim::tune::Tuned;
-use host_sim::verdict::{State, Status};
 use identifier_core::parameters::{Parameter, Unknown};
+use identifier_log::MotionUnit;
+use identifier_log::analysis::Seen;
+use identifier_log::result::{BrakingForce, FitNotes, Residual, Summary};
+use identifier_log::tune::Tuned;
+use identifier_log::verdict::{State, Status};
 
 mod traces;
 

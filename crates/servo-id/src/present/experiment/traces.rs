@@ -1,10 +1,10 @@
 //! The course of an experiment, gathered sample by sample, and its figures.
 
-use host_sim::MotionUnit;
-use host_sim::analysis::{Braking, FoundResponse, Seen};
-use host_sim::experiment::Sample;
-use host_sim::result::Summary;
 use identifier_core::parameters::{Parameter, Unknown};
+use identifier_log::MotionUnit;
+use identifier_log::analysis::{Braking, FoundResponse, Seen};
+use identifier_log::experiment::Sample;
+use identifier_log::result::Summary;
 
 use crate::present::estimates::Estimated;
 use crate::present::number::{capitalised, rough};

@@ -1,7 +1,7 @@
 //! Colours of words on a terminal. The writer leaves them out where they are not shown.
 
 use anstyle::{AnsiColor, Style};
-use host_sim::analysis::Status;
+use identifier_log::verdict::Status;
 
 use crate::present::Tone;
 

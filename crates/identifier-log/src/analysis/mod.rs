@@ -1,0 +1,16 @@
+//! Conclusions from the samples of a log or a run.
+
+mod assessment;
+mod ending;
+mod evidence;
+mod scales;
+mod seen;
+mod sensor_noise;
+mod statistics;
+mod whole_record;
+
+pub use assessment::{Assessment, Effort, VerifiedEstimate};
+pub use ending::{Ending, EstimationMethod};
+pub use seen::{Braking, FoundResponse, Seen};
+pub use statistics::Statistics;
+pub use whole_record::WholeRecord;

@@ -1,0 +1,197 @@
+//! The servo of a whole record in SI, by the fit that takes all of it at once.
+
+use identifier_core::parameters::{ServoParameters, Terms, Unknown};
+use log_fit::fit::Effect;
+
+use super::scales::Scales;
+use crate::experiment::TermEstimate;
+use crate::found_servo::FoundServo;
+use crate::result::{BrakingForce, EnteredEffect, FitNotes};
+use crate::scaled_recording::{Scale, ScaledRecording, effect, term};
+use crate::scenario::Options;
+use crate::verdict::{Cause, FitEvidence};
+use log_fit::{GoesOn, Identified, Logged, ModelDemand, identify};
+
+/// The servo of a record.
+#[derive(Debug, Clone)]
+pub struct WholeRecord {
+    pub(super) servo: ServoParameters,
+    /// Standard errors of the four parameters.
+    pub(super) std_errors: ServoParameters,
+    /// Sizes of the effects that are terms of the model.
+    pub(super) terms: Vec<TermEstimate>,
+    /// The speed at which its low-speed friction fades, rad/s, if there is any.
+    pub(super) low_speed_velocity: Option<f64>,
+    /// The servo with all of its effects.
+    pub(super) all: FoundServo,
+    pub(super) evidence: FitEvidence,
+    /// The effects that a command of other sizes would determine better.
+    pub(super) needs_more_amplitudes: Vec<Effect>,
+    /// Deviation of the sensor's noise, counts.
+    pub(super) noise: f64,
+    pub(super) notes: FitNotes,
+    pub(super) scales: Scales,
+    /// In the units of its recording.
+    pub(super) found: Identified,
+    /// Those units.
+    pub(super) scale: Scale,
+}
+
+impl WholeRecord {
+    /// Its parameters, SI.
+    #[must_use]
+    pub fn servo(&self) -> &ServoParameters {
+        &self.servo
+    }
+
+    /// The servo with all of its effects.
+    #[must_use]
+    pub fn found(&self) -> FoundServo {
+        self.all
+    }
+
+    /// The standard error of an unknown, infinite for one that was not estimated.
+    pub(super) fn std_error(&self, unknown: Unknown) -> f64 {
+        let terms = || self.terms.iter().find(|term| term.unknown == unknown);
+        match unknown.parameter() {
+            Some(parameter) => parameter.value_in(&self.std_errors),
+            None => terms().map_or(f64::INFINITY, |term| term.std_error),
+        }
+    }
+
+    /// Identifies the servo as far as it may go on; none where there is no motion, or no servo explains it.
+    #[must_use]
+    pub fn identify(scenario: &Options, samples: &[Logged], goes_on: GoesOn<'_>) -> Option<Self> {
+        /// Effects that may enter.
+        const MAX_EFFECTS: usize = 4;
+        let terms = &scenario.stated.identifier.terms;
+        let fitted = samples.len() as u64;
+        let ScaledRecording { recording, scale } = ScaledRecording::new(scenario, samples);
+        let found = identify(
+            &recording,
+            &ModelDemand {
+                known: scale.declared(terms),
+                required: required(terms.demanded),
+                max_effects: MAX_EFFECTS,
+            },
+            goes_on,
+        )?;
+        Some(scale.in_si(found, fitted))
+    }
+}
+
+/// The effects of the terms that are required.
+fn required(terms: Terms) -> Vec<Effect> {
+    let unknowns = Unknown::ALL.into_iter().filter(|unknown| {
+        // A delay is part of every fit.
+        *unknown != Unknown::Delay && unknown.term().is_some_and(|own| terms.has(own))
+    });
+    let mut required: Vec<Effect> = unknowns.filter_map(effect).collect();
+    if required.contains(&Effect::LowSpeed) {
+        required.push(Effect::LowSpeedVelocity);
+    }
+    required
+}
+
+impl Scale {
+    fn in_si(&self, found: Identified, samples: u64) -> WholeRecord {
+        let value = |effect: Effect| found.values.get(effect) * self.of(effect);
+        let std_error = |effect: Effect| {
+            let own = found.estimated.iter().find(|(one, _)| *one == effect);
+            own.map_or(f64::INFINITY, |(_, error)| error * self.of(effect))
+        };
+        let four = |of: &dyn Fn(Effect) -> f64| ServoParameters {
+            a: of(Effect::A),
+            b: of(Effect::B),
+            coulomb: of(Effect::Coulomb),
+            load: of(Effect::Load),
+        };
+        let servo = four(&value);
+        let estimated = || found.estimated.iter().map(|(effect, _)| *effect);
+        let sizes_of_terms = Unknown::ALL
+            .into_iter()
+            .filter(|one| one.parameter().is_none());
+        let terms = sizes_of_terms.filter_map(|unknown| {
+            let effect = estimated().find(|&effect| term(effect) == Some(unknown))?;
+            let std_error = Some(std_error(effect)).filter(|error| error.is_finite())?;
+            Some(TermEstimate {
+                unknown,
+                value: value(effect),
+                std_error,
+                since: 0,
+            })
+        });
+        let sizes = |cause: Cause| {
+            let own_size = match cause {
+                Cause::Ripple => Some(("order", found.values.order)),
+                Cause::TorqueRipple => Some(("order", found.values.gain_order)),
+                Cause::VaryingInertia => Some(("order", found.values.inertia_order)),
+                Cause::LoadSteps => found.last_load.map(|last| ("last_at_s", last * self.time)),
+                Cause::Jitter => found
+                    .jitter
+                    .map(|jitter| ("deviation_s", jitter * self.time)),
+                _ => None,
+            };
+            let own = log_fit::effects(cause).iter();
+            // For a shaft its twist, or the second mass.
+            let is_there = |effect: &Effect| cause != Cause::Resonance || value(*effect) != 0.0;
+            let no_terms = own.filter(|effect| term(**effect).is_none() && is_there(effect));
+            let sizes = no_terms.map(|&effect| (name(effect), value(effect)));
+            own_size.into_iter().chain(sizes).collect()
+        };
+        let effects = found.entered.iter().map(|entered| EnteredEffect {
+            name: entered.cause.name(),
+            meaning: entered.cause.meaning(),
+            gain: entered.gain,
+            or: entered.rival().map(Cause::name),
+            sizes: sizes(entered.cause),
+        });
+        WholeRecord {
+            servo,
+            std_errors: four(&std_error),
+            terms: terms.collect(),
+            low_speed_velocity: Some(value(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
+            all: FoundServo::of_fit(&found.values, self),
+            evidence: FitEvidence {
+                profile: found.profile,
+                reverses: found.reverses,
+                delay_at_bound: found.delay_at_bound,
+                was_stopped: found.was_stopped,
+            },
+            needs_more_amplitudes: found.needs_more_amplitudes.clone(),
+            noise: found.noise,
+            notes: FitNotes {
+                samples,
+                command_recorded_late: found.lateness,
+                braking: found.braking.map(|[value, std_error]| BrakingForce {
+                    value: value * self.of(Effect::Load),
+                    std_error: std_error * self.of(Effect::Load),
+                }),
+                effects: effects.collect(),
+            },
+            scales: self.scales(&found.statistics, found.statistics.command),
+            found,
+            scale: *self,
+        }
+    }
+}
+
+/// The name of an effect's size in results, with its unit where it has one.
+const fn name(effect: Effect) -> &'static str {
+    match effect {
+        Effect::CurrentLoop => "time_constant_s",
+        Effect::Quadratic => "per_rad",
+        Effect::LowSpeedVelocity => "velocity_rad_per_s",
+        Effect::HiddenLimit => "limit",
+        Effect::Compliance => "twist_s2",
+        Effect::ResonanceFrequency => "resonance_rad_per_s",
+        Effect::ResonanceDamping => "damping",
+        Effect::LoadShare => "load_share",
+        Effect::Backlash => "play_rad",
+        Effect::EccentricitySine => "sine_rad",
+        Effect::EccentricityCosine => "cosine_rad",
+        Effect::TorqueRippleSine | Effect::InertiaSine => "sine",
+        Effect::TorqueRippleCosine | Effect::InertiaCosine => "cosine",
+        _ => "size",
+    }
+}

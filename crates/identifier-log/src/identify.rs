@@ -1,0 +1,230 @@
+//! Identification from logs: the one way from their rows to what is known of the servo.
+
+use identifier_core::measurement::VelocityEstimate;
+use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
+use identifier_core::stability::SampledLoopError;
+use log_fit::{GoesOn, Logged};
+
+use crate::analysis::{Ending, EstimationMethod, Seen, WholeRecord};
+use crate::experiment::{Outcome, Sample};
+use crate::found_servo::FoundServo;
+use crate::log::Log;
+use crate::predict::predict_logs;
+use crate::replay::{Agreement, Player, Stopped};
+use crate::result::{Estimate, LogReading, ReplayNotes, SettlingTime, Summary};
+use crate::scenario::{Fault, Options};
+use crate::with_velocity;
+
+/// A servo identified from its logs.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// The options with what only the logs know.
+    pub options: Options,
+    /// The result.
+    pub summary: Summary,
+    /// What was identified from.
+    pub recorded: RecordedSamples,
+    /// The residuals of the model over the logs. None if nothing explains them.
+    pub seen: Option<Seen>,
+    /// The servo itself, for a [prediction](crate::predict::predict). None if there is none.
+    pub found: Option<FoundServo>,
+}
+
+/// The samples of logs, one after the other, SI.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RecordedSamples {
+    /// Time, s, without the ranges that are left out.
+    pub times: Vec<f64>,
+    /// Reference, rad; NaN where it is not known.
+    pub references: Vec<f64>,
+    /// Position, rad, and the command that acted.
+    pub samples: Vec<Logged>,
+}
+
+/// Identifies the servo of one or more logs by a fit to all of them. It predicts the logs of `predictions`, which do not enter
+/// the fit unless they are among the others. `goes_on` is asked before each step of the search; once it is false, the
+/// result has what is known until then.
+///
+/// # Errors
+/// The key that does not suit the logs.
+pub fn identify(
+    logs: &[Log],
+    predictions: &[Log],
+    options: &Options,
+    goes_on: GoesOn<'_>,
+) -> Result<Identified, Fault> {
+    let options = options.clone().fitted(logs, false);
+    let (recorded, agreement, outcome) = with_velocity!(options, f64 => record(&options, logs))?;
+    let whole = recorded.fit(&options, &outcome, goes_on);
+    let found = whole.as_ref().map(WholeRecord::found);
+    let predicted = predict_logs(&options, found.as_ref(), logs, predictions)?;
+    let notes = ReplayNotes {
+        agreement,
+        logs: LogReading::all(logs, predictions),
+        predictions: predicted.predictions,
+    };
+    let mut identified = Identified::new(
+        options,
+        recorded,
+        outcome,
+        whole,
+        predicted.largest_error,
+        None,
+    );
+    identified.summary.replay = notes;
+    Ok(identified)
+}
+
+/// Identifies the servo of a simulated run that has ended, as one of a log. `unstable_loop` is why it may have ended
+/// early.
+#[must_use]
+pub fn identify_run(
+    options: &Options,
+    recorded: RecordedSamples,
+    outcome: Outcome,
+    unstable_loop: Option<SampledLoopError>,
+    goes_on: GoesOn<'_>,
+) -> Identified {
+    let whole = recorded.fit(options, &outcome, goes_on);
+    Identified::new(
+        options.clone(),
+        recorded,
+        outcome,
+        whole,
+        None,
+        unstable_loop,
+    )
+}
+
+impl Identified {
+    fn new(
+        options: Options,
+        recorded: RecordedSamples,
+        outcome: Outcome,
+        whole: Option<WholeRecord>,
+        prediction: Option<f64>,
+        unstable_loop: Option<SampledLoopError>,
+    ) -> Self {
+        let RecordedSamples {
+            references,
+            samples,
+            ..
+        } = &recorded;
+        let seen =
+            (whole.as_ref()).and_then(|whole| Seen::new(&options, samples, references, whole));
+        let servo = (whole.as_ref()).map_or(NO_ESTIMATE, |whole| *whole.servo());
+        let course = |parameter: Parameter, _| Estimate::of_fit(parameter.value_in(&servo));
+        let summary = Ending {
+            options: &options,
+            method: EstimationMethod::Fit(whole.as_ref()),
+            samples,
+            travelled: recorded.travelled(),
+            outcome,
+            servo,
+            course: &course,
+            prediction,
+            truth: None,
+            output_error: None,
+            settling_time: SettlingTime { a: None, b: None },
+            unstable_loop,
+        }
+        .summary();
+        Self {
+            found: whole.as_ref().map(WholeRecord::found),
+            options,
+            summary,
+            recorded,
+            seen,
+        }
+    }
+
+    /// Its samples, each with the residual of the model where there is one.
+    pub fn samples(&self) -> impl Iterator<Item = Sample> {
+        let RecordedSamples {
+            times,
+            references,
+            samples,
+        } = &self.recorded;
+        samples.iter().enumerate().map(move |(place, of)| Sample {
+            time: times[place],
+            begins: of.begins,
+            reference: references[place],
+            position: of.position,
+            command: of.command,
+            output_error: self.seen.as_ref().map(|seen| seen.errors[place]),
+            estimates: NO_ESTIMATE,
+            standard_errors: None,
+            at_bounds: PerParameter::default(),
+        })
+    }
+}
+
+/// The estimates where nothing explains the record.
+const NO_ESTIMATE: ServoParameters = ServoParameters {
+    a: f64::NAN,
+    b: f64::NAN,
+    coulomb: f64::NAN,
+    load: f64::NAN,
+};
+
+fn record<V: VelocityEstimate<f64>>(
+    options: &Options,
+    logs: &[Log],
+) -> Result<(RecordedSamples, Option<Agreement>, Outcome), Fault> {
+    let Some(log) = logs.first() else {
+        return Err(Fault::new("log", "there is no log"));
+    };
+    let settings = options.identifier_settings();
+    let is_declared = log.first().reference.is_some() && settings.controller.is_some();
+    let command_recorded = log.first().command.is_some();
+    let mut player = Player::<V>::new(options, &settings, is_declared, command_recorded)?;
+    let (mut recorded, mut outcome) = (RecordedSamples::default(), Outcome::default());
+    let played = player.play(options, logs, 1, &mut |_, row, time, input| {
+        outcome.count(None);
+        recorded.times.push(time);
+        recorded.references.push(row.reference.unwrap_or(f64::NAN));
+        recorded.samples.push(Logged {
+            position: row.position,
+            command: input.command,
+            begins: input.beginning.is_some(),
+        });
+        Ok(())
+    });
+    if let Err(Stopped { time, error }) = played {
+        outcome.end_early(time, error);
+    }
+    Ok((recorded, player.agreement(), outcome))
+}
+
+impl RecordedSamples {
+    /// Takes in a sample of a run.
+    pub fn add(&mut self, sample: &Sample) {
+        self.times.push(sample.time);
+        self.references.push(sample.reference);
+        self.samples.push(Logged {
+            position: sample.position,
+            command: sample.command,
+            begins: sample.begins,
+        });
+    }
+
+    /// The fit of all of it; none where it ended early or nothing explains it.
+    fn fit(
+        &self,
+        options: &Options,
+        outcome: &Outcome,
+        goes_on: GoesOn<'_>,
+    ) -> Option<WholeRecord> {
+        (outcome.abort.is_none())
+            .then(|| WholeRecord::identify(options, &self.samples, goes_on))
+            .flatten()
+    }
+
+    /// The distance travelled, forth and back, rad.
+    fn travelled(&self) -> f64 {
+        let pairs = self.samples.windows(2).filter(|pair| !pair[1].begins);
+        pairs
+            .map(|pair| (pair[1].position - pair[0].position).abs())
+            .sum()
+    }
+}

@@ -1,0 +1,493 @@
+//! The text of a log as columns in memory, before anything is known of them.
+
+use std::borrow::Cow;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::super::LogError;
+use super::super::error::shortened;
+#[cfg(feature = "files")]
+use super::super::source;
+use super::cell::Decimals;
+use super::dialect::Dialect;
+use super::{stamp, text};
+use crate::scenario::{Column, MAX_COLUMNS};
+
+/// A log's columns.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// The file, or its name in messages.
+    pub path: PathBuf,
+    /// The SHA-256 of what was read, in hexadecimal digits; none of columns in memory.
+    pub sha256: Option<String>,
+    /// Name of the separator between columns; none of columns in memory.
+    pub separator: Option<&'static str>,
+    /// Its columns, all as long.
+    pub columns: Vec<TableColumn>,
+    /// The line of each row, from 1.
+    pub lines: Vec<u32>,
+    /// True if a row of names is above the numbers.
+    pub has_heading: bool,
+    /// True for numbers with decimal commas.
+    pub decimal_commas: bool,
+    /// The row of units below the heading.
+    pub units_row: Option<String>,
+    /// The rows at which a file begins, besides the first.
+    pub begins: Vec<usize>,
+}
+
+/// A column of a log's table.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TableColumn {
+    /// Its name in the heading; empty without one.
+    pub name: String,
+    /// Its cell in the row of units below the heading; empty without one.
+    pub unit: String,
+    /// Its numbers or time stamps, s; NaN where a row has none.
+    pub values: Vec<f64>,
+    /// Cells that are time stamps.
+    pub stamps: usize,
+    /// Cells that are something else, by row, the first ones of many, and why each is no number.
+    pub(in super::super) others: Vec<(usize, String)>,
+}
+
+impl Table {
+    /// The most rows: more do not fit into the memory of a usual machine.
+    const MAX_ROWS: usize = 20_000_000;
+
+    /// Reads text, plain or packed with gzip, from a file, from a pipe or, for the name `-`, from standard input.
+    ///
+    /// # Errors
+    /// The file that cannot be read or is no table; the row that cannot be read.
+    #[cfg(feature = "files")]
+    pub fn read(path: &Path) -> Result<Self, LogError> {
+        let (bytes, fingerprint) = source::open(path)?;
+        let [dash, standard_input] = source::STANDARD_INPUT.map(Path::new);
+        let name = if path == dash { standard_input } else { path };
+        let table = Self::of_text(name, bytes)?;
+        Ok(Self {
+            sha256: Some(fingerprint.digits()),
+            ..table
+        })
+    }
+
+    /// Reads a text, which has a `name` in messages.
+    ///
+    /// # Errors
+    /// As of a file.
+    pub fn of_text(name: &Path, mut bytes: impl Read + 'static) -> Result<Self, LogError> {
+        let mut beginning = Vec::new();
+        (&mut bytes)
+            .take(Dialect::EXAMINED)
+            .read_to_end(&mut beginning)
+            .map_err(|error| LogError::in_file(name, format!("the log cannot be read: {error}")))?;
+        let dialect = Dialect::detect(name, &beginning)?;
+        let whole = Box::new(std::io::Cursor::new(beginning).chain(bytes));
+        Reader::new(name, dialect).read(whole)
+    }
+
+    /// Columns in memory.
+    ///
+    /// # Errors
+    /// The column that is longer or shorter than the first.
+    pub fn of_columns(name: &str, columns: Vec<(String, Vec<f64>)>) -> Result<Self, String> {
+        if let [(first, samples), others @ ..] = &columns[..]
+            && let Some((name, other)) =
+                (others.iter()).find(|(_, other)| other.len() != samples.len())
+        {
+            return Err(format!(
+                "{name} has {} samples but {first} has {}: all columns of a log must have the same length",
+                other.len(),
+                samples.len()
+            ));
+        }
+        let rows = columns.first().map_or(0, |(_, samples)| samples.len());
+        let column = |(name, values)| TableColumn {
+            name,
+            values,
+            ..TableColumn::default()
+        };
+        Ok(Self {
+            path: PathBuf::from(name),
+            columns: columns.into_iter().map(column).collect(),
+            lines: (1..=u32::try_from(rows).unwrap_or(u32::MAX)).collect(),
+            has_heading: true,
+            ..Self::default()
+        })
+    }
+
+    /// The rows of several logs with the same columns, one after the other.
+    ///
+    /// # Errors
+    /// The log that has other columns.
+    pub fn joined(tables: &[Self]) -> Result<Cow<'_, Self>, LogError> {
+        let (all, further) = match tables {
+            [] => return Ok(Cow::default()),
+            [one] => return Ok(Cow::Borrowed(one)),
+            [first, further @ ..] => (first, further),
+        };
+        let mut all = all.clone();
+        for table in further {
+            let names = |table: &Self| -> Vec<String> {
+                table
+                    .columns
+                    .iter()
+                    .map(|column| column.name.clone())
+                    .collect()
+            };
+            if names(table) != names(&all) {
+                let fault = format!(
+                    "its columns differ from those of {}: logs that are identified together must have the same columns",
+                    all.path.display()
+                );
+                return Err(LogError::in_file(&table.path, fault));
+            }
+            all.begins.push(all.rows());
+            all.lines.extend(&table.lines);
+            for (column, more) in all.columns.iter_mut().zip(&table.columns) {
+                column.values.extend(&more.values);
+                column.stamps += more.stamps;
+            }
+        }
+        Ok(Cow::Owned(all))
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The place of a column.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn place(&self, column: &Column) -> Result<usize, LogError> {
+        let names = || self.columns.iter().map(|column| column.name.as_str());
+        let fault = match column {
+            Column::Number(number) => {
+                let place = (*number as usize).wrapping_sub(1);
+                if place < self.columns.len() {
+                    return Ok(place);
+                }
+                format!(
+                    "the log has {} columns: state the column's number in [log] of the scenario",
+                    self.columns.len()
+                )
+            }
+            Column::Named(name) => {
+                let mut named =
+                    (0..self.columns.len()).filter(|&at| self.columns[at].name == *name);
+                match (named.next(), named.next()) {
+                    (Some(place), None) => return Ok(place),
+                    (Some(first), Some(second)) => format!(
+                        "columns {} and {} have this name: state the column's number instead",
+                        first + 1,
+                        second + 1
+                    ),
+                    (None, _) => format!(
+                        "the log has no such column, but {}: state the column in [log] of the scenario",
+                        shortened(&names().collect::<Vec<_>>().join(", "))
+                    ),
+                }
+            }
+        };
+        Err(LogError::in_column(&self.path, column, fault))
+    }
+}
+
+/// A table that is being read.
+struct Reader<'a> {
+    name: &'a Path,
+    dialect: Dialect,
+    decimals: Decimals,
+    table: Table,
+}
+
+impl<'a> Reader<'a> {
+    fn new(name: &'a Path, dialect: Dialect) -> Self {
+        let table = Table {
+            path: name.to_owned(),
+            separator: Some(dialect.separator_name()),
+            ..Table::default()
+        };
+        Self {
+            name,
+            dialect,
+            decimals: Decimals::default(),
+            table,
+        }
+    }
+
+    fn read(mut self, bytes: Box<dyn Read>) -> Result<Table, LogError> {
+        const BUFFER: usize = 1 << 16;
+        let (text, allowance) = text::from_bytes(bytes, self.dialect);
+        let mut reader = csv::ReaderBuilder::new()
+            .buffer_capacity(BUFFER)
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(self.dialect.separator)
+            .from_reader(text);
+        let mut row = csv::ByteRecord::new();
+        let mut heading = Vec::new();
+        loop {
+            allowance.renew();
+            let line = reader.position().line();
+            let there = reader.read_byte_record(&mut row).map_err(|error| {
+                let line = error.position().map_or(line, csv::Position::line);
+                self.fault(line, format!("the row cannot be read: {error}"))
+            })?;
+            if !there {
+                break;
+            }
+            // Every line ends with a line feed, so the reader stands on the next one.
+            let line = reader.position().line().saturating_sub(1);
+            if !row.iter().any(super::cell::is_value) {
+                // Of several rows of words above the numbers the first as wide has the names, the next the units.
+                if self.table.lines.is_empty() && line >= self.dialect.heading {
+                    heading.push(row.clone());
+                }
+                continue;
+            }
+            if self.table.lines.is_empty() {
+                self.begin(&row, &heading, line)?;
+            }
+            self.add(&row, line)?;
+        }
+        if self.table.lines.is_empty() {
+            let fault = match heading.len() {
+                0 => "the file is empty: a log has a row of column names and one row per sample",
+                1 => "the log has a heading and no samples: record the motion of the servo",
+                _ => {
+                    "no row has numbers in two or more columns: a log has one row per sample, with position and command"
+                }
+            };
+            return Err(LogError::in_file(self.name, fault.to_owned()));
+        }
+        self.table.decimal_commas = self.decimals.are_commas();
+        Ok(self.table)
+    }
+
+    fn fault(&self, line: u64, fault: String) -> LogError {
+        LogError::at_line(self.name, line, None, fault)
+    }
+
+    /// Takes the names of the columns from the text above the first row of numbers, or from its own cells.
+    fn begin(
+        &mut self,
+        row: &csv::ByteRecord,
+        heading: &[csv::ByteRecord],
+        line: u64,
+    ) -> Result<(), LogError> {
+        let is_as_wide = |names: &&csv::ByteRecord| {
+            let ends_empty = row.iter().next_back().is_some_and(<[u8]>::is_empty);
+            names.len() == row.len() || (ends_empty && names.len() + 1 == row.len())
+        };
+        let mut words = heading.iter().rev().filter(is_as_wide);
+        let (units, names) = match (words.next(), words.next()) {
+            (Some(units), Some(names)) => (Some(units), Some(names)),
+            (only, _) => (None, only),
+        };
+        let width = names.map_or(row.len(), csv::ByteRecord::len);
+        if width > MAX_COLUMNS as usize {
+            let fault = format!("the log has {width} columns: at most {MAX_COLUMNS} are allowed");
+            return Err(self.fault(line, fault));
+        }
+        let text = |cell: &[u8]| decoded(cell.trim_ascii());
+        let table = &mut self.table;
+        table.columns = vec![TableColumn::default(); width];
+        table.has_heading = names.is_some();
+        if let Some(names) = names {
+            for (column, name) in table.columns.iter_mut().zip(names) {
+                column.name = text(name);
+            }
+            if let Some(units) = units {
+                let cells: Vec<_> = units.iter().map(text).collect();
+                table.units_row = Some(shortened(&cells.join(", ")));
+                for (column, unit) in table.columns.iter_mut().zip(cells) {
+                    column.unit = unit;
+                }
+            }
+        } else if row
+            .iter()
+            .all(|cell| super::cell::name_and_value(cell).is_some())
+        {
+            table.has_heading = true;
+            for (column, cell) in table.columns.iter_mut().zip(row) {
+                column.name =
+                    super::cell::name_and_value(cell).map_or(String::new(), |(name, _)| text(name));
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, row: &csv::ByteRecord, line: u64) -> Result<(), LogError> {
+        /// Cells of a column that are no numbers which are kept.
+        const MAX_OTHERS: usize = 1024;
+        let (width, found) = (self.table.columns.len(), row.len());
+        let ends_empty = row
+            .get(width)
+            .is_some_and(|last| last.trim_ascii().is_empty());
+        if found > width && !(found == width + 1 && ends_empty) {
+            return Err(self.fault(line, self.too_wide(row)));
+        }
+        let place = self.table.lines.len();
+        if place == Table::MAX_ROWS {
+            let fault = format!("the log has more than {place} rows: split it");
+            return Err(self.fault(line, fault));
+        }
+        self.table
+            .lines
+            .push(u32::try_from(line).unwrap_or(u32::MAX));
+        for (at, column) in self.table.columns.iter_mut().enumerate() {
+            let cell = row.get(at).unwrap_or_default();
+            let value = if super::cell::is_missing(cell) {
+                f64::NAN
+            } else {
+                match self.decimals.number(cell, line) {
+                    Ok(number) => number,
+                    Err(fault) => stamp::seconds(cell).map_or_else(
+                        || {
+                            if column.others.len() < MAX_OTHERS {
+                                let cell = shortened(&decoded(cell));
+                                column
+                                    .others
+                                    .push((place, format!("\"{cell}\" is not allowed: {fault}")));
+                            }
+                            f64::NAN
+                        },
+                        |seconds| {
+                            column.stamps += 1;
+                            seconds
+                        },
+                    ),
+                }
+            };
+            column.values.push(value);
+        }
+        Ok(())
+    }
+
+    fn too_wide(&self, row: &csv::ByteRecord) -> String {
+        let mut fault = format!(
+            "the row cannot be read: it has {} fields where the first row has {}",
+            row.len(),
+            self.table.columns.len()
+        );
+        if let Some(other) = self.dialect.others(row.as_slice()) {
+            let own = self.dialect.separator_name();
+            fault += &format!(
+                "; the first row is separated by a {own}, this row by a {other}: use the same separator in all rows"
+            );
+        } else if self.dialect.separator == b',' {
+            fault += "; numbers with decimal commas need semicolons, tabs or quotation marks";
+        }
+        fault
+    }
+}
+
+/// A cell as text. One that is not UTF-8 is Latin-1, in which a byte is its character.
+fn decoded(cell: &[u8]) -> String {
+    match str::from_utf8(cell) {
+        Ok(text) => text.to_owned(),
+        Err(_) => cell.iter().copied().map(char::from).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Table;
+
+    fn table(text: &str) -> Table {
+        Table::of_text("log.csv".as_ref(), std::io::Cursor::new(text.to_owned()))
+            .unwrap_or_else(|error| panic!("{text:?}: {error}"))
+    }
+
+    fn values(table: &Table) -> Vec<Vec<f64>> {
+        table
+            .columns
+            .iter()
+            .map(|column| column.values.clone())
+            .collect()
+    }
+
+    #[test]
+    fn a_heading_in_latin_1_keeps_its_letters() {
+        let bytes = b"t;q;u\n[s];[\xb0];[V]\n0;1;2\n1;2;3\n";
+        let found = Table::of_text("log.csv".as_ref(), &bytes[..]).expect("a table");
+        assert_eq!(found.columns[1].unit, "[°]");
+    }
+
+    #[test]
+    fn every_column_is_read_with_name_unit_and_numbers() {
+        let found = table("t;q;mode\ns;deg;\n06:00:00,5;1,5;on\n06:00:01,5;x;off\n");
+        assert_eq!(
+            (found.separator, found.rows(), found.has_heading),
+            (Some("semicolon"), 2, true)
+        );
+        let [time, position, mode] = &found.columns[..] else {
+            panic!("{found:?}");
+        };
+        assert_eq!(
+            (time.name.as_str(), time.unit.as_str(), time.stamps),
+            ("t", "s", 2)
+        );
+        assert_eq!(time.values, [21_600.5, 21_601.5]);
+        assert_eq!((position.unit.as_str(), position.others.len()), ("deg", 1));
+        assert_eq!(position.values[..1], [1.5]);
+        assert!(position.values[1].is_nan());
+        assert_eq!((mode.others.len(), mode.stamps), (2, 0));
+    }
+
+    #[test]
+    fn text_is_read_as_people_have_it() {
+        let three = vec![vec![0.0, 1.0], vec![1.5, 2.5], vec![-2.0, 3.0]];
+        for (text, has_heading) in [
+            ("0 1.5  -2\n1 2.5   3\n", false),
+            ("t,q,u\n0,1.5,-2\n1,2.5,3\n", true),
+            ("# t,q,u\n0,1.5,-2\n1,2.5,3\n", true),
+            (
+                "Drive 7\nRecorded: Monday, 9:00\nGain;4,5\n\nt;q;u\n0;1,5;-2\n1;2,5;3\n",
+                true,
+            ),
+            ("t:0,q:1.5,u:-2\nt:1,q:2.5,u:3\n", true),
+            ("log = [0 1.5 -2;\n1 2.5 3];\n", false),
+            ("\"t\",\"q\",\"u\"\n\"0,1.5,-2\"\n\"1,2.5,3\"\n", true),
+            ("t,q,u\nstarted\n0,1.5,-2,\n1,2.5,3,\n", true),
+        ] {
+            let found = table(text);
+            assert_eq!(values(&found), three, "{text}");
+            assert_eq!(found.has_heading, has_heading, "{text}");
+            if has_heading {
+                let names: Vec<_> = found.columns.iter().map(|one| one.name.as_str()).collect();
+                assert_eq!(names, ["t", "q", "u"], "{text}");
+            }
+        }
+        let blank = table("t,q,u\n0,,-2\n1,NaN,\n2,3,1\n");
+        assert_eq!(
+            blank
+                .columns
+                .iter()
+                .map(|one| one.others.len())
+                .sum::<usize>(),
+            0
+        );
+        assert_eq!(blank.columns[1].values[2..], [3.0]);
+        assert!(
+            blank.columns[1].values[..2]
+                .iter()
+                .all(|value| value.is_nan())
+        );
+    }
+
+    #[test]
+    fn columns_in_memory_are_one_length() {
+        let of = |name: &str, samples: usize| (name.to_owned(), vec![0.0; samples]);
+        let refused =
+            Table::of_columns("log", vec![of("u", 49), of("q", 50)]).expect_err("two lengths");
+        assert!(
+            refused.starts_with("q has 50 samples but u has 49"),
+            "{refused}"
+        );
+    }
+}

@@ -1,0 +1,249 @@
+use identifier_core::error::OutOfRange;
+use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_core::replay::{ReplayModel, ReplayState};
+use identifier_core::settings::TermSettings;
+use identifier_core::units::Units;
+use log_fit::fit::Effect;
+
+use crate::found_servo::FoundServo;
+use crate::scaled_recording::term;
+use crate::scenario::Options;
+
+/// A servo with constant parameters. It is the model of the identifiers with every term and without any correction.
+///
+/// Every term of the core's own step is here too.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrozenServo {
+    units: Units,
+    servo: ServoParameters,
+    model: ReplayModel,
+}
+
+/// Where a servo is, how fast, and which commands are still on their way to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// Position, rad.
+    pub position: f64,
+    /// Velocity, rad a sample.
+    pub velocity: f64,
+    /// Motion in the last sample, rad.
+    pub moved: f64,
+    replay: ReplayState,
+}
+
+impl FrozenServo {
+    /// A servo with these parameters and no other terms, in samples of `sample_time`, s. A friction
+    /// below zero is none.
+    ///
+    /// # Errors
+    /// A sample time that is not allowed.
+    pub fn new(servo: &ServoParameters, sample_time: f64) -> Result<Self, OutOfRange> {
+        let units = Units::new(sample_time, 1.0)?;
+        let servo = ServoParameters {
+            coulomb: servo.coulomb.max(0.0),
+            ..*servo
+        };
+        Ok(Self {
+            units,
+            servo,
+            model: ReplayModel::new(&units, &servo, &TermSettings::NONE, []),
+        })
+    }
+
+    /// The same servo with what is declared of its terms, and the sizes that were found, SI.
+    #[must_use]
+    pub fn with_terms(
+        self,
+        declared: &TermSettings,
+        found: impl IntoIterator<Item = (Unknown, f64)>,
+    ) -> Self {
+        Self {
+            model: ReplayModel::new(&self.units, &self.servo, declared, found),
+            ..self
+        }
+    }
+
+    /// A servo that was found, with the effects that are terms of the core's model.
+    ///
+    /// # Errors
+    /// A sample time that is not allowed.
+    pub(super) fn of(found: &FoundServo, scenario: &Options) -> Result<Self, OutOfRange> {
+        let values = found.values();
+        let servo = ServoParameters {
+            a: values.get(Effect::A),
+            b: values.get(Effect::B),
+            coulomb: values.get(Effect::Coulomb),
+            load: values.get(Effect::Load),
+        };
+        let declared = TermSettings {
+            dead_band: values.get(Effect::DeadBand),
+            current_loop: values.get(Effect::CurrentLoop),
+            low_speed_velocity: Some(values.get(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
+            ripple_order: Some(values.order),
+            ..scenario.stated.identifier.terms
+        };
+        let terms = Effect::ALL.into_iter().filter_map(|effect| {
+            let unknown = term(effect).filter(|unknown| unknown.parameter().is_none())?;
+            (unknown != Unknown::DeadBand).then(|| (unknown, values.get(effect)))
+        });
+        Ok(Self::new(&servo, scenario.sample_time())?.with_terms(&declared, terms))
+    }
+
+    /// At a position (rad) with a velocity (rad a sample); the command that acts has acted for long.
+    #[must_use]
+    pub fn start(&self, position: f64, velocity: f64, command: f64) -> State {
+        let mut state = State {
+            position,
+            velocity,
+            moved: 0.0,
+            replay: self.model.start(position, velocity),
+        };
+        for _ in 0..=ReplayModel::MAX_DELAY as u32 {
+            self.record(&mut state, 0.0, command);
+        }
+        state
+    }
+
+    fn record(&self, state: &mut State, moved: f64, command: f64) {
+        let command = self.model.amplify(&mut state.replay, command);
+        state.replay.velocity = state.velocity;
+        self.model.record(&mut state.replay, moved, command);
+    }
+
+    /// One sample of a servo that is where it was measured, rad, with a velocity, rad a sample.
+    pub fn follow(&self, state: &mut State, position: f64, velocity: f64, command: f64) {
+        let moved = position - state.position;
+        self.record(state, moved, command);
+        (state.position, state.velocity, state.moved) = (position, velocity, moved);
+    }
+
+    /// One sample under a held command.
+    pub fn advance(&self, state: &mut State, command: f64) {
+        let command = self.model.amplify(&mut state.replay, command);
+        // The model is where the servo is.
+        (state.replay.error, state.replay.velocity) = (-state.moved, state.velocity);
+        self.model.process(&mut state.replay, state.moved, command);
+        // The displacement from where it stood.
+        state.moved = -state.replay.error;
+        state.position += state.moved;
+        state.velocity = state.replay.velocity;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use virtual_servo::{Effects, Plant, Servo};
+
+    const SERVO: ServoParameters = ServoParameters {
+        a: 0.2174,
+        b: 257.7,
+        load: 20.0,
+        coulomb: 10.0,
+    };
+
+    fn command(k: i64) -> f64 {
+        if k < 0 {
+            return 0.0;
+        }
+        let time = 1e-3 * k as f64;
+        0.3 * libm::sin(7.0 * time) - 0.08
+    }
+
+    /// The servo of the simulator, which was written apart from the core's model.
+    #[test]
+    fn it_moves_as_the_simulated_servo_does() {
+        let frozen = FrozenServo::new(&SERVO, 1e-3).expect("valid");
+        let (mut state, mut plant) = (frozen.start(0.0, 0.0, 0.0), Plant::at_rest(&SERVO, 1e-3));
+        let mut most: f64 = 0.0;
+        for k in 0..20_000 {
+            frozen.advance(&mut state, command(k));
+            plant.advance(command(k));
+            most = most.max((state.position - plant.position).abs());
+        }
+        assert!(plant.position.abs() > 0.1, "{}", plant.position);
+        assert!(most < 1e-6, "{most}");
+    }
+
+    /// A delay is declared or found, and what is found counts.
+    #[test]
+    fn a_whole_delay_is_the_same_motion_later() {
+        let late = FrozenServo::new(&SERVO, 1e-3).expect("valid");
+        let declared = TermSettings {
+            delay: 3e-3,
+            ..TermSettings::NONE
+        };
+        for (found, delay) in [(None, 3), (Some((Unknown::Delay, 5e-3)), 5)] {
+            let late = late.with_terms(&declared, found);
+            let mut state = late.start(0.0, 0.0, 0.0);
+            let mut plant = Plant::at_rest(&SERVO, 1e-3);
+            let mut most: f64 = 0.0;
+            for k in 0..5_000 {
+                late.advance(&mut state, command(k));
+                plant.advance(command(k - delay));
+                most = most.max((state.position - plant.position).abs());
+            }
+            assert!(most < 1e-6, "{most}");
+        }
+    }
+
+    /// A command within the dead band gives no current; a lagging current within it would not act.
+    #[test]
+    fn a_declared_dead_band_comes_before_the_current_loop() {
+        let declared = TermSettings {
+            dead_band: 0.1,
+            current_loop: 5e-3,
+            ..TermSettings::NONE
+        };
+        let effects = Effects {
+            dead_band: 0.1,
+            current_loop: 5e-3,
+            ..Effects::NONE
+        };
+        let frozen = FrozenServo::new(&SERVO, 1e-3)
+            .expect("valid")
+            .with_terms(&declared, []);
+        let mut state = frozen.start(0.0, 0.0, 0.0);
+        let mut servo = Servo::at_rest(&SERVO, &effects, 1e-3, 1).expect("valid");
+        let mut most: f64 = 0.0;
+        for k in 0..5_000 {
+            frozen.advance(&mut state, command(k));
+            servo.advance(command(k));
+            most = most.max((state.position - servo.position()).abs());
+        }
+        assert!(servo.position().abs() > 0.1, "{}", servo.position());
+        assert!(most < 1e-3, "{most}");
+    }
+
+    #[test]
+    fn gravity_is_of_the_angle_where_the_servo_is() {
+        let mass = ServoParameters {
+            a: 0.0,
+            b: 1.0,
+            load: 0.0,
+            coulomb: 0.0,
+        };
+        let hanging = FrozenServo::new(&mass, 1e-3)
+            .expect("valid")
+            .with_terms(&TermSettings::NONE, [(Unknown::GravitySine, -25.0)]);
+        // A pendulum: 5 rad/s for small oscillations about any whole turn.
+        let mut state = hanging.start(3.0 * TAU + 0.01, 0.0, 0.0);
+        let period = TAU / 5.0;
+        for _ in 0..(period / 1e-3) as u32 {
+            hanging.advance(&mut state, 0.0);
+        }
+        assert!(
+            (state.position - 3.0 * TAU - 0.01).abs() < 1e-4,
+            "{state:?}"
+        );
+        for _ in 0..(0.5 * period / 1e-3) as u32 {
+            hanging.advance(&mut state, 0.0);
+        }
+        assert!(
+            (state.position - 3.0 * TAU + 0.01).abs() < 1e-4,
+            "{state:?}"
+        );
+    }
+}

@@ -1,0 +1,315 @@
+//! The findings about a log in words, and its scenario.
+
+use std::fmt::Write;
+
+use identifier_core::parameters::Unknown;
+
+use super::Recognised;
+use super::columns::{Chosen, Clock, Columns};
+use super::name::Unit;
+use super::position::{Reading, short};
+use crate::log::Table;
+use crate::motion_unit::MotionUnit;
+use crate::physical::Scale;
+use crate::scenario::{
+    Column, CommandUnit, Estimator, Fault, InnerLoop, Integrator, Options, PhysicalSettings,
+    PositionUnit, TimeUnit,
+};
+
+impl Clock {
+    pub(super) fn text(&self, sample_time: f64) -> String {
+        let Some(time) = &self.chosen else {
+            return format!("no column: one row every {sample_time} s, as stated");
+        };
+        let column = time.text();
+        match self.unit {
+            TimeUnit::Sample => format!("{column}, a counter of samples"),
+            unit => format!("{column}, in {} ({})", unit.name(), self.evidence),
+        }
+    }
+}
+
+impl Columns {
+    /// How many columns there are, and those that are left aside.
+    pub(super) fn left_aside(&self, table: &Table) -> String {
+        let count = table.columns.len();
+        let mut text = match table.separator {
+            Some(separator) => format!("{count}, separated by {separator}s"),
+            None => count.to_string(),
+        };
+        if !table.has_heading {
+            text += ", without a heading: state them by number";
+        }
+        let used: Vec<_> = [Some(&self.position), self.command.as_ref()]
+            .into_iter()
+            .chain([
+                self.time.as_ref(),
+                self.reference.as_ref(),
+                self.velocity.as_ref(),
+                self.known_torque.as_ref(),
+            ])
+            .flatten()
+            .map(|chosen| chosen.index)
+            .collect();
+        let others: Vec<_> = (table.columns.iter().zip(0..))
+            .filter(|(_, index)| !used.contains(index))
+            .map(|(column, index)| match column.name.as_str() {
+                "" => (index + 1).to_string(),
+                name => name.to_owned(),
+            })
+            .collect();
+        if !others.is_empty() {
+            let others = crate::nearest::shortened(&others.join(", "), 60);
+            text += &format!("; not used: {others}");
+        }
+        text
+    }
+
+    pub(super) fn position_text(&self, reading: &Reading) -> String {
+        let mut text = self.position.text();
+        let (unit, evidence) = (reading.name(), reading.evidence);
+        text += if self.is_velocity {
+            ", a velocity in "
+        } else {
+            ", in "
+        };
+        text += unit;
+        if self.is_velocity && reading.unit != PositionUnit::Own {
+            text += " per s";
+        }
+        text += &format!(" ({evidence})");
+        if reading.unit == PositionUnit::Count && reading.counts_per_rev.is_none() {
+            text += "; nobody states how many make a revolution: --counts-per-rev";
+        }
+        match (reading.step, reading.counts_per_rev) {
+            (_, Some(counts)) if counts > 0.0 => {
+                text += &format!("; the encoder has {counts} counts per revolution");
+            }
+            (Some(step), _) => text += &format!("; its smallest step is {}", short(step)),
+            (None, _) => {}
+        }
+        if matches!(reading.unit, PositionUnit::Metre | PositionUnit::Millimetre) {
+            text += "; a linear axis: read m for rad";
+        }
+        text
+    }
+
+    /// The text of a command that is multiplied by a scale, or of one from an inner loop.
+    pub(super) fn command_text(
+        &self,
+        scale: f64,
+        inner: Option<&InnerLoop>,
+        is_gain_stated: bool,
+        motion_unit: MotionUnit,
+    ) -> String {
+        let own = motion_unit.of(Unknown::Coulomb);
+        let Some(command) = &self.command else {
+            let (kp, kd) = inner.map_or((f64::NAN, f64::NAN), |inner| (inner.kp, inner.kd));
+            let unknown = if is_gain_stated {
+                ""
+            } else {
+                "; its gain is not stated, so b includes that gain"
+            };
+            return format!(
+                "computed by the servo's own loop: {kp} (goal − position) − {kd} velocity; b in {own} per unit of \
+                 it{unknown}"
+            );
+        };
+        let unit = match command.named.unit {
+            _ if (scale - 1.0).abs() > 0.0 => {
+                format!("times {scale}; b in {own} per unit of the product")
+            }
+            Some(Unit::Command(unit)) => format!("in {unit}; b in {own} per {unit}"),
+            _ => format!("in its own unit; b in {own} per unit of it"),
+        };
+        let mut text = format!(
+            "{}, {unit}; assumed to be the total command that acted",
+            command.text()
+        );
+        if self.is_reversed {
+            text += "; its sign is opposite to the motion and is inverted";
+        }
+        if let Some(next) = &self.next {
+            text += &format!("; {next}");
+        }
+        text
+    }
+
+    pub(super) fn reference_text(&self, unit: Option<PositionUnit>) -> String {
+        let reference = self.reference.as_ref().map_or(String::new(), Chosen::text);
+        let unit = unit.map_or("the unit of the position", PositionUnit::name);
+        let purpose = match &self.command {
+            Some(_) => "for plots only",
+            None => "it is the goal of the servo's own loop",
+        };
+        format!("{reference}, in {unit}; {purpose}")
+    }
+}
+
+/// The unit of the command and the scale of torques, where the result is in physical units by them.
+pub(super) fn physical(settings: &PhysicalSettings) -> Option<String> {
+    Some(match (settings.command_unit, settings.scale()?) {
+        (CommandUnit::NewtonMetre, _) => {
+            "the command is in Nm and assumed to act at the joint, so the result has inertia and friction \
+             (--command-unit other: ratios only)"
+                .to_owned()
+        }
+        (CommandUnit::Newton, _) => {
+            "the command is in N, so the result has mass and friction".to_owned()
+        }
+        (_, Scale::TorqueConstant(constant)) => {
+            format!("torque constant as stated: {constant} N·m per command unit at the joint (N on a linear axis)")
+        }
+        (_, Scale::Inertia(inertia)) => {
+            format!("total inertia as stated: {inertia} kg·m² (kg on a linear axis)")
+        }
+        (_, Scale::Payload { .. } | Scale::Ratios) => return None,
+    })
+}
+
+impl Chosen {
+    fn text(&self) -> String {
+        format!("column {} ({})", self.column, self.evidence)
+    }
+}
+
+impl Recognised {
+    /// The options that identify the recognised log.
+    ///
+    /// # Errors
+    /// The key that is not allowed.
+    pub fn options(&self) -> Result<Options, Fault> {
+        let mut options = Options::blank();
+        options.identifier.set_estimator(Estimator::Fit);
+        (options.counts_per_rev, options.inner) = (self.counts_per_rev, self.inner);
+        options.physical = self.physical;
+        let mut settings = self.settings.clone();
+        // The encoder's, which the options have.
+        settings.units.counts_per_rev = None;
+        options.log = Some(settings);
+        options.checked()
+    }
+
+    /// The scenario that identifies the recognised log.
+    #[must_use]
+    pub fn scenario(&self, log: &str) -> String {
+        let mut text = format!("# {} as `servo-id identify` took it:\n", one_line(log));
+        for finding in &self.findings {
+            let _ = writeln!(text, "#   {}: {}", finding.about, one_line(&finding.text));
+        }
+        text += "#\n#   servo-id identify LOG --scenario THIS.toml   identifies it again\n\n";
+        if let Some(counts) = self.counts_per_rev {
+            let _ = writeln!(text, "[encoder]\ncounts_per_rev = {counts:?}\n");
+        }
+        text += "[identifier]\nlaw = \"fit\"\n\n";
+        text += &self.inner_text();
+        text += &self.physical_text();
+        text += "[log]\n";
+        let settings = &self.settings;
+        for (name, column) in [
+            ("time", settings.time.as_ref()),
+            ("reference", settings.reference.as_ref()),
+            ("position", Some(&settings.position)),
+            ("command", settings.command.as_ref()),
+            ("velocity", settings.velocity.as_ref()),
+            ("known_torque", settings.known_torque.as_ref()),
+        ] {
+            if let Some(column) = column {
+                let _ = writeln!(text, "{name} = {}", value(column));
+            }
+        }
+        let units = &settings.units;
+        if settings.time.is_some() && units.time != TimeUnit::Second {
+            let _ = writeln!(text, "time_unit = \"{}\"", units.time.name());
+        }
+        let _ = writeln!(text, "position_unit = \"{}\"", units.position.name());
+        if let Some(unit) = units.reference.filter(|_| settings.reference.is_some()) {
+            let _ = writeln!(text, "reference_unit = \"{}\"", unit.name());
+        }
+        for (name, scale) in [
+            ("position_scale", units.position_scale),
+            ("reference_scale", units.reference_scale),
+            ("command_scale", units.command_scale),
+        ] {
+            if (scale - 1.0).abs() > 0.0 {
+                let _ = writeln!(text, "{name} = {scale:?}");
+            }
+        }
+        if let Some(sample_time) = settings.sample_time {
+            let _ = writeln!(text, "sample_time = {sample_time:?}");
+        }
+        if settings.bridge > 0 {
+            let _ = writeln!(text, "bridge_gaps = {}", settings.bridge);
+        }
+        if !settings.cut.is_empty() {
+            let _ = writeln!(text, "cut = {:?}", settings.cut);
+        }
+        if let Some(wrap) = settings.wrap {
+            let _ = writeln!(text, "wrap = {wrap:?}");
+        }
+        if settings.is_velocity {
+            text += "measured = \"velocity\"\n";
+        }
+        text
+    }
+
+    /// The table `[inner]`, where there is one.
+    fn inner_text(&self) -> String {
+        let Some(inner) = &self.inner else {
+            return String::new();
+        };
+        let mut text = format!("[inner]\nkp = {:?}\nkd = {:?}\n", inner.kp, inner.kd);
+        let numbers = [
+            (
+                "limit",
+                Some(inner.limit[1]).filter(|limit| limit.is_finite()),
+            ),
+            ("sample_time", inner.sample_time),
+            ("cutoff", inner.cutoff),
+        ];
+        for (name, number) in numbers {
+            if let Some(number) = number {
+                let _ = writeln!(text, "{name} = {number:?}");
+            }
+        }
+        if inner.integrator != Integrator::None {
+            let _ = writeln!(text, "integrator = \"{}\"", inner.integrator.name());
+        }
+        text + "\n"
+    }
+
+    /// The table `[physical]`, where it states anything.
+    fn physical_text(&self) -> String {
+        let physical = &self.physical;
+        if *physical == PhysicalSettings::NONE {
+            return String::new();
+        }
+        let mut text = format!(
+            "[physical]\ncommand_unit = \"{}\"\n",
+            physical.command_unit.name()
+        );
+        for (name, number) in [
+            ("torque_constant", physical.torque_constant),
+            ("inertia", physical.inertia),
+        ] {
+            if let Some(number) = number {
+                let _ = writeln!(text, "{name} = {number:?}");
+            }
+        }
+        text + "\n"
+    }
+}
+
+/// A column as TOML has it.
+fn value(column: &Column) -> String {
+    match column {
+        Column::Number(number) => number.to_string(),
+        // A string of JSON is one of TOML.
+        Column::Named(name) => serde_json::Value::from(name.as_str()).to_string(),
+    }
+}
+
+/// A text without what would end a comment.
+fn one_line(text: &str) -> String {
+    crate::nearest::shortened(text, 400)
+}

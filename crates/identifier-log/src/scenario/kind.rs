@@ -1,0 +1,511 @@
+//! The kinds of value of a key. Each is read, described, and written in a JSON schema here.
+
+use identifier_core::control::CommandLimit;
+use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::interval::Interval;
+use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Term, Terms};
+use serde_json::{Value as Json, json};
+use toml::Spanned;
+use toml::de::{DeArray, DeValue};
+
+use super::error::{Fault, shown};
+use super::range::Range;
+use super::{Column, Document};
+
+pub(super) type Value<'a> = Spanned<DeValue<'a>>;
+
+/// Sines that a multisine and levels that a staircase may have.
+pub const MAX_ENTRIES: usize = 16;
+
+/// Ranges of time that may be left out of a log.
+const MAX_RANGES: usize = 100;
+
+/// The most columns of a log.
+pub const MAX_COLUMNS: u32 = 1000;
+
+type Set<S, T> = fn(&mut S, T);
+type TrySet<S, T> = fn(&mut S, T) -> Result<(), String>;
+
+/// The kind of value of a key, with the place of the value in the scenario.
+#[derive(Debug)]
+pub enum Kind<S> {
+    /// Further keys.
+    Table(When),
+    /// Further keys in each of many tables.
+    Tables(Entries<S>),
+    /// One of these names; it is set by its index.
+    Choice(&'static [Choice], Set<S, usize>),
+    /// A number.
+    Number(Range, Set<S, f64>),
+    /// Lowest and highest.
+    Pair(Range, Set<S, [f64; 2]>),
+    /// Two numbers of which neither bounds the other.
+    Two(Range, Set<S, [f64; 2]>),
+    /// A list of numbers, at most [`MAX_ENTRIES`].
+    Numbers(Range, TrySet<S, Vec<f64>>),
+    /// A list of pairs of lowest and highest, at most [`MAX_RANGES`].
+    Pairs(Range, TrySet<S, Vec<[f64; 2]>>),
+    /// A whole number from the first to the second.
+    Whole([u32; 2], Set<S, u32>),
+    /// The name of a column, or its number.
+    Column(Set<S, Column>),
+    /// The limit of the command: a number, or lowest and highest.
+    Limit(Set<S, [f64; 2]>),
+    /// Travel to either side: a number, or lowest and highest, one of which may be zero.
+    Reach(Set<S, [f64; 2]>),
+    /// True or false.
+    Flag(Set<S, bool>),
+    /// A list of parameters.
+    Parameters(TrySet<S, Vec<Parameter>>),
+    /// A list of optional terms of the model.
+    Terms(Set<S, Terms>),
+    /// The rows of a matrix, or its diagonal.
+    Matrix(TrySet<S, Vec<Vec<f64>>>),
+}
+
+/// Tables of which there may be many.
+#[derive(Debug)]
+pub struct Entries<S> {
+    /// The most of them.
+    pub max: usize,
+    /// Makes room for the keys of the next table.
+    pub begin: fn(&mut S),
+    /// Checks that the keys of the last table go together.
+    pub check: fn(&S) -> Result<(), OutOfRange>,
+}
+
+/// The cases in which the defaults of a table's keys hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum When {
+    /// Wherever it is not stated.
+    Always,
+    /// In a run and in the replay of its own log, and otherwise where the table is stated.
+    InRun,
+    /// Likewise, and in a commissioning too.
+    Simulated,
+    /// Only where the table is stated.
+    Stated,
+}
+
+/// A name that a key can hold, and the keys of its table that belong to it.
+#[derive(Debug, Clone, Copy)]
+pub struct Choice {
+    /// The name.
+    pub name: &'static str,
+    /// Keys beside that other choices do not take, unless they name them too.
+    pub takes: &'static [&'static str],
+}
+
+/// A key: a line of the table.
+#[derive(Debug)]
+pub struct Key<S> {
+    /// Its path, table and key.
+    pub path: &'static str,
+    /// The kind of its value, and the place of the value in the scenario.
+    pub kind: Kind<S>,
+    /// The default.
+    pub default: Default,
+    /// Its unit; empty where it has none.
+    pub unit: &'static str,
+    /// Its meaning, in one sentence.
+    pub about: &'static str,
+}
+
+/// The value of an absent key.
+#[derive(Debug, Clone, Copy)]
+pub enum Default {
+    /// Nothing: the key is required; this value is shown as an example.
+    Required(&'static str),
+    /// This number.
+    Value(f64),
+    /// This initial estimate; the estimators that fit need none.
+    Initial(f64),
+    /// The first choice.
+    FirstChoice,
+    /// A value that is derived from something else.
+    Derived(&'static str),
+}
+
+impl<S: Document> Kind<S> {
+    /// The choices of a key that has some.
+    #[must_use]
+    pub fn choices(&self) -> &'static [Choice] {
+        match self {
+            Self::Choice(choices, _) => choices,
+            _ => &[],
+        }
+    }
+
+    /// Reads a value into the scenario; tables and choices are the reader's own.
+    pub(super) fn read(&self, key: &Key<S>, value: &Value<'_>, to: &mut S) -> Result<(), Fault> {
+        let fault = |fault: String| Fault::new(key.path, fault).at(value.span().start);
+        match self {
+            Self::Table(_) | Self::Tables(_) | Self::Choice(..) => {}
+            Self::Number(range, set) => set(to, number(key, value, range.fixed())?),
+            Self::Pair(range, set) => set(to, interval(key, value, range.fixed())?),
+            Self::Two(range, set) => {
+                set(
+                    to,
+                    pair(key, value, range.fixed(), "a list of two numbers")?,
+                );
+            }
+            Self::Numbers(range, set) => {
+                let entries = list(key, value, MAX_ENTRIES)?.iter();
+                let numbers = entries.map(|entry| number(key, entry, range.fixed()));
+                set(to, numbers.collect::<Result<_, _>>()?).map_err(fault)?;
+            }
+            Self::Pairs(range, set) => {
+                let entries = list(key, value, MAX_RANGES)?.iter();
+                let pairs = entries.map(|entry| interval(key, entry, range.fixed()));
+                set(to, pairs.collect::<Result<_, _>>()?).map_err(fault)?;
+            }
+            Self::Whole(range, set) => set(to, whole(key, value, *range)?),
+            Self::Column(set) => set(to, column(key, value)?),
+            Self::Limit(set) => set(to, limit(key, value)?),
+            Self::Reach(set) => set(to, reach(key, value)?),
+            Self::Flag(set) => match value.get_ref() {
+                DeValue::Boolean(flag) => set(to, *flag),
+                _ => return Err(other(key, value, "true or false")),
+            },
+            Self::Terms(set) => set(to, terms(key, value)?),
+            Self::Parameters(set) => set(to, parameters(key, value)?).map_err(fault)?,
+            Self::Matrix(set) => set(to, matrix(key, value)?).map_err(fault)?,
+        }
+        Ok(())
+    }
+
+    /// Puts a number into the scenario.
+    pub(super) fn set_number(&self, number: f64, to: &mut S) {
+        match self {
+            Self::Number(_, set) => set(to, number),
+            Self::Whole(_, set) => set(to, number as u32),
+            _ => {}
+        }
+    }
+
+    /// The allowed values, in words, of a key.
+    pub(super) fn allowed(&self, key: &Key<S>) -> String {
+        let unit = |text: String| match key.unit {
+            "" => text,
+            unit => format!("{text}, {unit}"),
+        };
+        let names = || {
+            let names: Vec<_> = Key::<S>::children(key.path)
+                .map(|key| key.place().1)
+                .collect();
+            names.join(", ")
+        };
+        match self {
+            Self::Table(_) => format!("a table with {}", names()),
+            Self::Tables(Entries { max, .. }) => {
+                format!("1 to {max} tables, each under [[{}]], with {}", key.path, names())
+            }
+            Self::Choice(choices, _) => either(choices.iter().map(|choice| choice.name)),
+            Self::Number(range, _) => unit(range.to_string()),
+            Self::Pair(range, _) => unit(format!("[min, max], each {range}")),
+            Self::Two(range, _) => unit(format!("two numbers [.., ..], each {range}")),
+            Self::Numbers(range, _) => unit(format!("a list of 1 to {MAX_ENTRIES}, each {range}")),
+            Self::Pairs(range, _) => unit(format!(
+                "a list of 1 to {MAX_RANGES} pairs [min, max], each {range}"
+            )),
+            Self::Whole([low, high], _) => format!("a whole number from {low} to {high}"),
+            Self::Column(_) => {
+                unit("the name of a column, 1 to 80 characters, or its number from 1".to_owned())
+            }
+            Self::Limit(_) => {
+                unit("a number above 0, or [low, high] with low below 0 and high above 0".to_owned())
+            }
+            Self::Reach(_) => unit(
+                "a number above 0, or [low, high] with low at most 0 and high at least 0".to_owned(),
+            ),
+            Self::Flag(_) => "true or false".to_owned(),
+            Self::Parameters(_) => {
+                "a list of \"a\", \"b\", \"coulomb\" and \"load\", each once, such as [\"a\", \"b\"]"
+                    .to_owned()
+            }
+            Self::Terms(_) => {
+                let names = either(Term::ALL.iter().map(|term| term.name()));
+                format!("a list of {names}").replace(" or ", " and ")
+            }
+            Self::Matrix(_) => "the diagonal [g_a, g_b, ..] or the full symmetric positive \
+                definite matrix [[..], ..], in the order of parameters"
+                .to_owned(),
+        }
+    }
+
+    /// The allowed values as a JSON schema; `table` is that of the keys below.
+    pub(super) fn schema(&self, table: impl FnOnce() -> Json) -> Json {
+        let any = || json!({ "type": "number" });
+        let unique = |names: &[&str]| {
+            let mut list = list_of(json!({ "enum": names }), names.len());
+            list["uniqueItems"] = json!(true);
+            list
+        };
+        match self {
+            Self::Table(_) => table(),
+            Self::Tables(entries) => list_of(table(), entries.max),
+            Self::Choice(choices, _) => {
+                let names: Vec<_> = choices.iter().map(|choice| choice.name).collect();
+                json!({ "enum": names })
+            }
+            Self::Number(range, _) => range.schema(),
+            Self::Pair(range, _) | Self::Two(range, _) => pair_of(range.schema()),
+            Self::Numbers(range, _) => list_of(range.schema(), MAX_ENTRIES),
+            Self::Pairs(range, _) => list_of(pair_of(range.schema()), MAX_RANGES),
+            Self::Whole([low, high], _) => {
+                json!({ "type": "integer", "minimum": low, "maximum": high })
+            }
+            Self::Column(_) => json!({ "anyOf": [
+                { "type": "string", "minLength": 1, "maxLength": MAX_NAME },
+                { "type": "integer", "minimum": 1, "maximum": MAX_COLUMNS },
+            ] }),
+            Self::Limit(_) | Self::Reach(_) => {
+                json!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, pair_of(any())] })
+            }
+            Self::Flag(_) => json!({ "type": "boolean" }),
+            Self::Parameters(_) => unique(&Parameter::ALL.map(Parameter::name)),
+            Self::Terms(_) => unique(&Term::ALL.map(Term::name)),
+            Self::Matrix(_) => {
+                let most = Parameter::ALL.len();
+                list_of(json!({ "anyOf": [any(), list_of(any(), most)] }), most)
+            }
+        }
+    }
+}
+
+/// Characters of a column's name, few enough for messages to show it.
+const MAX_NAME: usize = 80;
+
+fn list_of(items: Json, most: usize) -> Json {
+    json!({ "type": "array", "items": items, "minItems": 1, "maxItems": most })
+}
+
+fn pair_of(items: Json) -> Json {
+    json!({ "type": "array", "items": items, "minItems": 2, "maxItems": 2 })
+}
+
+/// Names in quotes, the last after "or".
+fn either(names: impl Iterator<Item = &'static str>) -> String {
+    let mut names: Vec<_> = names.map(|name| format!("\"{name}\"")).collect();
+    match names.pop() {
+        Some(last) if names.is_empty() => last,
+        Some(last) => format!("{} or {last}", names.join(", ")),
+        None => String::new(),
+    }
+}
+
+fn refused<S>(key: &Key<S>, value: &Value<'_>, why: impl std::fmt::Display) -> Fault {
+    Fault::new(key.path, why).at(value.span().start)
+}
+
+/// A value of another kind than belongs there.
+pub(super) fn other<S>(key: &Key<S>, value: &Value<'_>, belongs: &str) -> Fault {
+    let stands = match value.get_ref() {
+        DeValue::String(_) => "this is a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "this is a number",
+        DeValue::Boolean(_) => "this is true or false",
+        DeValue::Datetime(_) => "this is a date",
+        DeValue::Array(_) => "this is a list",
+        DeValue::Table(_) => "this is a table",
+    };
+    refused(key, value, format!("{stands} instead of {belongs}"))
+}
+
+/// A name that is not among those known.
+fn unknown<'n, S>(
+    key: &Key<S>,
+    value: &Value<'_>,
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'n str>,
+) -> Fault {
+    let near = nearest(name, known);
+    refused(key, value, format!("there is no {what}\"{}\"", shown(name)))
+        .advising(near.map_or(String::new(), |near| format!("did you mean \"{near}\"?")))
+}
+
+fn text<'v, S>(key: &Key<S>, value: &'v Value<'_>, belongs: &str) -> Result<&'v str, Fault> {
+    value
+        .get_ref()
+        .as_str()
+        .ok_or_else(|| other(key, value, belongs))
+}
+
+fn number<S>(key: &Key<S>, value: &Value<'_>, allowed: Allowed) -> Result<f64, Fault> {
+    let number = match value.get_ref() {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+        DeValue::Integer(integer) => u64::from_str_radix(integer.as_str(), integer.radix())
+            .ok()
+            .map(|number| number as f64),
+        _ => return Err(other(key, value, "a number")),
+    };
+    let number = number.ok_or_else(|| too_large(key, value))?;
+    let checked = allowed.check(key.place().1, number);
+    checked.map_err(|error| refused(key, value, error))
+}
+
+fn too_large<S>(key: &Key<S>, value: &Value<'_>) -> Fault {
+    refused(key, value, "this number has too many digits")
+}
+
+fn whole<S>(key: &Key<S>, value: &Value<'_>, [low, high]: [u32; 2]) -> Result<u32, Fault> {
+    let DeValue::Integer(integer) = value.get_ref() else {
+        return Err(other(key, value, "a whole number"));
+    };
+    let number = i64::from_str_radix(integer.as_str(), integer.radix());
+    let number = number.map_err(|_| too_large(key, value))?;
+    match u32::try_from(number) {
+        Ok(number) if (low..=high).contains(&number) => Ok(number),
+        _ => {
+            let name = key.place().1;
+            Err(refused(
+                key,
+                value,
+                format!("{name} = {number} is not allowed"),
+            ))
+        }
+    }
+}
+
+/// The entries of a list, at least one and at most `max`.
+pub(super) fn list<'v, 'a, S>(
+    key: &Key<S>,
+    value: &'v Value<'a>,
+    max: usize,
+) -> Result<&'v DeArray<'a>, Fault> {
+    let DeValue::Array(list) = value.get_ref() else {
+        return Err(other(key, value, "a list"));
+    };
+    if list.is_empty() || list.len() > max {
+        let fault = format!("{} entries: 1 to {max} are allowed", list.len());
+        return Err(refused(key, value, fault));
+    }
+    Ok(list)
+}
+
+fn pair<S>(
+    key: &Key<S>,
+    value: &Value<'_>,
+    allowed: Allowed,
+    belongs: &str,
+) -> Result<[f64; 2], Fault> {
+    let DeValue::Array(list) = value.get_ref() else {
+        return Err(other(key, value, belongs));
+    };
+    let [low, high] = &list[..] else {
+        let fault = format!("{} numbers instead of two", list.len());
+        return Err(refused(key, value, fault));
+    };
+    Ok([number(key, low, allowed)?, number(key, high, allowed)?])
+}
+
+/// A pair of which the first is no larger than the second.
+fn interval<S>(key: &Key<S>, value: &Value<'_>, allowed: Allowed) -> Result<[f64; 2], Fault> {
+    let [low, high] = pair(key, value, allowed, "[min, max]")?;
+    Interval::new(key.place().1, low, high).map_err(|error| refused(key, value, error))?;
+    Ok([low, high])
+}
+
+fn limit<S>(key: &Key<S>, value: &Value<'_>) -> Result<[f64; 2], Fault> {
+    let limit = match value.get_ref() {
+        DeValue::Array(_) => {
+            let [low, high] = pair(key, value, Allowed::Finite, "[low, high]")?;
+            CommandLimit::asymmetric(low, high)
+        }
+        _ => CommandLimit::symmetric(number(key, value, Allowed::Above(0.0))?),
+    };
+    let limit = limit.map_err(|error| Fault::new(key.path, error))?;
+    Ok([limit.low(), limit.high()])
+}
+
+fn reach<S>(key: &Key<S>, value: &Value<'_>) -> Result<[f64; 2], Fault> {
+    let DeValue::Array(_) = value.get_ref() else {
+        let reach = number(key, value, Allowed::Above(0.0))?;
+        return Ok([-reach, reach]);
+    };
+    let [low, high] = pair(key, value, Allowed::Finite, "[low, high]")?;
+    if low > 0.0 || high < 0.0 || low >= high {
+        let fault = format!("[{low}, {high}] does not contain 0, the servo's position");
+        return Err(refused(key, value, fault));
+    }
+    Ok([low, high])
+}
+
+fn column<S>(key: &Key<S>, value: &Value<'_>) -> Result<Column, Fault> {
+    if let DeValue::Integer(_) = value.get_ref() {
+        return Ok(Column::Number(whole(key, value, [1, MAX_COLUMNS])?));
+    }
+    let name = text(key, value, "the name or the number of a column")?;
+    if name.is_empty() || name.chars().nth(MAX_NAME).is_some() || name.chars().any(char::is_control)
+    {
+        return Err(refused(key, value, "this is not a valid column name"));
+    }
+    Ok(Column::named(name))
+}
+
+/// The index of the choice that a value names.
+pub(super) fn choice<S>(
+    key: &Key<S>,
+    value: &Value<'_>,
+    choices: &[Choice],
+) -> Result<usize, Fault> {
+    let name = text(key, value, "a text")?;
+    let index = choices.iter().position(|choice| choice.name == name);
+    let names = choices.iter().map(|choice| choice.name);
+    index.ok_or_else(|| unknown(key, value, "", name, names))
+}
+
+fn parameters<S>(key: &Key<S>, value: &Value<'_>) -> Result<Vec<Parameter>, Fault> {
+    let mut parameters = Vec::new();
+    for entry in list(key, value, Parameter::ALL.len())? {
+        let name = text(key, entry, "the name of a parameter")?;
+        let Some(parameter) = Parameter::ALL
+            .into_iter()
+            .find(|known| known.name() == name)
+        else {
+            let fault = format!("there is no parameter \"{}\"", shown(name));
+            return Err(refused(key, entry, fault));
+        };
+        if parameters.contains(&parameter) {
+            return Err(refused(key, entry, format!("\"{name}\" is listed twice")));
+        }
+        parameters.push(parameter);
+    }
+    Ok(parameters)
+}
+
+fn terms<S>(key: &Key<S>, value: &Value<'_>) -> Result<Terms, Fault> {
+    let mut terms = Terms::NONE;
+    for entry in list(key, value, Term::ALL.len())? {
+        let name = text(key, entry, "the name of a term")?;
+        let term = Term::ALL.into_iter().find(|known| known.name() == name);
+        let names = Term::ALL.iter().map(|term| term.name());
+        terms = terms.with(term.ok_or_else(|| unknown(key, entry, "term ", name, names))?);
+    }
+    Ok(terms)
+}
+
+/// The rows of a matrix; of a diagonal, with zeros beside it.
+fn matrix<S>(key: &Key<S>, value: &Value<'_>) -> Result<Vec<Vec<f64>>, Fault> {
+    let entries = list(key, value, Parameter::ALL.len())?;
+    let row = |(i, entry): (usize, &Value<'_>)| match entry.get_ref() {
+        DeValue::Array(_) => {
+            let row = list(key, entry, Parameter::ALL.len())?.iter();
+            row.map(|entry| number(key, entry, Allowed::Finite))
+                .collect()
+        }
+        _ => {
+            let mut row = vec![0.0; entries.len()];
+            row[i] = number(key, entry, Allowed::Finite)?;
+            Ok(row)
+        }
+    };
+    entries.iter().enumerate().map(row).collect()
+}
+
+/// The name that a word is most likely meant to be.
+pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    crate::nearest::name(&shown(word), names)
+}

@@ -1,0 +1,273 @@
+use std::f64::consts::TAU;
+
+use identifier_core::tuning::{Goal, TuningSettings};
+
+use super::known_forces::Angle;
+use super::{Form, IdentifiedResult};
+use crate::provenance::Task;
+use crate::result::{KeptResult, Summary};
+use crate::scenario::{CommandUnit, Options};
+
+/// The conditions of the gains, SI, as options. The rest comes from the scenario or the result, or has a default.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Conditions {
+    /// Sample time of the loop, s; the result's by default.
+    pub sample_time: Option<f64>,
+    /// Counts of the encoder per revolution; 0 for an ideal sensor.
+    pub counts: Option<f64>,
+    /// Position of a count, rad (m on a linear axis); 0 for an ideal sensor.
+    pub resolution: Option<f64>,
+    /// The largest command, command units; inf for none.
+    pub limit: Option<f64>,
+    /// Delay from encoder reading to output that was not identified, s; the scenario's, or none, by default.
+    pub command_delay: Option<f64>,
+    /// Cut-off of the velocity estimate, rad/s; chosen with the gains by default.
+    pub cutoff: Option<f64>,
+    /// Largest sensitivity Ms; 1.6 by default.
+    pub max_sensitivity: Option<f64>,
+    /// Largest share of the encoder's rounding and noise in the command, as a fraction of the limit. The default is
+    /// 0.03.
+    pub max_noise: Option<f64>,
+    /// Lowest known resonance, rad/s.
+    pub resonance: Option<f64>,
+    /// Step of the predicted response, rad; 0.1 by default, at least 10 counts.
+    pub step: Option<f64>,
+    /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster.
+    pub feed_forward: bool,
+    /// The firmware in whose form the gains are stated.
+    pub form: Option<Form>,
+    /// Torque of a unit of command, N·m, for a form that takes a torque.
+    pub torque_constant: Option<f64>,
+    /// Supply voltage, V, for a form that puts out a share of it.
+    pub bus_voltage: Option<f64>,
+    /// The largest current, A, for a form that puts out a share of it.
+    pub max_current: Option<f64>,
+}
+
+/// A condition that is not known and must be stated.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum ConditionError {
+    /// The resolution of the encoder.
+    #[error(
+        "the result lacks the encoder's resolution: state --counts N (per revolution, 0 for an ideal sensor), \
+         --resolution R (rad per count), or --scenario S"
+    )]
+    Resolution,
+    /// The largest command.
+    #[error(
+        "the result lacks the largest command: state --limit U (command units, inf for none), or --scenario S"
+    )]
+    Limit,
+    /// The load takes all of it.
+    #[error(
+        "holding the load needs a command of {holding:.4}, beyond the limit of {} to {}: state a larger --limit",
+        limit[0],
+        limit[1]
+    )]
+    Overloaded {
+        /// The command that holds the load, command units.
+        holding: f64,
+        /// Lowest and highest command.
+        limit: [f64; 2],
+    },
+}
+
+impl Conditions {
+    /// The step of the prediction if none is stated, rad.
+    pub const STEP: f64 = 0.1;
+
+    /// The tuner's settings for a goal.
+    ///
+    /// # Errors
+    /// The condition that is not known.
+    pub fn settings(
+        &self,
+        goal: Goal,
+        result: &IdentifiedResult,
+        known: &KnownConditions,
+    ) -> Result<TuningSettings, ConditionError> {
+        let of_counts = |counts: f64| if counts == 0.0 { 0.0 } else { TAU / counts };
+        let stated = self.resolution.or_else(|| self.counts.map(of_counts));
+        let resolution = stated.or(known.resolution);
+        let resolution = resolution.ok_or(ConditionError::Resolution)?;
+        let limit = self.limit.map(|limit| [-limit, limit]).or(known.limit);
+        let limit = limit.ok_or(ConditionError::Limit)?;
+        let command = beyond_the_load(result, limit)?;
+        let step = Self::STEP.max(TuningSettings::MIN_STEP_COUNTS * resolution);
+        let command_delay = self.command_delay.unwrap_or(known.command_delay);
+        let mut settings = TuningSettings {
+            sample_time: self.sample_time.unwrap_or(result.sample_time),
+            resolution,
+            noise: noise_beside_rounding(result, resolution),
+            cutoff: self.cutoff,
+            command,
+            command_delay,
+            goal,
+            max_sensitivity: self
+                .max_sensitivity
+                .unwrap_or(TuningSettings::MAX_SENSITIVITY),
+            max_noise: self.max_noise.unwrap_or(TuningSettings::MAX_NOISE),
+            step: self.step.unwrap_or(step),
+            resonance: self.resonance,
+            notch: true,
+            feed_forward: self.feed_forward,
+        };
+        if let Some(form) = self.form {
+            form.prepare(&mut settings, self);
+        }
+        Ok(settings)
+    }
+}
+
+/// The conditions that a scenario or a result holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct KnownConditions {
+    /// Position of a count, rad; zero for an ideal sensor.
+    pub resolution: Option<f64>,
+    /// Lowest and highest command, command units.
+    pub limit: Option<[f64; 2]>,
+    /// Delay besides an identified one, s.
+    pub command_delay: f64,
+    /// The angle of gravity and ripple, where it is the same one in every run.
+    pub angle: Option<Angle>,
+    /// True if the resolution is the smallest step of a log.
+    pub is_step_of_log: bool,
+    /// True if the limit is the largest command of a log.
+    pub is_command_of_log: bool,
+    /// The unit of the command, where a scenario states it.
+    pub command_unit: Option<CommandUnit>,
+    /// Torque of a unit of command, N·m.
+    pub torque_constant: Option<f64>,
+}
+
+impl KnownConditions {
+    /// Those of a scenario, for a result in which a delay was identified or not.
+    #[must_use]
+    pub fn of_scenario(scenario: &Options, has_delay: bool) -> Self {
+        let controller = scenario.stated.controller;
+        let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
+        let resolution = match scenario.counts_per_rev {
+            Some(_) => scenario.stated.resolution,
+            None => 0.0,
+        };
+        Self {
+            resolution: Some(resolution),
+            limit: Some(controller.map_or(unlimited, |pid| pid.limit)),
+            command_delay: declared_delay(scenario, has_delay),
+            angle: Angle::of_scenario(scenario),
+            is_step_of_log: false,
+            is_command_of_log: false,
+            command_unit: Some(scenario.physical.command_unit),
+            torque_constant: scenario.physical.torque_constant,
+        }
+    }
+
+    /// Those of a result of a scenario and of its logs, where it has any.
+    pub(super) fn of_summary(scenario: &Options, summary: &Summary, has_delay: bool) -> Self {
+        let logs = &summary.replay.logs;
+        let shown = logs.iter().map(|log| (log.resolution, log.largest_command));
+        match logs.is_empty() {
+            true => Self::of_scenario(scenario, has_delay),
+            false => Self::of_logs(scenario, has_delay, shown),
+        }
+    }
+
+    /// The conditions of replayed logs, each with its resolution, rad, and its largest command. They apply if the
+    /// scenario states no encoder or no controller.
+    fn of_logs(
+        scenario: &Options,
+        has_delay: bool,
+        logs: impl Iterator<Item = (f64, Option<f64>)> + Clone,
+    ) -> Self {
+        let mut known = Self::of_scenario(scenario, has_delay);
+        if scenario.counts_per_rev.is_none() {
+            known.resolution = logs
+                .clone()
+                .map(|(resolution, _)| resolution)
+                .reduce(f64::min);
+            known.is_step_of_log = true;
+        }
+        if scenario.stated.controller.is_none() {
+            let largest = logs.filter_map(|(_, command)| command).reduce(f64::max);
+            known.limit = largest.map(|largest| [-largest, largest]);
+            known.is_command_of_log = true;
+        }
+        known
+    }
+
+    /// The conditions of a result with its origin. They are its scenario's, and those of the replayed log if encoder or
+    /// controller are unknown. Without an origin nothing is known.
+    #[must_use]
+    pub fn of_result(result: &KeptResult, has_delay: bool) -> Self {
+        let origin = result.origin.as_ref();
+        let known =
+            origin.and_then(|origin| Some((&origin.task, Options::of_origin(origin).ok()?)));
+        match known {
+            Some((Task::Run, scenario)) => Self::of_scenario(&scenario, has_delay),
+            Some((Task::Replay { .. }, scenario)) => {
+                let logs = result.logs.iter();
+                let logs = logs.map(|log| (log.resolution, log.largest_command));
+                Self::of_logs(&scenario, has_delay, logs)
+            }
+            Some((Task::Commission, _)) | None => Self::default(),
+        }
+    }
+}
+
+impl Conditions {
+    /// The conditions that are taken from a log because nothing states them, a sentence each.
+    #[must_use]
+    pub fn assumptions(&self, known: &KnownConditions) -> Vec<String> {
+        let is_stated = self.resolution.is_some() || self.counts.is_some();
+        let step = known
+            .resolution
+            .filter(|_| known.is_step_of_log && !is_stated);
+        let command = known
+            .limit
+            .filter(|_| known.is_command_of_log && self.limit.is_none());
+        let step = step.map(|step| {
+            format!(
+                "the encoder's resolution is assumed to be the smallest step of the log, {step:.4e} rad: state it \
+                 with --counts or --resolution"
+            )
+        });
+        let command = command.map(|[_, largest]| {
+            format!("the limit is assumed to be the largest command of the log, {largest:.4}: state it with --limit")
+        });
+        step.into_iter().chain(command).collect()
+    }
+}
+
+/// Standard deviation of the noise of the position, rad. Zero unless it exceeds rounding and the error of that
+/// estimate.
+fn noise_beside_rounding(result: &IdentifiedResult, resolution: f64) -> f64 {
+    let noise = result.noise.filter(|noise| *noise > 0.5 * resolution);
+    noise.filter(|_| resolution > 0.0).map_or(0.0, |noise| {
+        (noise * noise - resolution * resolution / 12.0).sqrt()
+    })
+}
+
+/// Room that a limit leaves to either side of the command that holds the load.
+fn beyond_the_load(
+    result: &IdentifiedResult,
+    [low, high]: [f64; 2],
+) -> Result<f64, ConditionError> {
+    let parameters = result.servo.parameters;
+    let holding = -parameters.load / parameters.b;
+    let command = (high - holding).min(holding - low);
+    // A limit that is no number or below zero is the tuner's to refuse.
+    if command <= 0.0 && high > 0.0 {
+        return Err(ConditionError::Overloaded {
+            holding,
+            limit: [low, high],
+        });
+    }
+    Ok(command)
+}
+
+/// The delay that a scenario declares besides the identified one, s. An identified delay contains the declared one, but
+/// not the current loop's.
+fn declared_delay(scenario: &Options, identified: bool) -> f64 {
+    let terms = &scenario.stated.identifier.terms;
+    terms.current_loop + if identified { 0.0 } else { terms.delay }
+}

@@ -1,0 +1,306 @@
+use std::fmt;
+
+use identifier_core::parameters::{IdentifiedServo, Parameter, ServoParameters};
+
+use super::effects::{Effects, Estimated};
+use crate::motion_unit::{AxisKind, MotionUnit};
+use crate::result::Summary;
+use crate::result::{KeptEstimate, KeptResult};
+
+/// The servo in the result of a run or a replay, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifiedResult {
+    /// The servo, with the standard errors of what was identified. The result contains no covariances between unknowns.
+    pub servo: IdentifiedServo,
+    /// Its axis: gains are for a unit of position that is stated.
+    pub axis: AxisKind,
+    /// The load, rad/s².
+    pub load: Estimated,
+    /// The effects that were identified.
+    pub effects: Effects,
+    /// True if a delay was identified.
+    pub has_delay: bool,
+    /// Sample time, s.
+    pub sample_time: f64,
+    /// Standard deviation of the measured position's noise in motion, rounding included, rad; none where it is not known.
+    pub noise: Option<f64>,
+    /// The reason why nothing should be built on it, if there is one.
+    pub reservation: Option<String>,
+}
+
+/// A fault of a result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ResultError {
+    /// Where.
+    key: String,
+    fault: String,
+}
+
+/// An estimate of a result with its standard error, if the result has it.
+type Stated = Result<Option<[f64; 2]>, ResultError>;
+
+impl fmt::Display for ResultError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.key, self.fault)
+    }
+}
+
+impl std::error::Error for ResultError {}
+
+impl IdentifiedResult {
+    /// From a result that was read back.
+    ///
+    /// # Errors
+    /// The key that is missing or holds what is not allowed.
+    pub fn of_kept(result: &KeptResult) -> Result<Self, ResultError> {
+        // Results of earlier versions know rad only.
+        let unit = (result.position_unit.as_deref()).map_or(
+            Some(MotionUnit::Stated(AxisKind::Rotary)),
+            MotionUnit::named,
+        );
+        let servo = Self::checked(
+            unit.ok_or_else(|| missing("position_unit"))?,
+            &result.status,
+            &result.reason,
+            result.sample_time,
+            result.residual.and_then(|residual| residual.rms),
+            &|name| match result.estimates.get(name).copied().flatten() {
+                None => Ok(None),
+                Some(KeptEstimate {
+                    value: Some(value),
+                    std_error,
+                }) => Ok(Some([value, std_error.unwrap_or(f64::INFINITY)])),
+                Some(_) => Err(missing(&format!("estimates.{name}.value"))),
+            },
+        )?;
+        let noise = result.noise.moving;
+        Ok(Self { noise, ..servo })
+    }
+
+    /// From a result in memory.
+    ///
+    /// # Errors
+    /// The key that is missing or holds what is not allowed.
+    pub fn new(result: &Summary) -> Result<Self, ResultError> {
+        let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
+            let estimate = result.estimate(parameter)?;
+            Some((parameter.name(), estimate.value, estimate.std_error))
+        });
+        let terms = result.estimates.terms.iter();
+        let terms = terms.map(|term| (term.unknown.name(), term.value, Some(term.std_error)));
+        let known: Vec<_> = parameters.chain(terms).collect();
+        let servo = Self::checked(
+            result.position_unit,
+            result.status().name(),
+            &result.reason,
+            result.sample_time,
+            result.residual.map(|residual| residual.rms),
+            &|name| match known.iter().find(|(known, ..)| *known == name) {
+                None => Ok(None),
+                Some((_, value, std_error)) if value.is_finite() => {
+                    Ok(Some([*value, std_error.unwrap_or(f64::INFINITY)]))
+                }
+                Some(_) => Err(missing(&format!("estimates.{name}.value"))),
+            },
+        )?;
+        let noise = result.noise.moving;
+        Ok(Self { noise, ..servo })
+    }
+
+    /// Checks a unit of positions, a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
+    /// its standard error.
+    fn checked(
+        unit: MotionUnit,
+        status: &str,
+        reason: &str,
+        sample_time: f64,
+        residual: Option<f64>,
+        estimate: &dyn Fn(&str) -> Stated,
+    ) -> Result<Self, ResultError> {
+        let axis = unit.axis().map_err(|unstated| ResultError {
+            key: "position_unit".to_owned(),
+            fault: unstated.to_string(),
+        })?;
+        if sample_time <= 0.0 {
+            return Err(refused("sample_time", sample_time, "a number above 0"));
+        }
+
+        let known = |name: &str| -> Result<[f64; 2], ResultError> {
+            Ok(estimate(name)?.unwrap_or([0.0; 2]))
+        };
+        let needed = |name: &str| {
+            estimate(name)?.ok_or_else(|| ResultError {
+                key: format!("estimates.{name}"),
+                fault: "it was not identified: without it there are no gains".to_owned(),
+            })
+        };
+        let (a, b) = (needed("a")?, needed("b")?);
+        let (coulomb, load, delay) = (known("coulomb")?, known("load")?, known("delay")?);
+        if b[0] <= 0.0 {
+            return Err(refused("estimates.b.value", b[0], "a number above 0"));
+        }
+        let not_negative = [("a", a), ("coulomb", coulomb), ("delay", delay)];
+        let mut covariance = [[0.0; 5]; 5];
+        for (place, [_, error]) in [
+            (IdentifiedServo::A, a),
+            (IdentifiedServo::B, b),
+            (IdentifiedServo::COULOMB, coulomb),
+            (IdentifiedServo::DELAY, delay),
+            (IdentifiedServo::LOAD, load),
+        ] {
+            // An unknown one is reported below.
+            covariance[place][place] = if error.is_finite() {
+                error * error
+            } else {
+                0.0
+            };
+        }
+        /// The standard error of b, as a part of it, up to which a partially identified servo gets gains.
+        const SURE: f64 = 0.04;
+        let is_partial = status == "partial" && b[1] <= SURE * b[0];
+        let reservation = if status == "converged" || is_partial {
+            let unsure = [("a", a), ("b", b), ("delay", delay)];
+            let unsure = unsure
+                .into_iter()
+                .find(|(_, [_, error])| !error.is_finite());
+            unsure.map(|(name, _)| {
+                format!("estimates.{name}.std_error: the standard error is missing")
+            })
+        } else {
+            Some(format!("status = \"{status}\": {reason}"))
+        };
+        // An estimate may pass its bound by its own error.
+        for (name, [value, error]) in not_negative {
+            if value < -3.0 * error {
+                let key = format!("estimates.{name}.value");
+                return Err(refused(&key, value, "a number of at least 0"));
+            }
+        }
+        Ok(Self {
+            servo: IdentifiedServo {
+                parameters: ServoParameters {
+                    a: a[0].max(0.0),
+                    b: b[0],
+                    coulomb: coulomb[0].max(0.0),
+                    load: load[0],
+                },
+                delay: delay[0].max(0.0),
+                covariance,
+                unexplained: residual.unwrap_or(0.0),
+            },
+            axis,
+            load,
+            effects: Effects {
+                gravity: [known("gravity-sine")?, known("gravity-cosine")?],
+                ripple: [known("ripple-sine")?, known("ripple-cosine")?],
+                dead_band: known("dead-band")?,
+            },
+            has_delay: estimate("delay")?.is_some(),
+            sample_time,
+            noise: None,
+            reservation,
+        })
+    }
+}
+
+fn missing(key: &str) -> ResultError {
+    ResultError {
+        key: key.to_owned(),
+        fault: "the motion does not determine it: nothing can be built on it".to_owned(),
+    }
+}
+
+fn refused(key: &str, value: f64, allowed: &str) -> ResultError {
+    ResultError {
+        key: key.to_owned(),
+        fault: format!("{value} is not allowed: it must be {allowed}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RESULT: &str = r#"{
+        "status": "converged", "reason": "it keeps still", "sample_time": 0.001,
+        "estimates": {
+            "a": { "value": 0.2, "std_error": 0.01 },
+            "b": { "value": 250.0, "std_error": 0.5 },
+            "coulomb": { "value": -0.01, "std_error": 0.02 },
+            "load": null,
+            "delay": { "value": 0.0012, "std_error": 0.00001 },
+            "gravity-sine": { "value": 3.0, "std_error": 0.1 }
+        }
+    }"#;
+
+    fn read(text: &str) -> Result<IdentifiedResult, String> {
+        let kept = KeptResult::read(text).map_err(|error| error.to_string())?;
+        IdentifiedResult::of_kept(&kept).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_values_of_a_result_are_taken() {
+        let result = read(RESULT).expect("a result");
+        let servo = result.servo;
+        assert_eq!(
+            servo.parameters,
+            ServoParameters {
+                a: 0.2,
+                b: 250.0,
+                coulomb: 0.0,
+                load: 0.0
+            }
+        );
+        assert!((servo.standard_error(IdentifiedServo::B) - 0.5).abs() < 1e-12);
+        assert!((servo.delay - 0.0012).abs() < 1e-12 && result.has_delay);
+        assert!((result.effects.gravity[0][0] - 3.0).abs() < 1e-12);
+        assert_eq!(result.reservation, None);
+    }
+
+    #[test]
+    fn objections_to_a_result_are_reported() {
+        for (from, to, part) in [
+            (
+                r#""converged""#,
+                r#""moving""#,
+                "status = \"moving\": it keeps still",
+            ),
+            (
+                r#""std_error": 0.5"#,
+                r#""std_error": null"#,
+                "estimates.b.std_error",
+            ),
+        ] {
+            let text = RESULT.replace(from, to);
+            let reservation = read(&text).expect("a result").reservation;
+            assert!(reservation.expect("a doubt").contains(part), "{to}");
+        }
+    }
+
+    #[test]
+    fn a_document_that_is_no_result_is_refused_by_key() {
+        for (from, to, key) in [
+            ("{", "{,", "line 1"),
+            (r#""status": "converged","#, "", "`status`"),
+            ("0.001,", r#""x","#, "line 2"),
+            ("0.001,", "0.0,", "sample_time: 0 is not allowed"),
+            (r#""estimates""#, r#""others""#, "`estimates`"),
+            (r#""value": 0.2"#, r#""value": null"#, "estimates.a.value: "),
+            (
+                r#""b": {"#,
+                r#""c": {"#,
+                "estimates.b: it was not identified",
+            ),
+            ("250.0", "-250.0", "estimates.b.value: -250 is not allowed"),
+            (
+                "-0.01",
+                "-0.1",
+                "estimates.coulomb.value: -0.1 is not allowed",
+            ),
+        ] {
+            let text = RESULT.replacen(from, to, 1);
+            let refused = read(&text).expect_err(to);
+            assert!(refused.contains(key), "{refused}");
+        }
+    }
+}
