@@ -10,7 +10,7 @@ use crate::experiment::{Outcome, Sample};
 use crate::found_servo::FoundServo;
 use crate::log::Log;
 use crate::predict::predict_logs;
-use crate::replay::{Agreement, Player, Stopped};
+use crate::replay::{Agreement, Played, Player, Stopped};
 use crate::result::{Estimate, LogReading, ReplayNotes, SettlingTime, Summary};
 use crate::scenario::{Fault, Options};
 use crate::with_velocity;
@@ -179,9 +179,10 @@ fn record<V: VelocityEstimate<f64>>(
     let command_recorded = log.first().command.is_some();
     let mut player = Player::<V>::new(options, &settings, is_declared, command_recorded)?;
     let (mut recorded, mut outcome) = (RecordedSamples::default(), Outcome::default());
-    let played = player.play(options, logs, 1, &mut |_, row, time, input| {
+    let played = player.play(options, logs, 1, &mut |played| {
+        let Played { row, input, .. } = played;
         outcome.count(None);
-        recorded.times.push(time);
+        recorded.times.push(played.time);
         recorded.references.push(row.reference.unwrap_or(f64::NAN));
         recorded.samples.push(Logged {
             position: row.position,

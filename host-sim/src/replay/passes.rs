@@ -5,7 +5,7 @@ use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::ServoParameters;
 use identifier_log::experiment::{Outcome, Sample};
 use identifier_log::log::Log;
-use identifier_log::replay::{Agreement, Player, Stopped};
+use identifier_log::replay::{Agreement, Played, Player, Stopped};
 use identifier_log::with_velocity;
 
 use super::recorded::RecordedReference;
@@ -62,7 +62,13 @@ fn run<V: VelocityEstimate<f64>>(
     let mut outcome = identifier.outcome();
     let mut player = Player::<V>::new(scenario, &settings, is_declared, command_recorded)?;
     let unit = player.unit();
-    let played = player.play(scenario, logs, passes, &mut |pass, row, time, input| {
+    let played = player.play(scenario, logs, passes, &mut |played| {
+        let Played {
+            pass,
+            row,
+            time,
+            input,
+        } = played;
         identifier.join(&input);
         let step = identifier.step(input.increment, input.command, None)?;
         outcome.count(step.event);

@@ -9,5 +9,5 @@ mod settling;
 
 pub use agreement::Agreement;
 pub(crate) use declared::DeclaredPid;
-pub use player::{Beginning, InSegment, Input, Player, Stopped};
+pub use player::{Beginning, InSegment, Input, Played, Player, Stopped};
 pub use settling::settling_in_motion;

@@ -62,6 +62,19 @@ pub struct Beginning {
     pub angle: f64,
 }
 
+/// A sample of logs on its way to a model.
+#[derive(Debug, Clone, Copy)]
+pub struct Played<'a> {
+    /// The number of the pass, from 0.
+    pub pass: u32,
+    /// The row.
+    pub row: &'a Row,
+    /// Time, s, that continues from log to log and from pass to pass, without the ranges that are left out.
+    pub time: f64,
+    /// The input of the model.
+    pub input: Input,
+}
+
 /// Why and when a log could not be played to its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stopped {
@@ -135,9 +148,7 @@ impl<V: VelocityEstimate<f64>> Player<V> {
         self.unit
     }
 
-    /// Passes over the logs of one servo, one after the other. Its time continues from log to log and from pass to pass,
-    /// without the ranges that are left out. `take` has the number of the pass from 0, the row, its time and the input
-    /// of a model.
+    /// Passes over the logs of one servo, one after the other.
     ///
     /// # Errors
     /// The first sample that could not be taken.
@@ -146,7 +157,7 @@ impl<V: VelocityEstimate<f64>> Player<V> {
         options: &Options,
         logs: &[Log],
         passes: u32,
-        take: &mut dyn FnMut(u32, &Row, f64, Input) -> Result<(), StepError>,
+        take: &mut dyn FnMut(Played<'_>) -> Result<(), StepError>,
     ) -> Result<(), Stopped> {
         for pass in 0..passes {
             for (number, log) in logs.iter().enumerate() {
@@ -170,7 +181,12 @@ impl<V: VelocityEstimate<f64>> Player<V> {
                     let time = self.time + row.time - on.from;
                     let input = self.input(on, row, number, pass);
                     let taken = input.and_then(|input| match input {
-                        Some(input) => take(pass, row, time, input),
+                        Some(input) => take(Played {
+                            pass,
+                            row,
+                            time,
+                            input,
+                        }),
                         None => Ok(()),
                     });
                     taken.map_err(|error| Stopped { time, error })?;

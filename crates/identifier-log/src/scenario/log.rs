@@ -178,7 +178,7 @@ impl LogSettings {
     }
 
     /// Keeps ranges of time to be left out, in their order.
-    pub fn leave_out(&mut self, ranges: &[[f64; 2]]) -> Result<(), String> {
+    pub(super) fn leave_out(&mut self, ranges: &[[f64; 2]]) -> Result<(), String> {
         let ranges = in_order(ranges);
         for pair in ranges.windows(2) {
             let ([from, to], [next, end]) = (pair[0], pair[1]);
