@@ -11,6 +11,7 @@ use super::agreement::Comparison;
 use super::scaled::ScaledRow;
 
 /// The declared controller in double precision: the number format of the drive is unknown.
+#[derive(Debug)]
 pub(crate) struct DeclaredPid<V: VelocityEstimate<f64>> {
     controller: Controller<f64, V>,
     limit: [f64; 2],
@@ -67,6 +68,7 @@ impl<V: VelocityEstimate<f64>> DeclaredPid<V> {
 }
 
 /// The declared controller on its way through a log.
+#[derive(Debug)]
 pub(super) struct Declared<V: VelocityEstimate<f64>> {
     pid: DeclaredPid<V>,
     control: State<V>,

@@ -12,6 +12,7 @@ use crate::log::{Log, Row};
 use crate::scenario::{Fault, Options};
 
 /// State that lasts from segment to segment.
+#[derive(Debug)]
 pub struct Player<V: VelocityEstimate<f64>> {
     declared: Option<Declared<V>>,
     filter: V,
@@ -26,6 +27,7 @@ pub struct Player<V: VelocityEstimate<f64>> {
 }
 
 /// State within a segment.
+#[derive(Debug)]
 pub struct InSegment<V: VelocityEstimate<f64>> {
     scaler: RowScaler,
     /// When it began, s, of the log.
@@ -97,22 +99,6 @@ impl<V: VelocityEstimate<f64>> InSegment<V> {
             settling_in_motion: settling_in_motion(options),
             settled_again: 0,
         }
-    }
-}
-
-impl<V: VelocityEstimate<f64>> std::fmt::Debug for Player<V> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Player")
-            .field("time", &self.time)
-            .finish_non_exhaustive()
-    }
-}
-
-impl<V: VelocityEstimate<f64>> std::fmt::Debug for InSegment<V> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("InSegment")
-            .field("samples", &self.samples)
-            .finish_non_exhaustive()
     }
 }
 

@@ -15,6 +15,7 @@ pub(super) struct ScaledRow {
 }
 
 /// Follows the position through a segment.
+#[derive(Debug)]
 pub(super) struct RowScaler {
     first: f64,
     unit: f64,
