@@ -79,7 +79,7 @@ pub fn predict_logs(
         let is_seen = learnt.iter().any(|own| own.is_same_file(log));
         let predicted = predict(options, found, log)?;
         if let Some(open_loop) = predicted.open_loop.as_ref().filter(|_| !is_seen) {
-            let worse = |known: &f64| *known >= open_loop.relative;
+            let worse = |known: &f64| known.is_nan() || *known >= open_loop.relative;
             all.largest_error = all.largest_error.filter(worse).or(Some(open_loop.relative));
         }
         all.predictions
