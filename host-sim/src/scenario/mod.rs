@@ -137,7 +137,7 @@ impl Scenario {
         purpose: Purpose,
         build: fn(&Self) -> Result<(), Fault>,
     ) -> Result<Self, Fault> {
-        check::complete(self, purpose, build)
+        check::complete(Self { purpose, ..self }, purpose, build)
     }
 
     /// Reads a scenario from a text. Errors show `name` as the file. A fault that `build` finds is located by its place
@@ -152,7 +152,7 @@ impl Scenario {
         build: fn(&Self) -> Result<(), Fault>,
     ) -> Result<Self, ScenarioError> {
         let complete = |read| check::complete(read, purpose, build);
-        Self::for_purpose(purpose).read(name, text, complete)
+        read(Self::for_purpose(purpose), name, text, complete)
     }
 }
 

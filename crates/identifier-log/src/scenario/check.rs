@@ -2,12 +2,21 @@
 
 use identifier_core::parameters::Term;
 
-use super::{Arithmetic, Estimator, Fault, LoopKind, Options, inner, log, physical};
+use super::read::read;
+use super::{Arithmetic, Estimator, Fault, LoopKind, Options, ScenarioError, inner, log, physical};
 
 /// The position unit of an ideal sensor, rad: as of an encoder that is finer than any effect.
 const IDEAL_UNIT: f64 = 1e-5;
 
 impl Options {
+    /// Reads the tables of a log from a text. Errors show `name` as the file.
+    ///
+    /// # Errors
+    /// File, line, key and what is allowed there.
+    pub fn parse(name: &str, text: &str) -> Result<Self, ScenarioError> {
+        read(Self::blank(), name, text, Self::checked)
+    }
+
     /// Completes what was read with what follows from it. `is_log`: it is that of a log.
     ///
     /// # Errors

@@ -3,6 +3,8 @@
 //! A line has the key's path, the kind of its value with its place in the document, the default, the unit and the
 //! meaning. Reading, messages, help and schema all follow from it.
 
+use std::sync::LazyLock;
+
 use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
 use identifier_core::parameters::Parameter;
@@ -17,7 +19,7 @@ use super::kind::Kind::{
     Terms as TermList, Two, Whole,
 };
 use super::kind::When::{Always, InRun, Simulated, Stated};
-use super::kind::{Choice, Key, nearest};
+use super::kind::{Choice, Key, When, nearest};
 use super::range::Range::{self, BelowNyquist, Fixed, HalfRadian};
 use super::{
     Arithmetic, Column, CommandUnit, Document, Estimator, InnerLoop, Integrator, LogSettings,
@@ -441,5 +443,16 @@ impl<S: Document> Key<S> {
             owners if owners.is_empty() => self.about.to_owned(),
             owners => format!("{} ({})", self.about, owners.join(", ")),
         }
+    }
+}
+
+impl Document for Options {
+    fn keys() -> &'static [Key<Self>] {
+        static KEYS: LazyLock<Vec<Key<Options>>> = LazyLock::new(of_log);
+        &KEYS
+    }
+
+    fn holds(&self, when: When, _: &dyn Fn(&str) -> bool) -> bool {
+        when == When::Always
     }
 }

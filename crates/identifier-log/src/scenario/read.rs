@@ -5,15 +5,31 @@ use std::f64::consts::PI;
 use toml::de::{DeTable, DeValue};
 
 use super::Document;
-use super::error::{Fault, shown};
+use super::error::{Fault, ScenarioError, shown};
 use super::key::examples;
 use super::kind::{self, Choice, Entries, Kind, Value};
 use super::kind::{Default, Key, nearest};
 use super::range::Range;
 use super::source::Source;
 
+/// Reads a text into a document of which nothing is stated yet, and checks it by `complete`. Errors show `name` as the file.
+///
+/// # Errors
+/// File, line, key and what is allowed there.
+pub fn read<S: Document>(
+    blank: S,
+    name: &str,
+    text: &str,
+    complete: impl FnOnce(S) -> Result<S, Fault>,
+) -> Result<S, ScenarioError> {
+    let source = Source::new(name, text)?;
+    document(&source, blank)
+        .and_then(complete)
+        .map_err(|fault| source.locate::<S>(fault))
+}
+
 /// A blank document with what a file states; keys that it does not state have their defaults.
-pub(super) fn document<S: Document>(source: &Source<'_>, blank: S) -> Result<S, Fault> {
+fn document<S: Document>(source: &Source<'_>, blank: S) -> Result<S, Fault> {
     if S::IS_WHOLE {
         refuse_unknown::<S>(&source.root, "")?;
     }

@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-use super::{Document, Key, Options, ScenarioError, When, keys};
 use crate::provenance::{Origin, Task};
+use crate::scenario::{Document, Key, Options, ScenarioError, When, keys, read};
 
 /// A scenario that was read once before, as a whole and for a task.
 struct OfOrigin {
@@ -58,7 +58,7 @@ impl Options {
         };
         let is_log = matches!(origin.task, Task::Replay { .. });
         let scenario = &origin.scenario;
-        let read = blank.read(&scenario.file, &scenario.text, |mut read| {
+        let read = read(blank, &scenario.file, &scenario.text, |mut read| {
             read.options.complete(is_log)?;
             Ok(read)
         })?;
