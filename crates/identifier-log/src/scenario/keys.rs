@@ -453,6 +453,6 @@ impl Document for Options {
     }
 
     fn holds(&self, when: When, _: &dyn Fn(&str) -> bool) -> bool {
-        when == When::Always
+        when == Always
     }
 }
