@@ -53,6 +53,7 @@ pub fn identify(
     options: &Options,
     goes_on: GoesOn<'_>,
 ) -> Result<Identified, Fault> {
+    options.check_terms_of_fit()?;
     let options = options.clone().fitted(logs, false);
     let (recorded, agreement, outcome) = with_velocity!(options, f64 => record(&options, logs))?;
     let whole = recorded.fit(&options, &outcome, goes_on);

@@ -10,7 +10,7 @@ use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
-use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Term, Unknown};
+use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Unknown};
 use identifier_core::settings::{FromSettings, SettingsError};
 use rivals::FilteredLeastSquares;
 
@@ -197,7 +197,7 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
         }
         Estimator::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
         Estimator::Fit => {
-            whole_record_terms(scenario)?;
+            scenario.check_terms_of_fit()?;
             return Ok(Method::Identifier(Box::new(WholeRecord)));
         }
         _ if scenario.stated.identifier.initial.b.is_none() => {
@@ -284,23 +284,4 @@ fn rival<N: Number>(scenario: &Scenario) -> Result<Method, OutOfRange> {
     let law = FilteredLeastSquares::new(&scenario.units(), &config)?;
     let method = LeastSquares::new(scenario.relay::<N>()?, law);
     Ok(Method::Relay(Box::new(method)))
-}
-
-/// Checks the terms that a fit to the whole record is required to have.
-fn whole_record_terms(scenario: &Scenario) -> Result<(), Fault> {
-    let terms = &scenario.stated.identifier.terms;
-    let declared = [
-        (
-            Term::LowSpeed,
-            terms.low_speed_velocity,
-            "low_speed_velocity",
-        ),
-        (Term::Ripple, terms.ripple_order, "ripple_order"),
-    ];
-    for (term, value, setting) in declared {
-        if terms.demanded.has(term) && value.is_none() {
-            return Err(scenario.fault(&SettingsError::NotGiven { setting }));
-        }
-    }
-    Ok(())
 }

@@ -1,6 +1,7 @@
 //! Checks that the settings of a log go together.
 
 use identifier_core::parameters::Term;
+use identifier_core::settings::SettingsError;
 
 use super::read::read;
 use super::{Arithmetic, Estimator, Fault, LoopKind, Options, ScenarioError, inner, log, physical};
@@ -43,6 +44,28 @@ impl Options {
         self.complete(true)?;
         self.check_log(false)?;
         Ok(self)
+    }
+
+    /// Checks that the terms which a fit is required to have come with their settings.
+    ///
+    /// # Errors
+    /// The key of the setting that is missing.
+    pub fn check_terms_of_fit(&self) -> Result<(), Fault> {
+        let terms = &self.stated.identifier.terms;
+        let declared = [
+            (
+                Term::LowSpeed,
+                terms.low_speed_velocity,
+                "low_speed_velocity",
+            ),
+            (Term::Ripple, terms.ripple_order, "ripple_order"),
+        ];
+        for (term, value, setting) in declared {
+            if terms.demanded.has(term) && value.is_none() {
+                return Err(self.fault(&SettingsError::NotGiven { setting }));
+            }
+        }
+        Ok(())
     }
 
     /// Checks the needs of a log, apart from the log itself. `own`: it is that of a simulated run of this loop.
