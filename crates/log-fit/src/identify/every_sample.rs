@@ -1,24 +1,25 @@
 //! The last fit of a long log, to every sample. Its blocks have shown which effects exist, but leave out the motion
 //! within them.
 
-use crate::fit::{Effect, Fitter, Horizon, Record, RecordStatistics, Search, Values};
+use crate::fit::{Effect, Fitter, Horizon, Matrix, Record, RecordStatistics, Search, Values};
 
 use super::model::Model;
 use super::recording::Recording;
+use super::uncertainty::by_chance;
 
 const SEARCH: Search = Search {
     steps: 6,
     tolerance: 1e-8,
 };
 
-/// Fits the model of blocks to every sample of its log. The random part of the standard errors is then that of every
+/// Fits the model of blocks to every sample of its log. The random part of the covariance is then that of every
 /// sample. The rest of them is unchanged. The load where one that is constant was fitted; nothing changes where the log
 /// has no blocks.
 pub(super) fn refine(
     fitter: &Fitter<'_>,
     recording: &Recording<'_>,
     model: &mut Model,
-    std_errors: &mut [f64],
+    covariance: &mut Matrix,
 ) -> Option<f64> {
     let every = recording.every_sample().filter(|_| (fitter.goes_on)())?;
     let record = every.record();
@@ -27,12 +28,15 @@ pub(super) fn refine(
     let of_blocks = (fitter, &fitted.values, fitted.horizon);
     let (finest, values, horizon) = of_samples(of_blocks, &record, block);
     let found = finest.fit(&values, free, horizon, SEARCH)?;
-    let [before, after] = [&*fitted, &found].map(|fitted| fitted.std_errors());
-    for (i, &effect) in free.iter().enumerate() {
-        let own = after[i] / in_samples(effect, block);
-        let beyond = std_errors[i] * std_errors[i] - before[i] * before[i];
-        if own.is_finite() && beyond.is_finite() {
-            std_errors[i] = beyond.max(0.0).sqrt().hypot(own);
+    let before = by_chance(fitter, fitted, free);
+    let after = by_chance(&finest, &found, free);
+    let is_known = |i: usize| before[i][i] > 0.0 && after[i][i] > 0.0;
+    let per: Vec<f64> = (free.iter())
+        .map(|&effect| 1.0 / in_samples(effect, block))
+        .collect();
+    for i in (0..free.len()).filter(|&i| is_known(i)) {
+        for j in (0..free.len()).filter(|&j| is_known(j)) {
+            covariance[i][j] += after[i][j] * per[i] * per[j] - before[i][j];
         }
     }
     fitted.values = (found.values).scaled(|effect| 1.0 / in_samples(effect, block));

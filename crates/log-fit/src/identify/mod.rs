@@ -50,7 +50,7 @@ pub struct Identified {
     pub values: Values,
     /// The effects that were estimated, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
-    /// The covariance of their errors by chance alone, in the same order.
+    /// The covariance of their errors, in the same order.
     pub covariance: Vec<Vec<f64>>,
     /// The estimates that a command of other sizes would determine better.
     pub needs_more_amplitudes: Vec<Effect>,
@@ -168,16 +168,17 @@ pub fn identify(
         .max(by_chance)
         .hypot(ripple_as_load(recording, &model));
     let beyond = uncertainty::ErrorBudget::ALL;
-    let (mut std_errors, needs_more_amplitudes) =
-        uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
+    let (mut covariance, needs_more_amplitudes) =
+        uncertainty::covariance(&fitter, &model, load_error, &answers, beyond);
     let profile = Profile::new(&fitter, &model);
-    profile.widen(&model, &mut std_errors);
+    profile.widen(&model, &mut covariance);
     let direction = recording.direction();
     let braking = direction.and_then(|direction| braking(&fitter, &model, direction));
     let load =
-        every_sample::refine(&fitter, recording, &mut model, &mut std_errors).unwrap_or(load);
+        every_sample::refine(&fitter, recording, &mut model, &mut covariance).unwrap_or(load);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
-    let delay = delay.and_then(|place| effect_selection.delay(&model, std_errors[place]));
+    let delay =
+        delay.and_then(|place| effect_selection.delay(&model, covariance[place][place].sqrt()));
     let jitter = Jitter::find(&fitter, &model.fitted);
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
     let shown = shown.chain(jitter.iter().map(Jitter::entered));
@@ -192,12 +193,8 @@ pub fn identify(
         .statistics
         .noise
         .min(innovations.max(QUANTISATION_SIGMA));
-    let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
-    let (found, estimated, covariance) = recording.about_zero(
-        &values.with(Effect::Load, load),
-        &estimated,
-        &model.covariance(&fitter, &estimated),
-    );
+    let (found, estimated, covariance) =
+        recording.about_zero(&values.with(Effect::Load, load), &model.free, &covariance);
     Some(Identified {
         values: found,
         estimated,
