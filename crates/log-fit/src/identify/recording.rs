@@ -83,9 +83,11 @@ impl Axis {
 /// The most samples of a record: those of a longer log are taken together in blocks.
 pub const MAX_SAMPLES: usize = 1 << 15;
 
-/// The most samples of a log that are used together. A longer log gives pieces from its beginning to its end.
+/// The most samples of a log that are taken together in blocks, and on which errors are judged. A longer log gives pieces of
+/// this length from its beginning to its end.
 const MAX_TAKEN: usize = 1 << 17;
-const PIECES: usize = 16;
+const MAX_JUDGED: usize = 1 << 16;
+const PIECE: usize = 1 << 13;
 
 impl<'a> Recording<'a> {
     /// A recording from the samples of a log, with the counts per rad. The argument `revolution` is the distance after
@@ -97,13 +99,15 @@ impl<'a> Recording<'a> {
             // Two samples of the record to a block.
             count => (2 * count).div_ceil(MAX_SAMPLES).max(2),
         };
-        Self::of(samples, block, Axis::new(per_rad, revolution), None)
+        let most = if block > 1 { MAX_TAKEN } else { usize::MAX };
+        Self::of(samples, block, most, Axis::new(per_rad, revolution), None)
     }
 
     /// The same of every sample, however long the log is.
     #[must_use]
     pub fn of_every_sample(samples: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
-        Self::of(samples, 1, Axis::new(per_rad, revolution), None)
+        let axis = Axis::new(per_rad, revolution);
+        Self::of(samples, 1, usize::MAX, axis, None)
     }
 
     /// A recording from the [halves](Logged::halves) of blocks: only the first half of each has a measured position.
@@ -117,11 +121,28 @@ impl<'a> Recording<'a> {
 
     /// Every sample of a log of which this has blocks.
     pub(super) fn every_sample(&self) -> Option<Self> {
-        (self.block > 1.0).then(|| Self::of(self.samples, 1, self.axis, Some(self.middle)))
+        self.in_samples(usize::MAX)
     }
 
-    /// In blocks of samples, or of every sample, with angles from a middle, rad; without one the mean.
-    fn of(samples: &'a [Logged], block: usize, axis: Axis, middle: Option<f64>) -> Self {
+    /// The samples on which the errors of a log are judged of which this has blocks.
+    pub(super) fn judged_samples(&self) -> Option<Self> {
+        self.in_samples(MAX_JUDGED)
+    }
+
+    fn in_samples(&self, most: usize) -> Option<Self> {
+        let of = || Self::of(self.samples, 1, most, self.axis, Some(self.middle));
+        (self.block > 1.0).then(of)
+    }
+
+    /// In blocks of samples, or of every sample, of pieces of a log that has more than the most samples. The angles are from a
+    /// middle, rad; without one the mean.
+    fn of(
+        samples: &'a [Logged],
+        block: usize,
+        most: usize,
+        axis: Axis,
+        middle: Option<f64>,
+    ) -> Self {
         let turns = axis.per_travel > 0.0;
         let mut recording = Self {
             samples,
@@ -146,7 +167,7 @@ impl<'a> Recording<'a> {
             }),
         };
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-        for (row, motion) in motions(samples, block > 1) {
+        for (row, motion) in motions(samples, most) {
             if block == 1 {
                 recording.add(row, motion, &mut ends);
             } else {
@@ -334,11 +355,11 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// The motions of a log, each with its first sample. For a long log they are those of some pieces.
-fn motions(samples: &[Logged], in_pieces: bool) -> impl Iterator<Item = (usize, &[Logged])> {
+/// The motions of a log, each with its first sample. For a log of more than the most samples they are those of some pieces.
+fn motions(samples: &[Logged], most: usize) -> impl Iterator<Item = (usize, &[Logged])> {
     let count = samples.len();
-    let (pieces, length) = if in_pieces && count > MAX_TAKEN {
-        (PIECES, MAX_TAKEN / PIECES)
+    let (pieces, length) = if count > most {
+        (most / PIECE, PIECE)
     } else {
         (1, count)
     };
