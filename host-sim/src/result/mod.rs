@@ -31,7 +31,9 @@ pub use experiment::{
 pub use fit::{BrakingForce, EnteredEffect, FitNotes};
 pub use form::{FormMargins, FormParameter, FormResult, FormStep};
 #[cfg(feature = "experiments")]
-pub use kept::{KeptEstimate, KeptLog, KeptNoise, KeptResidual, KeptResult, NoResult};
+pub use kept::{
+    KeptCovariance, KeptEstimate, KeptLog, KeptNoise, KeptResidual, KeptResult, NoResult,
+};
 pub use log::{LogReading, OpenLoopError, Prediction};
 pub use residual::{Finding, Residual};
 pub use sensor_noise::SensorNoise;
