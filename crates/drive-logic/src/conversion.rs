@@ -206,4 +206,20 @@ mod tests {
             assert_eq!(not_allowed(error).to_string(), error.to_string());
         }
     }
+
+    #[test]
+    fn the_command_that_holds_a_load_keeps_the_limits_of_the_order() {
+        for (load, command) in [(30.0, -1.0), (-30.0, 2.0), (5.0, -0.5)] {
+            let known = Estimates {
+                servo: ServoParameters {
+                    a: 1.0,
+                    b: 10.0,
+                    coulomb: 0.0,
+                    load,
+                },
+                ..Estimates::default()
+            };
+            assert_eq!(balance(&known, [-1.0, 2.0]), command);
+        }
+    }
 }

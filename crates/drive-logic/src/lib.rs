@@ -28,6 +28,7 @@ mod commissioning;
 mod conversation;
 mod conversion;
 mod ending;
+mod first_motion;
 mod guide;
 mod homing;
 mod image;

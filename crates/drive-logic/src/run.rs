@@ -19,10 +19,11 @@ use crate::background_watch::DRIVEN_PATIENCE;
 use crate::brake::BrakeTimes;
 use crate::chip::{Chip, Lines, OutputStage};
 use crate::closed_loop::{
-    self, AT_REST, ClosedLoop, FirstMotion, Fitted, Handover, Settled, StepMonitor, StepResult,
+    self, AT_REST, ClosedLoop, Fitted, Handover, Settled, StepMonitor, StepResult,
 };
 use crate::conversion;
 use crate::ending::{Course, Ending};
+use crate::first_motion::FirstMotion;
 use crate::guide::{Guide, Origin, Target};
 use crate::protection::Protection;
 use crate::reference::Reference;

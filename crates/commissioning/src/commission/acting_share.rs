@@ -9,7 +9,6 @@ use identifier_core::number::Number;
 /// x + a ∑x + c n²/2 = share b ∑∑u.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ActingShare<N> {
-    servo: RoughModel<N>,
     /// The counts up to which it is measured.
     half: N,
     samples: N,
@@ -30,9 +29,8 @@ impl<N: Number> ActingShare<N> {
     const TELLING: f64 = 14.0;
 
     /// For a step of this size, counts.
-    pub(super) fn new(servo: &RoughModel<N>, step: N) -> Self {
+    pub(super) fn new(step: N) -> Self {
         Self {
-            servo: *servo,
             half: N::from_f64(0.5) * step,
             samples: N::ZERO,
             gone: N::ZERO,
@@ -55,9 +53,8 @@ impl<N: Number> ActingShare<N> {
         self.command_double_sum += self.command_sum;
     }
 
-    /// True if much less of the command acts than of a sound actuator's.
-    pub(super) fn is_weak(&self) -> bool {
-        let servo = &self.servo;
+    /// True if much less of the command acts on this servo than of a sound actuator's.
+    pub(super) fn is_weak(&self, servo: &RoughModel<N>) -> bool {
         let braked = N::from_f64(0.5) * self.samples * self.samples * servo.coulomb();
         let acts = self.gone + servo.viscous * self.gone_sum + braked;
         let force = servo.gain * self.command_double_sum;
@@ -83,7 +80,7 @@ mod tests {
             load: 20.0,
         };
         let servo = RoughModel::<f64>::from_si(&parameters, TIME, RESOLUTION);
-        let mut measured = ActingShare::new(&servo, 400.0);
+        let mut measured = ActingShare::new(400.0);
         let commands: [f64; 400] = core::array::from_fn(|k| if k < 40 { 2.0 } else { 0.8 });
         let (mut position, mut velocity) = (0.0, 0.0);
         for k in 0..commands.len() {
@@ -93,7 +90,7 @@ mod tests {
             velocity = velocity.max(0.0);
             position += velocity;
         }
-        measured.is_weak()
+        measured.is_weak(&servo)
     }
 
     #[test]
@@ -111,9 +108,9 @@ mod tests {
     #[test]
     fn a_servo_that_never_moved_shows_no_share() {
         let servo = RoughModel::<f64>::UNKNOWN;
-        let mut measured = ActingShare::new(&servo, 400.0);
-        assert!(!measured.is_weak());
+        let mut measured = ActingShare::new(400.0);
+        assert!(!measured.is_weak(&servo));
         measured.take(0.0, 1.0);
-        assert!(!measured.is_weak());
+        assert!(!measured.is_weak(&servo));
     }
 }

@@ -10,6 +10,7 @@ mod gains;
 mod half_cycles;
 mod holding;
 mod isr;
+mod least_motion;
 mod limits;
 mod message;
 mod noise;

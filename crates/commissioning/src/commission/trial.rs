@@ -1,6 +1,8 @@
 use super::RoughModel;
 use super::acting_share::ActingShare;
 use super::holding::Holding;
+use super::least_motion::LeastMotion;
+use super::noise::EDGE_COUNTS;
 use crate::watch::LOW_SPEED;
 use identifier_core::number::Number;
 use identifier_core::parameters::IdentifiedServo;
@@ -11,6 +13,9 @@ use identifier_core::units::Units;
 /// A step and the step back under new gains, measured against their prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial<N> {
+    servo: RoughModel<N>,
+    /// Samples from a command to its effect.
+    delay: u32,
     /// The step, counts, with its sign.
     step: N,
     /// True if the axis may go back.
@@ -36,6 +41,8 @@ pub(super) struct Trial<N> {
 struct TriedStep<N> {
     measure: StepMeasure<N>,
     share: ActingShare<N>,
+    /// None once it moves.
+    least: Option<LeastMotion<N>>,
 }
 
 /// The predicted response, in samples and counts, tolerances included.
@@ -105,7 +112,7 @@ impl<N: Number> Trial<N> {
         returns: bool,
     ) -> Self {
         // As large as it may be: it is not the actuator that holds the servo then.
-        let coulomb = servo.most_coulomb();
+        let (coulomb, delay) = (servo.most_coulomb(), servo.delay);
         let servo = &servo.parameters;
         let b = servo.b;
         let predicted_response = &tuning.predicted_response;
@@ -119,10 +126,11 @@ impl<N: Number> Trial<N> {
         // A floor is half a count low on the average, at both ends.
         let rounding = 0.5 / libm::fabs(counts).max(1.0);
         let highest = 1.0 + predicted_response.overshoot + Self::OVERSHOOT + rounding;
-        let rough = RoughModel::from_si(servo, units.sample_time(), units.position_unit());
         let settling = samples(Self::settling(tuning));
         let most = Self::MAX_SETTLING_TIMES * settling + samples(Self::BESIDES);
         Self {
+            servo: RoughModel::from_si(servo, units.sample_time(), units.position_unit()),
+            delay: libm::ceil(samples(delay)) as u32,
             step: N::from_f64(counts),
             returns,
             balance: N::from_f64(-servo.load / b),
@@ -148,7 +156,8 @@ impl<N: Number> Trial<N> {
             direction: if counts < 0.0 { -N::ONE } else { N::ONE },
             steps: [TriedStep {
                 measure: StepMeasure::new(libm::fabs(counts), 1.0),
-                share: ActingShare::new(&rough, N::from_f64(libm::fabs(counts))),
+                share: ActingShare::new(N::from_f64(libm::fabs(counts))),
+                least: Some(LeastMotion::NONE),
             }; 2],
         }
     }
@@ -181,7 +190,8 @@ impl<N: Number> Trial<N> {
     }
 
     fn is_weak(&self) -> bool {
-        self.steps.iter().any(|step| step.share.is_weak())
+        let is_weak = |step: &TriedStep<N>| step.share.is_weak(&self.servo);
+        self.steps.iter().any(is_weak)
     }
 
     fn proceed(
@@ -206,9 +216,20 @@ impl<N: Number> Trial<N> {
                 let (motion_direction, highest) = (self.motion_direction(), self.predicted.highest);
                 let gone = motion_direction * (position - self.from);
                 let beyond_load = motion_direction * (command - self.balance);
+                let acceleration = self.servo.gain * beyond_load;
+                let (friction, delay) = (self.servo.coulomb(), self.delay);
                 let step = self.step_under_way();
                 step.measure.take(gone);
                 step.share.take(gone, beyond_load);
+                if gone.magnitude() > N::from_f64(EDGE_COUNTS) {
+                    step.least = None;
+                }
+                if let Some(least) = &mut step.least {
+                    least.take(acceleration, friction);
+                    if least.is_due(delay) {
+                        return Err(Reason::ActuatorDead);
+                    }
+                }
                 if step.measure.is_beyond(highest) {
                     return Err(Reason::PredictionMissed);
                 }
@@ -262,6 +283,12 @@ impl<N: Number> Trial<N> {
         } else {
             self.direction
         }
+    }
+
+    /// True if a servo that is identified must have moved, and did not.
+    pub(super) fn is_motion_missed(&self) -> bool {
+        let missed = |step: &TriedStep<N>| step.least.is_some_and(|least| least.is_due(self.delay));
+        self.steps.iter().any(missed)
     }
 
     /// True if friction that is higher at rest may hold the servo under this command.

@@ -7,6 +7,7 @@ mod moving_axis;
 mod noise;
 mod rig;
 mod servo_changes;
+mod sound_axes;
 mod suspected_fault;
 mod two_mass_loop;
 mod two_masses;

@@ -69,6 +69,8 @@ pub(crate) struct Course {
     pub(crate) command: [f64; 2],
     /// The times in which the command or the reference moves the servo, s, and when the stage was disabled.
     pub(crate) ordered: Vec<f64>,
+    /// The command of every sample, zero where the stage is disabled.
+    pub(crate) given: Vec<f64>,
     pub(crate) disabled: Option<f64>,
     /// The commands after the end; `None` while it coasts.
     pub(crate) after: Vec<Option<f64>>,
@@ -163,6 +165,7 @@ impl Bench {
         let mut phases = vec![(Phase::Idle, 0.0)];
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
         let (mut speed, mut speed_at_rest) = (0.0_f64, 0.0_f64);
+        let mut commands = vec![];
         let (mut after, mut ordered, mut disabled, mut reference) = (vec![], vec![], None, None);
         for k in 0..(MAX_DURATION / sample_time) as u64 {
             let condition = faults.begin_sample(&mut servo);
@@ -198,6 +201,7 @@ impl Bench {
             }
             reference = done.setpoint;
             let given = done.command.unwrap_or(0.0);
+            commands.push(given);
             command = [command[0].min(given), command[1].max(given)];
             servo.advance(faults.acting(given));
             let position = servo.position();
@@ -226,6 +230,7 @@ impl Bench {
             speed_at_rest,
             command,
             ordered,
+            given: commands,
             disabled,
             after,
             last: servo.position(),

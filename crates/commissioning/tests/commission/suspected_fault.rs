@@ -87,17 +87,41 @@ fn loaded(part: f64) -> Bench {
 
 /// The end of an axis whose encoder sticks at a time, s.
 #[derive(Debug)]
-struct Stuck {
+pub(crate) struct Stuck {
     reason: Option<Reason>,
     /// From the first sample in which the axis is ordered to move to the end, s, and true if the stage is disabled then.
-    ended: f64,
+    pub(crate) ended: f64,
     is_disabled: bool,
+    /// The time from there in which half of b would move the axis by 20 counts against twice its friction, s; none if it was
+    /// not identified then, or would not.
+    pub(crate) least_motion: Option<f64>,
 }
 
-fn stuck(bench: &Bench, time: f64) -> Stuck {
+/// The time from a sample on in which half of b moves an axis at rest by 20 counts against twice its friction, s.
+fn least_motion(bench: &Bench, given: &[f64]) -> Option<f64> {
+    let (servo, time) = (&bench.servo, bench.settings.sample_time);
+    let friction = 2.0 * servo.coulomb;
+    let (mut velocity, mut moved) = (0.0_f64, 0.0_f64);
+    let samples = given.iter().position(|command| {
+        let force = 0.5 * (servo.b * command + servo.load);
+        let direction = if velocity == 0.0 { force } else { velocity };
+        let next = velocity + (force - friction.copysign(direction)) * time;
+        velocity = if next * direction > 0.0 { next } else { 0.0 };
+        moved += velocity * time;
+        moved.abs() > 20.0 * bench.settings.resolution
+    });
+    samples.map(|samples| (samples + 1) as f64 * time)
+}
+
+pub(crate) fn stuck(bench: &Bench, time: f64) -> Stuck {
     let fault = InjectedFault::lasting(FaultKind::EncoderStuck, time, 0.0);
     let course = bench.run(&[fault], &mut |_| None);
     let ordered = course.ordered_since(time).unwrap_or(time);
+    let known = course.began(Phase::FrequencyResponse);
+    let first = (ordered / bench.settings.sample_time).round() as usize;
+    let least_motion = known
+        .filter(|&known| known <= ordered)
+        .and_then(|_| least_motion(bench, &course.given[first..]));
     println!(
         "{time:.4} {:?} {:?} ordered {:.4} ended {:.4} {:?} disabled {:?}",
         course.state.reason(),
@@ -113,6 +137,7 @@ fn stuck(bench: &Bench, time: f64) -> Stuck {
             .ended()
             .map_or(f64::INFINITY, |end| (end - ordered).max(0.0)),
         is_disabled: course.disabled.is_some(),
+        least_motion,
     }
 }
 
@@ -146,6 +171,22 @@ fn a_stuck_encoder_is_found_in_every_phase() {
         median <= 0.06 + rounding && longest <= LargestMotion::STUCK_ENCODER_TIME,
         "{median} {longest}"
     );
+}
+
+#[test]
+fn in_the_trial_half_of_b_tells_that_an_encoder_sticks() {
+    let bench = strong();
+    let course = bench.commission(&mut |_| None);
+    let trial = course.began(Phase::Trial).expect("it is tried");
+    for before in [0.2, 0.1, 0.01] {
+        let found = stuck(&bench, trial - before);
+        let least = found.least_motion.expect("its command suffices");
+        assert_eq!(found.reason, Some(Reason::ActuatorDead));
+        assert!(
+            found.is_disabled && found.ended <= least + 0.005,
+            "{found:?}"
+        );
+    }
 }
 
 #[test]

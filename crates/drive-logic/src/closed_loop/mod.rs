@@ -1,6 +1,5 @@
 //! The loop of a drive, controller and identifier with their states, in single precision.
 
-mod first_motion;
 mod single;
 mod unknowns;
 
@@ -9,7 +8,6 @@ use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::identifier::GaussNewtonFitted;
 
-pub(crate) use self::first_motion::FirstMotion;
 pub(crate) use self::single::{ClosedLoop, Learnt, Settled};
 use crate::conversion::refusal;
 

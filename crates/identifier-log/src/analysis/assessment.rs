@@ -67,18 +67,17 @@ pub struct Assessment {
     pub(super) fit: Option<FitEvidence>,
     /// The usual sizes beside which unknowns act.
     pub(super) scales: Scales,
-    /// The covariance of the errors.
-    by_chance: ByChance,
+    covariance: ErrorCovariance,
 }
 
-/// The covariance of the errors of estimates by chance, SI.
+/// The covariance of the errors of estimates, SI.
 #[derive(Debug, Clone, PartialEq)]
-struct ByChance {
+struct ErrorCovariance {
     effects: Vec<Effect>,
     matrix: Vec<Vec<f64>>,
 }
 
-impl ByChance {
+impl ErrorCovariance {
     /// Of estimates in the units of a record.
     fn new(estimated: &[(Effect, f64)], matrix: &[Vec<f64>], scale: &Scale) -> Self {
         let effects: Vec<Effect> = estimated.iter().map(|(effect, _)| *effect).collect();
@@ -122,9 +121,11 @@ impl Assessment {
         self.unknowns.iter().find(|asked| asked.unknown == unknown)
     }
 
-    /// The covariance by chance of the errors of two unknowns; none for one that was not estimated.
+    /// The covariance of the errors of two unknowns; none for one that was not estimated. A refit moves both.
     pub(super) fn covariance(&self, one: Unknown, other: Unknown) -> Option<f64> {
-        self.by_chance.of(one, other)
+        let moved = |unknown| self.of(unknown).map(|asked| asked.refit_difference);
+        let known = self.covariance.of(one, other)?;
+        Some(known + moved(one)? * moved(other)?)
     }
 
     /// Assesses the estimates at the end of a run. None if the record is too short or no servo fits it.
@@ -178,7 +179,7 @@ impl Assessment {
                 was_stopped: false,
             }),
             scales: scale.scales(&found.statistics, command.deviation()?),
-            by_chance: ByChance::new(&found.estimated, &found.covariance, &scale),
+            covariance: ErrorCovariance::new(&found.estimated, &found.covariance, &scale),
         })
     }
 
@@ -197,7 +198,7 @@ impl Assessment {
             finding: None,
             fit: Some(whole.evidence),
             scales: whole.scales,
-            by_chance: ByChance::new(
+            covariance: ErrorCovariance::new(
                 &whole.found.estimated,
                 &whole.found.covariance,
                 &whole.scale,

@@ -142,14 +142,22 @@ pub struct TermSize {
     pub unit: &'static str,
 }
 
-/// The covariance of estimates. Its diagonal has the squares of their standard errors, with all of their parts. Beside it are
-/// the covariances by the sensor's noise.
+/// The covariance of estimates, with all parts of their standard errors, the squares of which are its diagonal.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Covariance {
     /// Their names, in the order of rows and columns.
     pub names: Vec<&'static str>,
     /// By rows; infinite where nothing is known of one.
     pub matrix: Vec<Vec<f64>>,
+}
+
+impl Covariance {
+    /// That of two estimates by their names; none for one that was not estimated.
+    #[must_use]
+    pub fn of(&self, one: &str, other: &str) -> Option<f64> {
+        let place = |name: &str| self.names.iter().position(|own| *own == name);
+        Some(*self.matrix.get(place(one)?)?.get(place(other)?)?)
+    }
 }
 
 /// Output error, rad.
@@ -241,11 +249,8 @@ impl Estimates {
         }
     }
 
-    /// The covariance, of that `by_chance` of two unknowns.
-    pub(crate) fn covariance(
-        &self,
-        by_chance: impl Fn(Unknown, Unknown) -> Option<f64>,
-    ) -> Covariance {
+    /// The covariance, of that of two unknowns.
+    pub(crate) fn covariance(&self, of: impl Fn(Unknown, Unknown) -> Option<f64>) -> Covariance {
         let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
             let one = self.get(parameter);
             let error = one.std_error.unwrap_or(f64::INFINITY);
@@ -257,7 +262,7 @@ impl Estimates {
             let entries = known.iter().map(|&(other, _)| match one == other {
                 true => error * error,
                 // What was not estimated beside the others goes with none of them.
-                false => by_chance(one, other).unwrap_or(0.0),
+                false => of(one, other).unwrap_or(0.0),
             });
             entries.collect()
         };

@@ -24,6 +24,9 @@ pub struct KeptResult {
     pub position_unit: Option<String>,
     /// The estimates by the names of their unknowns; none for one that was not estimated.
     pub estimates: BTreeMap<String, Option<KeptEstimate>>,
+    /// Their covariance.
+    #[serde(default)]
+    pub covariance: Option<KeptCovariance>,
     /// The output error over the end.
     #[serde(default)]
     pub residual: Option<KeptResidual>,
@@ -88,5 +91,23 @@ impl KeptResult {
     #[must_use]
     pub fn std_error(&self, name: &str) -> Option<f64> {
         self.estimates.get(name)?.as_ref()?.std_error
+    }
+}
+
+/// The covariance of estimates, SI; none in it where nothing is known.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct KeptCovariance {
+    /// Their names, in the order of rows and columns.
+    pub names: Vec<String>,
+    /// By rows.
+    pub matrix: Vec<Vec<Option<f64>>>,
+}
+
+impl KeptCovariance {
+    /// That of two estimates by their names.
+    #[must_use]
+    pub fn of(&self, one: &str, other: &str) -> Option<f64> {
+        let place = |name: &str| self.names.iter().position(|own| own == name);
+        *self.matrix.get(place(one)?)?.get(place(other)?)?
     }
 }

@@ -10,7 +10,7 @@ use crate::result::{KeptEstimate, KeptResult};
 /// The servo in the result of a run or a replay, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifiedResult {
-    /// The servo, with the standard errors of what was identified. The result contains no covariances between unknowns.
+    /// The servo, with the covariance of what was identified.
     pub servo: IdentifiedServo,
     /// Its axis: gains are for a unit of position that is stated.
     pub axis: AxisKind,
@@ -58,6 +58,7 @@ impl IdentifiedResult {
             Some(MotionUnit::Stated(AxisKind::Rotary)),
             MotionUnit::named,
         );
+        let common = |one: &str, other: &str| result.covariance.as_ref()?.of(one, other);
         let servo = Self::checked(
             unit.ok_or_else(|| missing("position_unit"))?,
             &result.status,
@@ -72,6 +73,7 @@ impl IdentifiedResult {
                 }) => Ok(Some([value, std_error.unwrap_or(f64::INFINITY)])),
                 Some(_) => Err(missing(&format!("estimates.{name}.value"))),
             },
+            &common,
         )?;
         let noise = result.noise.moving;
         Ok(Self { noise, ..servo })
@@ -102,13 +104,14 @@ impl IdentifiedResult {
                 }
                 Some(_) => Err(missing(&format!("estimates.{name}.value"))),
             },
+            &|one, other| result.covariance.as_ref()?.of(one, other),
         )?;
         let noise = result.noise.moving;
         Ok(Self { noise, ..servo })
     }
 
-    /// Checks a unit of positions, a status and its reason, a sample time, the residual's rms, and the estimates by their names, each with
-    /// its standard error.
+    /// Checks a unit of positions, a status and its reason, a sample time, the residual's rms, the estimates by their
+    /// names, each with its standard error, and what their errors have in common.
     fn checked(
         unit: MotionUnit,
         status: &str,
@@ -116,6 +119,7 @@ impl IdentifiedResult {
         sample_time: f64,
         residual: Option<f64>,
         estimate: &dyn Fn(&str) -> Stated,
+        common: &dyn Fn(&str, &str) -> Option<f64>,
     ) -> Result<Self, ResultError> {
         let axis = unit.axis().map_err(|unstated| ResultError {
             key: "position_unit".to_owned(),
@@ -141,19 +145,22 @@ impl IdentifiedResult {
         }
         let not_negative = [("a", a), ("coulomb", coulomb), ("delay", delay)];
         let mut covariance = [[0.0; 5]; 5];
-        for (place, [_, error]) in [
-            (IdentifiedServo::A, a),
-            (IdentifiedServo::B, b),
-            (IdentifiedServo::COULOMB, coulomb),
-            (IdentifiedServo::DELAY, delay),
-            (IdentifiedServo::LOAD, load),
-        ] {
-            // An unknown one is reported below.
-            covariance[place][place] = if error.is_finite() {
-                error * error
-            } else {
-                0.0
-            };
+        let places = [
+            (IdentifiedServo::A, "a", a),
+            (IdentifiedServo::B, "b", b),
+            (IdentifiedServo::COULOMB, "coulomb", coulomb),
+            (IdentifiedServo::DELAY, "delay", delay),
+            (IdentifiedServo::LOAD, "load", load),
+        ];
+        // An unknown one is reported below.
+        let finite = places.iter().filter(|(.., [_, error])| error.is_finite());
+        for &(row, one, [_, error]) in finite.clone() {
+            for &(column, other, _) in finite.clone() {
+                covariance[row][column] = match row == column {
+                    true => error * error,
+                    false => common(one, other).unwrap_or(0.0),
+                };
+            }
         }
         /// The standard error of b, as a part of it, up to which a partially identified servo gets gains.
         const SURE: f64 = 0.04;
@@ -230,6 +237,10 @@ mod tests {
             "load": null,
             "delay": { "value": 0.0012, "std_error": 0.00001 },
             "gravity-sine": { "value": 3.0, "std_error": 0.1 }
+        },
+        "covariance": {
+            "names": ["b", "a", "delay"],
+            "matrix": [[0.25, 0.004, null], [0.004, 0.0001, -2e-8], [null, -2e-8, 1e-10]]
         }
     }"#;
 
@@ -253,6 +264,20 @@ mod tests {
         );
         assert!((servo.standard_error(IdentifiedServo::B) - 0.5).abs() < 1e-12);
         assert!((servo.delay - 0.0012).abs() < 1e-12 && result.has_delay);
+        let of = |one: usize, other: usize| servo.covariance[one][other];
+        let [a, b, delay] = [
+            IdentifiedServo::A,
+            IdentifiedServo::B,
+            IdentifiedServo::DELAY,
+        ];
+        assert_eq!(
+            [of(a, b), of(b, a)].map(f64::to_bits),
+            [0.004; 2].map(f64::to_bits)
+        );
+        assert_eq!(
+            [of(a, delay), of(b, delay)].map(f64::to_bits),
+            [-2e-8, 0.0].map(f64::to_bits)
+        );
         assert!((result.effects.gravity[0][0] - 3.0).abs() < 1e-12);
         assert_eq!(result.reservation, None);
     }

@@ -88,7 +88,7 @@ class Result:
     @property
     def covariance(self) -> npt.NDArray[np.float64]:
         """Their covariance, in the order of ``estimates``; NaN where one is not known. The diagonal has the squares of
-        ``std_errors``, the rest what the sensor's noise makes of it."""
+        ``std_errors``, and the rest is of the same parts: noise, and effects that the log leaves open."""
         names = list(self.estimates)
         found = self.json.get("covariance") or {"names": [], "matrix": []}
         places = [found["names"].index(name) if name in found["names"] else None for name in names]

@@ -45,7 +45,6 @@ pub(super) struct Acting<'a> {
 
 /// Friction and motion over a piece of a sample.
 pub(super) struct Shape {
-    pub(super) velocity: f64,
     pub(super) direction: f64,
     /// Viscous friction over inertia.
     pub(super) viscous: f64,
@@ -108,7 +107,7 @@ impl Acting<'_> {
                     0.0
                 }
                 Effect::Quadratic => {
-                    *per_rate = self.friction * shape.velocity.abs();
+                    *per_rate = self.friction * shape.middle.abs();
                     0.0
                 }
                 Effect::B => driven / self.values.get(Effect::B),

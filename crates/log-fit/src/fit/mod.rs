@@ -18,6 +18,7 @@ mod gain;
 mod horizons;
 mod pass;
 mod record;
+mod repetition;
 mod search;
 mod spectrum;
 mod start;

@@ -199,7 +199,8 @@ impl Fitter<'_> {
         horizon: Horizon,
         search: Search,
     ) -> Option<Fitted> {
-        let (values, sums) = self.search(values, free, horizon, search)?;
+        let (values, mut sums) = self.search(values, free, horizon, search)?;
+        sums.repeated = self.repeated(&values, horizon);
         let covariances = sums.covariances(&self.held(&values, free, horizon, &sums));
         Some(Fitted {
             values,

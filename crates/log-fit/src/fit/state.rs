@@ -300,32 +300,35 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
                 }
                 acting.push.signum()
             };
-            let mut rate = viscous + inertia_rate;
-            let mut coupling = 0.0;
-            if asymmetry != 0.0 || quadratic != 0.0 {
-                rate += asymmetry * direction + quadratic * velocity.abs();
-                // ∂(push)/∂velocity of what grows with the velocity's square, and below of what fades with it.
-                coupling = -quadratic * velocity.abs();
-            }
-            let mut response = self.responses[acting.part.last].over(rate, left);
-            let mut stribeck_factor = 0.0;
-            let mut friction = acting.coulomb;
-            if low_speed != 0.0 {
-                stribeck_factor = libm::exp(-velocity * velocity * per_square);
-                friction += low_speed * stribeck_factor;
-            }
-            let mut pushed = acting.push - friction * direction;
-            let mut after = response.after(velocity, pushed);
+            let uniform = viscous + inertia_rate + asymmetry * direction;
+            // What goes with the speed is that of its middle, which is known after one try.
+            let mut is_again = low_speed != 0.0 || quadratic != 0.0;
             let mut middle = velocity;
-            if low_speed != 0.0 {
-                if after * direction > 0.0 {
-                    middle = 0.5 * (velocity + after);
+            let (rate, mut response, stribeck_factor, pushed, after) = loop {
+                let rate = match quadratic != 0.0 {
+                    true => uniform + quadratic * middle.abs(),
+                    false => uniform,
+                };
+                let response = self.responses[acting.part.last].over(rate, left);
+                let mut stribeck_factor = 0.0;
+                let mut friction = acting.coulomb;
+                if low_speed != 0.0 {
                     stribeck_factor = libm::exp(-middle * middle * per_square);
-                    pushed =
-                        acting.push - (acting.coulomb + low_speed * stribeck_factor) * direction;
-                    after = response.after(velocity, pushed);
+                    friction += low_speed * stribeck_factor;
                 }
-                coupling += 2.0 * middle.abs() * per_square * low_speed * stribeck_factor;
+                let pushed = acting.push - friction * direction;
+                let after = response.after(velocity, pushed);
+                if !is_again || after * direction <= 0.0 {
+                    break (rate, response, stribeck_factor, pushed, after);
+                }
+                is_again = false;
+                middle = 0.5 * (velocity + after);
+            };
+            // ∂(push)/∂velocity of what grows with the velocity's square, and of what fades with it.
+            let mut coupling = 0.0;
+            if low_speed != 0.0 || quadratic != 0.0 {
+                let fading = 2.0 * middle.abs() * per_square * low_speed * stribeck_factor;
+                coupling = fading - quadratic * middle.abs();
             }
             let acceleration = pushed - rate * velocity;
             let crosses = velocity != 0.0 && after * direction < 0.0;
@@ -341,7 +344,6 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
                 response = Response::new(rate, length);
             }
             let shape = Shape {
-                velocity,
                 direction,
                 viscous: rate - inertia_rate,
                 stribeck_factor,

@@ -24,6 +24,8 @@ pub struct Sums {
     pub log_variances: f64,
     /// Segments.
     pub segments: f64,
+    /// Rows per row of a motion that does not repeat itself.
+    pub repeated: f64,
 }
 
 /// The segments of a record of this length. They are long enough that errors barely correlate across them, and numerous
@@ -44,6 +46,7 @@ impl Sums {
         lagged: 0.0,
         log_variances: 0.0,
         segments: 0.0,
+        repeated: 1.0,
     };
 
     /// The sums of a pass with some values; none if the model diverged. At most [`MAX_UNKNOWNS`] effects count.
@@ -163,6 +166,7 @@ impl Sums {
 
     /// Covariances of the estimates at a minimum, by white noise and by the disagreement of the segments. The latter is
     /// the sandwich of Huber, 1967, and White, Econometrica 50(1), 1982. Unknowns that `held` marks are not among them.
+    /// Segments of a motion that repeats itself agree in its errors, too.
     #[must_use]
     pub fn covariances(&self, held: &[bool; MAX_UNKNOWNS]) -> Covariances {
         let (places, count) = self.known(held);
@@ -180,7 +184,7 @@ impl Sums {
                     robust += inverse[a][i] * scores[i][j] * inverse[a][j];
                 }
             }
-            naive[place] = inverse[a][a] * noise;
+            naive[place] = inverse[a][a] * noise * self.repeated;
             variances[place] = (robust * freedom).max(naive[place]);
         }
         Covariances {

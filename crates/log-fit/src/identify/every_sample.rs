@@ -1,47 +1,74 @@
-//! The last fit of a long log, to every sample. Its blocks have shown which effects exist, but leave out the motion
-//! within them.
+//! The last fit of a long log, to its samples. Its blocks have shown which effects exist, but leave out the motion within
+//! them, and what friction does there.
 
-use crate::fit::{Effect, Fitter, Horizon, Record, RecordStatistics, Search, Values};
+use crate::fit::{Effect, Fitter, Horizon, Matrix, Record, RecordStatistics, Search, Values};
+use crate::parallel;
 
 use super::model::Model;
-use super::recording::Recording;
+use super::uncertainty::by_chance;
 
 const SEARCH: Search = Search {
     steps: 6,
     tolerance: 1e-8,
 };
 
-/// Fits the model of blocks to every sample of its log. The random part of the standard errors is then that of every
-/// sample. The rest of them is unchanged. The load where one that is constant was fitted; nothing changes where the log
-/// has no blocks.
+/// The model of blocks of a length, fitted to samples of their log at the horizon that is best for these.
+pub(super) fn refit<'a>(
+    fitter: &Fitter<'a>,
+    model: &Model,
+    record: &'a Record<'a>,
+    block: f64,
+) -> Option<(Fitter<'a>, Model)> {
+    let of_blocks = (fitter, &model.fitted.values, model.fitted.horizon);
+    let (finest, values, of_blocks) = of_samples(of_blocks, record, block);
+    let is_alike = |one: &Horizon| one.walk.is_some() == of_blocks.walk.is_some();
+    let horizons: Vec<Horizon> = finest.horizons().filter(is_alike).collect();
+    let fits = parallel::map(&horizons, |&horizon| {
+        finest.fit(&values, &model.free, horizon, SEARCH)
+    });
+    let mut found = model.clone();
+    found.fit_is(finest.best_horizon(fits.flatten(), &model.free)?);
+    Some((finest, found))
+}
+
+/// Fits a model of some pieces of a log to all of it. The random part of the covariance is then that of every sample. The rest
+/// of it is unchanged.
 pub(super) fn refine(
-    fitter: &Fitter<'_>,
-    recording: &Recording<'_>,
+    judge: &Fitter<'_>,
     model: &mut Model,
-    std_errors: &mut [f64],
-) -> Option<f64> {
-    let every = recording.every_sample().filter(|_| (fitter.goes_on)())?;
-    let record = every.record();
-    let block = recording.block;
+    record: &Record<'_>,
+    covariance: &mut Matrix,
+) {
+    let all = Fitter { record, ..*judge };
     let Model { free, fitted, .. } = model;
-    let of_blocks = (fitter, &fitted.values, fitted.horizon);
-    let (finest, values, horizon) = of_samples(of_blocks, &record, block);
-    let found = finest.fit(&values, free, horizon, SEARCH)?;
-    let [before, after] = [&*fitted, &found].map(|fitted| fitted.std_errors());
-    for (i, &effect) in free.iter().enumerate() {
-        let own = after[i] / in_samples(effect, block);
-        let beyond = std_errors[i] * std_errors[i] - before[i] * before[i];
-        if own.is_finite() && beyond.is_finite() {
-            std_errors[i] = beyond.max(0.0).sqrt().hypot(own);
+    let Some(found) = all.fit(&fitted.values, free, fitted.horizon, SEARCH) else {
+        return;
+    };
+    let before = by_chance(judge, fitted, free);
+    let after = by_chance(&all, &found, free);
+    let is_known = |i: usize| before[i][i] > 0.0 && after[i][i] > 0.0;
+    for i in (0..free.len()).filter(|&i| is_known(i)) {
+        for j in (0..free.len()).filter(|&j| is_known(j)) {
+            covariance[i][j] += after[i][j] - before[i][j];
         }
     }
-    fitted.values = (found.values).scaled(|effect| 1.0 / in_samples(effect, block));
-    let is_constant = horizon.walk.is_none();
-    is_constant.then(|| fitted.values.get(Effect::Load))
+    fitted.values = found.values;
+}
+
+/// Converts the covariance of a model's free effects from samples to blocks of a length.
+pub(super) fn to_blocks(free: &[Effect], covariance: &mut Matrix, block: f64) {
+    let per: Vec<f64> = (free.iter())
+        .map(|&effect| 1.0 / in_samples(effect, block))
+        .collect();
+    for (row, one) in covariance.iter_mut().zip(&per) {
+        for (entry, other) in row.iter_mut().zip(&per) {
+            *entry *= one * other;
+        }
+    }
 }
 
 /// A sample of a record of blocks in samples of the log, raised to its power in an effect's unit.
-fn in_samples(effect: Effect, block: f64) -> f64 {
+pub(super) fn in_samples(effect: Effect, block: f64) -> f64 {
     block.powi(effect.unit()[1])
 }
 

@@ -27,7 +27,7 @@ pub struct Examined {
     pub values: Values,
     /// The effects that are estimated in it, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
-    /// The covariance of their errors by chance alone, in the same order.
+    /// The covariance of their errors, in the same order.
     pub covariance: Vec<Vec<f64>>,
     /// The estimates that a command of other sizes would determine better.
     pub needs_more_amplitudes: Vec<Effect>,
@@ -100,25 +100,19 @@ pub fn examine(
         }
     }
     let load = fitter.load(&model.fitted, &model.free);
-    // No estimator's own model shows how well the model describes the servo.
     let beyond = ErrorBudget {
-        accuracy: 0.0,
         has_spread: law.is_thorough,
         bounds_at_zero_are_exact: true,
     };
-    let (mut std_errors, needs_more_amplitudes) =
-        uncertainty::std_errors(fitter, &model, load.1, &answers, beyond);
+    let (mut covariance, needs_more_amplitudes) =
+        uncertainty::covariance(fitter, &model, load.1, &answers, beyond);
     let has_profile = law.is_thorough && model.free.contains(&Effect::B);
     let profile = has_profile.then(|| Profile::new(fitter, &model));
     if let Some(profile) = &profile {
-        profile.widen(&model, &mut std_errors);
+        profile.widen(&model, &mut covariance);
     }
-    let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
-    let (values, estimated, covariance) = recording.about_zero(
-        &model.fitted.values,
-        &estimated,
-        &model.covariance(fitter, &estimated),
-    );
+    let (values, estimated, covariance) =
+        recording.about_zero(&model.fitted.values, &model.free, &covariance);
     Some(Examined {
         values,
         estimated,

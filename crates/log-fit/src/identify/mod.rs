@@ -50,7 +50,7 @@ pub struct Identified {
     pub values: Values,
     /// The effects that were estimated, and their standard errors.
     pub estimated: Vec<(Effect, f64)>,
-    /// The covariance of their errors by chance alone, in the same order.
+    /// The covariance of their errors, in the same order.
     pub covariance: Vec<Vec<f64>>,
     /// The estimates that a command of other sizes would determine better.
     pub needs_more_amplitudes: Vec<Effect>,
@@ -151,33 +151,61 @@ pub fn identify(
     if !model.free.iter().all(is_finite) {
         return None;
     }
+    let steps = LoadSteps::find(&fitter, &model.fitted);
+    let some = recording.judged_samples().filter(|_| goes_on());
+    let some_rows = some.as_ref().map(Recording::record);
+    let refitted = (some_rows.as_ref())
+        .and_then(|rows| every_sample::refit(&fitter, &model, rows, recording.block));
+    // Blocks leave out what friction does within them: the errors are those of samples.
+    let (judge, mut judged, log, block) = match (&refitted, &some) {
+        (Some((judge, judged)), Some(some)) => (judge, judged.clone(), some, recording.block),
+        _ => (&fitter, model.clone(), recording, 1.0),
+    };
+    let range = Range::new(log, &judge.statistics);
+    let effect_selection = EffectSelection {
+        fitter: judge,
+        range: &range,
+    };
+    let mut answers = effect_selection.answers(&judged);
+    effect_selection.refine(&judged, &mut answers);
+    // Of several loads the last is the servo's.
+    let per_load = every_sample::in_samples(Effect::Load, block);
+    let (load, by_chance) = steps.map_or_else(
+        || judge.load(&judged.fitted, &judged.free),
+        |steps| (steps.load.0 * per_load, steps.load.1 * per_load),
+    );
+    let authority = judge.usual_size(&judged.fitted.values, Effect::Load);
+    let load_error = beyond_authority(load, authority)
+        .max(by_chance)
+        .hypot(ripple_as_load(log, &judged));
+    let beyond = uncertainty::ErrorBudget::ALL;
+    let (mut covariance, needs_more_amplitudes) =
+        uncertainty::covariance(judge, &judged, load_error, &answers, beyond);
+    let profile = Profile::new(judge, &judged);
+    profile.widen(&judged, &mut covariance);
+    let direction = recording.direction();
+    let braking = direction.and_then(|direction| braking(&fitter, &model, direction));
+    let mut load = load;
+    if refitted.is_some() {
+        let every = recording.every_sample();
+        if let Some(every) = every.filter(|every| every.record().len() > judge.record.len()) {
+            every_sample::refine(judge, &mut judged, &every.record(), &mut covariance);
+            if steps.is_none() && judged.fitted.horizon.walk.is_none() {
+                load = judged.fitted.values.get(Effect::Load);
+            }
+        }
+        every_sample::to_blocks(&model.free, &mut covariance, block);
+        load /= per_load;
+        model.fitted.values =
+            (judged.fitted.values).scaled(|effect| 1.0 / every_sample::in_samples(effect, block));
+    }
     let effect_selection = EffectSelection {
         fitter: &fitter,
         range: &range,
     };
-    let mut answers = effect_selection.answers(&model);
-    effect_selection.refine(&model, &mut answers);
-    let steps = LoadSteps::find(&fitter, &model.fitted);
-    // Of several loads the last is the servo's.
-    let (load, by_chance) = steps.map_or_else(
-        || fitter.load(&model.fitted, &model.free),
-        |steps| steps.load,
-    );
-    let authority = fitter.usual_size(&model.fitted.values, Effect::Load);
-    let load_error = beyond_authority(load, authority)
-        .max(by_chance)
-        .hypot(ripple_as_load(recording, &model));
-    let beyond = uncertainty::ErrorBudget::ALL;
-    let (mut std_errors, needs_more_amplitudes) =
-        uncertainty::std_errors(&fitter, &model, load_error, &answers, beyond);
-    let profile = Profile::new(&fitter, &model);
-    profile.widen(&model, &mut std_errors);
-    let direction = recording.direction();
-    let braking = direction.and_then(|direction| braking(&fitter, &model, direction));
-    let load =
-        every_sample::refine(&fitter, recording, &mut model, &mut std_errors).unwrap_or(load);
     let delay = model.free.iter().position(|one| *one == Effect::Delay);
-    let delay = delay.and_then(|place| effect_selection.delay(&model, std_errors[place]));
+    let delay =
+        delay.and_then(|place| effect_selection.delay(&model, covariance[place][place].sqrt()));
     let jitter = Jitter::find(&fitter, &model.fitted);
     let shown = steps.iter().map(LoadSteps::entered).chain(delay);
     let shown = shown.chain(jitter.iter().map(Jitter::entered));
@@ -192,12 +220,8 @@ pub fn identify(
         .statistics
         .noise
         .min(innovations.max(QUANTISATION_SIGMA));
-    let estimated: Vec<(Effect, f64)> = model.free.iter().copied().zip(std_errors).collect();
-    let (found, estimated, covariance) = recording.about_zero(
-        &values.with(Effect::Load, load),
-        &estimated,
-        &model.covariance(&fitter, &estimated),
-    );
+    let (found, estimated, covariance) =
+        recording.about_zero(&values.with(Effect::Load, load), &model.free, &covariance);
     Some(Identified {
         values: found,
         estimated,

@@ -1,5 +1,5 @@
 use crate::cause::Cause;
-use crate::fit::{Effect, Fitted, Fitter, MAX_UNKNOWNS, Matrix};
+use crate::fit::{Effect, Fitted};
 
 /// The state of the forward selection: the model so far.
 #[derive(Debug, Clone)]
@@ -16,34 +16,6 @@ impl Model {
     pub(super) fn fit_is(&mut self, fitted: Fitted) {
         self.rows_per_row = fitted.covariances.rows_per_independent_row();
         self.fitted = fitted;
-    }
-
-    /// Covariance by chance of the errors of the free effects, in their order. Standard errors have more parts, or less
-    /// chance in them where they are those of every sample.
-    pub(super) fn covariance(&self, fitter: &Fitter<'_>, estimated: &[(Effect, f64)]) -> Matrix {
-        let Fitted {
-            values,
-            horizon,
-            sums,
-            ..
-        } = &self.fitted;
-        let held = fitter.held(values, &self.free, *horizon, sums);
-        let mut covariance = sums.correlations(&held);
-        let own = self.fitted.std_errors();
-        let mut chance = [0.0; MAX_UNKNOWNS];
-        for ((chance, own), (_, error)) in chance.iter_mut().zip(own).zip(estimated) {
-            *chance = if own.is_finite() {
-                own.min(*error)
-            } else {
-                0.0
-            };
-        }
-        for (i, row) in covariance.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                *entry *= chance[i] * chance[j];
-            }
-        }
-        covariance
     }
 
     /// Gain in −2 ln L over another fit, in independent rows.

@@ -83,9 +83,11 @@ impl Axis {
 /// The most samples of a record: those of a longer log are taken together in blocks.
 pub const MAX_SAMPLES: usize = 1 << 15;
 
-/// The most samples of a log that are used together. A longer log gives pieces from its beginning to its end.
+/// The most samples of a log that are taken together in blocks, and on which errors are judged. A longer log gives pieces of
+/// this length from its beginning to its end.
 const MAX_TAKEN: usize = 1 << 17;
-const PIECES: usize = 16;
+const MAX_JUDGED: usize = 1 << 16;
+const PIECE: usize = 1 << 13;
 
 impl<'a> Recording<'a> {
     /// A recording from the samples of a log, with the counts per rad. The argument `revolution` is the distance after
@@ -97,13 +99,15 @@ impl<'a> Recording<'a> {
             // Two samples of the record to a block.
             count => (2 * count).div_ceil(MAX_SAMPLES).max(2),
         };
-        Self::of(samples, block, Axis::new(per_rad, revolution), None)
+        let most = if block > 1 { MAX_TAKEN } else { usize::MAX };
+        Self::of(samples, block, most, Axis::new(per_rad, revolution), None)
     }
 
     /// The same of every sample, however long the log is.
     #[must_use]
     pub fn of_every_sample(samples: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
-        Self::of(samples, 1, Axis::new(per_rad, revolution), None)
+        let axis = Axis::new(per_rad, revolution);
+        Self::of(samples, 1, usize::MAX, axis, None)
     }
 
     /// A recording from the [halves](Logged::halves) of blocks: only the first half of each has a measured position.
@@ -117,11 +121,28 @@ impl<'a> Recording<'a> {
 
     /// Every sample of a log of which this has blocks.
     pub(super) fn every_sample(&self) -> Option<Self> {
-        (self.block > 1.0).then(|| Self::of(self.samples, 1, self.axis, Some(self.middle)))
+        self.in_samples(usize::MAX)
     }
 
-    /// In blocks of samples, or of every sample, with angles from a middle, rad; without one the mean.
-    fn of(samples: &'a [Logged], block: usize, axis: Axis, middle: Option<f64>) -> Self {
+    /// The samples on which the errors of a log are judged of which this has blocks.
+    pub(super) fn judged_samples(&self) -> Option<Self> {
+        self.in_samples(MAX_JUDGED)
+    }
+
+    fn in_samples(&self, most: usize) -> Option<Self> {
+        let of = || Self::of(self.samples, 1, most, self.axis, Some(self.middle));
+        (self.block > 1.0).then(of)
+    }
+
+    /// In blocks of samples, or of every sample, of pieces of a log that has more than the most samples. The angles are from a
+    /// middle, rad; without one the mean.
+    fn of(
+        samples: &'a [Logged],
+        block: usize,
+        most: usize,
+        axis: Axis,
+        middle: Option<f64>,
+    ) -> Self {
         let turns = axis.per_travel > 0.0;
         let mut recording = Self {
             samples,
@@ -146,7 +167,7 @@ impl<'a> Recording<'a> {
             }),
         };
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
-        for (row, motion) in motions(samples, block > 1) {
+        for (row, motion) in motions(samples, most) {
             if block == 1 {
                 recording.add(row, motion, &mut ends);
             } else {
@@ -256,60 +277,51 @@ impl<'a> Recording<'a> {
         Self::turned(values, self.middle)
     }
 
-    /// Values whose waves count from angle zero, the standard errors of effects with them, and the covariance of their errors
-    /// `by_chance`. A wave with one estimated part has both.
+    /// Values whose waves count from angle zero, and of the `free` effects the standard errors and the covariance with
+    /// them. A wave with one estimated part has both.
     pub(super) fn about_zero(
         &self,
         values: &Values,
-        estimated: &[(Effect, f64)],
-        by_chance: &Matrix,
+        free: &[Effect],
+        covariance: &Matrix,
     ) -> (Values, Vec<(Effect, f64)>, Vec<Vec<f64>>) {
         // Each with its parts in the errors from the middle.
-        let of = |parts: &[(Option<usize>, f64)]| {
-            let mut row = vec![0.0; estimated.len()];
-            for &(place, part) in parts {
-                if let Some(entry) = place.and_then(|place| row.get_mut(place)) {
-                    *entry = part;
-                }
-            }
-            row
-        };
-        let mut found: Vec<(Effect, f64, Vec<f64>)> = (estimated.iter().enumerate())
-            .map(|(place, &(effect, error))| (effect, error, of(&[(Some(place), 1.0)])))
+        let mut found: Vec<(Effect, [(usize, f64); 2])> = (free.iter().enumerate())
+            .map(|(place, &effect)| (effect, [(place, 1.0), (place, 0.0)]))
             .collect();
         for (wave, order) in Self::waves(values) {
             let (sin, cos) = (order * self.middle).sin_cos();
-            let places = wave.map(|effect| estimated.iter().position(|(one, _)| *one == effect));
-            if places == [None, None] {
+            let places = wave.map(|effect| free.iter().position(|one| *one == effect));
+            let Some(any) = places[0].or(places[1]) else {
                 continue;
-            }
-            // About the middle one is odd and the other even: their errors do not go together.
-            let [odd, even] =
-                places.map(|place| place.map_or(0.0, |place: usize| estimated[place].1));
-            found.retain(|(one, ..)| !wave.contains(one));
-            for (effect, [of_odd, of_even]) in wave.into_iter().zip([[cos, sin], [-sin, cos]]) {
-                let row = of(&[(places[0], of_odd), (places[1], of_even)]);
-                found.push((effect, (of_odd * odd).hypot(of_even * even), row));
+            };
+            found.retain(|(one, _)| !wave.contains(one));
+            for (effect, parts) in wave.into_iter().zip([[cos, sin], [-sin, cos]]) {
+                let part = |i: usize| places[i].map_or((any, 0.0), |place| (place, parts[i]));
+                found.push((effect, [part(0), part(1)]));
             }
         }
-        let product = |one: &[f64], other: &[f64]| -> f64 {
-            let rows = one.iter().zip(by_chance);
-            rows.map(|(own, row)| {
-                let entries = other.iter().zip(row);
-                own * entries.map(|(own, entry)| own * entry).sum::<f64>()
-            })
-            .sum()
+        let product = |one: &[(usize, f64); 2], other: &[(usize, f64); 2]| -> f64 {
+            let all = one
+                .iter()
+                .flat_map(|one| other.iter().map(move |other| (one, other)));
+            // Nothing of an infinite error is none.
+            let all = all.map(|(one, other)| (one.1 * other.1, covariance[one.0][other.0]));
+            all.filter(|(part, _)| *part != 0.0)
+                .map(|(part, entry)| part * entry)
+                .sum()
         };
-        let rows = found.iter().map(|(_, _, one)| {
-            let row = found.iter().map(|(_, _, other)| product(one, other));
+        let rows = found.iter().map(|(_, one)| {
+            let row = found.iter().map(|(_, other)| product(one, other));
             row.collect()
         });
-        let covariance = rows.collect();
-        let estimated = found.into_iter().map(|(effect, error, _)| (effect, error));
+        let errors = found
+            .iter()
+            .map(|(effect, one)| (*effect, product(one, one).sqrt()));
         (
             Self::turned(values, -self.middle),
-            estimated.collect(),
-            covariance,
+            errors.collect(),
+            rows.collect(),
         )
     }
 
@@ -343,11 +355,11 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// The motions of a log, each with its first sample. For a long log they are those of some pieces.
-fn motions(samples: &[Logged], in_pieces: bool) -> impl Iterator<Item = (usize, &[Logged])> {
+/// The motions of a log, each with its first sample. For a log of more than the most samples they are those of some pieces.
+fn motions(samples: &[Logged], most: usize) -> impl Iterator<Item = (usize, &[Logged])> {
     let count = samples.len();
-    let (pieces, length) = if in_pieces && count > MAX_TAKEN {
-        (PIECES, MAX_TAKEN / PIECES)
+    let (pieces, length) = if count > most {
+        (most / PIECE, PIECE)
     } else {
         (1, count)
     };
@@ -446,7 +458,7 @@ mod tests {
             values.set(wave[0], 0.7);
             values.set(wave[1], -0.2);
         }
-        let one = [(Effect::GravitySine, 0.1), (Effect::B, 0.3)];
+        let one = [Effect::GravitySine, Effect::B];
         let by_chance = [[0.01, 0.003], [0.003, 0.09]];
         let (found, errors, covariance) = recording.about_zero(&values, &one, &matrix(&by_chance));
         for ([sine, cosine], order) in waves {

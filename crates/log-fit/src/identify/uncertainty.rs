@@ -1,18 +1,21 @@
-//! Standard errors that hold: chance and autocorrelation, effects that are missing, and the choice of the horizon.
+//! The covariance of the estimates' errors: chance and autocorrelation, effects that the record leaves open, and the
+//! choice of the horizon. Whatever moves several estimates at once is one direction in it, so standard errors and
+//! correlations are of the same parts.
 
-use crate::fit::{Effect, Fitter, Horizon, MAX_UNKNOWNS, QUANTISATION_SIGMA, Search, Values};
+use crate::fit::{
+    Effect, Fitted, Fitter, Horizon, MAX_UNKNOWNS, Matrix, QUANTISATION_SIGMA, Search, Values,
+    Vector,
+};
 
 use super::candidate::{Answer, TypicalMagnitudes};
 use super::model::Model;
 use crate::cause::Cause;
 use crate::parallel;
 
-/// The parts of standard errors beside chance, autocorrelation, rounding and effects that may be missing.
+/// The parts of the covariance beside chance, autocorrelation, rounding and effects that may be missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ErrorBudget {
-    /// The part of a usual size to which a servo is its model.
-    pub(super) accuracy: f64,
-    /// True if they hold the spread over the horizons, which takes two fits.
+    /// True if it holds the spread over the horizons, which takes two fits.
     pub(super) has_spread: bool,
     /// True if an estimate of exactly zero friction or dead band gets the error that the other unknowns imply, and is
     /// not unknown.
@@ -22,7 +25,6 @@ pub(super) struct ErrorBudget {
 impl ErrorBudget {
     /// Everything, for a servo that is identified.
     pub(super) const ALL: Self = Self {
-        accuracy: 1e-3,
         has_spread: true,
         bounds_at_zero_are_exact: false,
     };
@@ -34,83 +36,99 @@ impl ErrorBudget {
 /// sign changes. For drawn servos that move by one to four counts, b is off by a third of it.
 const SYSTEMATIC_ROUNDING: f64 = 0.1;
 
-/// Standard errors of the free effects, in their order. The second list holds those whose error is mostly from effects
-/// that a command of other sizes would determine. The argument `load` is the load's error by chance and
-/// autocorrelation.
+/// Adds errors that are one: each unknown is off by its part of `shift`.
+pub(super) fn add(covariance: &mut Matrix, shift: &[f64], weight: f64) {
+    for (row, one) in covariance.iter_mut().zip(shift) {
+        for (entry, other) in row.iter_mut().zip(shift) {
+            *entry += weight * one * other;
+        }
+    }
+}
+
+/// The covariance of a fit by chance and autocorrelation. Zero for unknowns that stand at a bound.
+pub(super) fn by_chance(fitter: &Fitter<'_>, fitted: &Fitted, free: &[Effect]) -> Matrix {
+    let held = fitter.held(&fitted.values, free, fitted.horizon, &fitted.sums);
+    let mut covariance = fitted.sums.correlations(&held);
+    let own = fitted
+        .std_errors()
+        .map(|own| if own.is_finite() { own } else { 0.0 });
+    for (row, one) in covariance.iter_mut().zip(own) {
+        for (entry, other) in row.iter_mut().zip(own) {
+            *entry *= one * other;
+        }
+    }
+    covariance
+}
+
+/// The covariance of the free effects, in their order; infinite on its diagonal where nothing is known of one. The second
+/// list holds those whose error is mostly from effects that a command of other sizes would determine. The argument
+/// `load` is the load's error by chance and autocorrelation.
 ///
-/// σ² = sandwich + ideal² + ∑ w shift² + spread². The term ideal: no servo matches its model to better than a
-/// thousandth. Sampling jitter, an eccentric encoder and the command's shape within a sample remain; no length of
-/// record reveals them. A missing effect counts by its probability w (Hoeting, Madigan, Raftery and Volinsky, "Bayesian
-/// model averaging", Statistical Science 14(4), 1999). The spread is the shift of the estimates beyond chance if the
-/// horizon of the filter is a quarter or four times as long. Its literature is Hausman, "Specification tests in
-/// econometrics", Econometrica 46(6), 1978.
-pub(super) fn std_errors(
+/// C = sandwich + rounding + ∑ w shift shiftᵀ + spread spreadᵀ. A missing effect counts by its probability w (Hoeting,
+/// Madigan, Raftery and Volinsky, "Bayesian model averaging", Statistical Science 14(4), 1999). The spread is the shift
+/// of the estimates beyond chance if the horizon of the filter is a quarter or four times as long. Its literature is
+/// Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978.
+pub(super) fn covariance(
     fitter: &Fitter<'_>,
     model: &Model,
     load: f64,
     answers: &[Answer],
     beyond: ErrorBudget,
-) -> (Vec<f64>, Vec<Effect>) {
-    let count = model.free.len();
-    let own = model.fitted.std_errors();
-    let missing = missing(
-        answers,
-        count,
-        &TypicalMagnitudes::new(fitter, &model.fitted.values),
-    );
-    let spread = if beyond.has_spread {
-        spread(fitter, model)
-    } else {
-        vec![0.0; count]
-    };
-    let sums = &model.fitted.sums;
-    let rounding =
-        SYSTEMATIC_ROUNDING * QUANTISATION_SIGMA * fitter.statistics.amplitude().powf(-1.5);
+) -> (Matrix, Vec<Effect>) {
+    let Model { free, fitted, .. } = model;
+    let count = free.len();
+    let own = fitted.std_errors();
+    let sums = &fitted.sums;
     let alone = |i: usize| {
         let variance = sums.noise() / sums.hessian[i][i].max(f64::MIN_POSITIVE);
-        (variance * model.rows_per_row).sqrt()
+        variance * model.rows_per_row
     };
     let bounds_at_zero_are_exact =
         |i: usize| beyond.bounds_at_zero_are_exact && !own[i].is_finite();
     // At its bound a friction is as uncertain as it were without one.
     let unbounded = sums.covariances(&[false; MAX_UNKNOWNS]).variances;
-    let mut needs_more_amplitudes = Vec::new();
-    let std_errors = (0..count)
-        .map(|i| {
-            let own = match model.free[i] {
-                Effect::Load => load,
-                // None is a bound at which everything else is free.
-                Effect::Delay if !own[i].is_finite() => alone(i),
-                Effect::Coulomb | Effect::DeadBand if bounds_at_zero_are_exact(i) => alone(i),
-                Effect::A | Effect::Coulomb if !own[i].is_finite() => unbounded[i].sqrt(),
-                _ => own[i],
-            };
-            let ideal = beyond.accuracy * fitter.usual_size(&model.fitted.values, model.free[i])
-                + match model.free[i] {
-                    Effect::B | Effect::Coulomb | Effect::Load => {
-                        rounding * model.fitted.values.get(model.free[i]).abs()
-                    }
-                    _ => 0.0,
-                };
-            let [all, of_command] = missing[i];
-            let variance = own * own + ideal * ideal + all + spread[i];
-            if of_command > 0.5 * variance {
-                needs_more_amplitudes.push(model.free[i]);
-            }
-            variance.sqrt()
-        })
-        .collect();
-    (std_errors, needs_more_amplitudes)
+    let mut covariance = by_chance(fitter, fitted, free);
+    for i in 0..count {
+        covariance[i][i] = match free[i] {
+            Effect::Load => load * load,
+            // None is a bound at which everything else is free.
+            Effect::Delay if !own[i].is_finite() => alone(i),
+            Effect::Coulomb | Effect::DeadBand if bounds_at_zero_are_exact(i) => alone(i),
+            Effect::A | Effect::Coulomb if !own[i].is_finite() => unbounded[i],
+            _ => own[i] * own[i],
+        };
+    }
+    let rounding =
+        SYSTEMATIC_ROUNDING * QUANTISATION_SIGMA * fitter.statistics.amplitude().powf(-1.5);
+    let larger = |&effect: &Effect| match effect {
+        Effect::B | Effect::Coulomb | Effect::Load => rounding * fitted.values.get(effect),
+        _ => 0.0,
+    };
+    add(
+        &mut covariance,
+        &free.iter().map(larger).collect::<Vec<_>>(),
+        1.0,
+    );
+    let usual = TypicalMagnitudes::new(fitter, &fitted.values);
+    let of_command = add_missing(&mut covariance, answers, &usual);
+    if beyond.has_spread {
+        add(&mut covariance, &spread(fitter, model), 1.0);
+    }
+    let needs_more_amplitudes = (0..count)
+        .filter(|&i| of_command[i] > 0.5 * covariance[i][i])
+        .map(|i| free[i]);
+    (covariance, needs_more_amplitudes.collect())
 }
 
-/// Squares of the shifts by effects that may be missing: by all, and by those that depend on the size of the command.
+/// Adds the shifts by effects that may be missing. The result is the variances by those that depend on the size of the
+/// command.
 ///
 /// Each has a usual size s₀ that is known beforehand, and the record estimates ŝ ± σ. Bayes' factor gives the odds that
 /// it exists, √(σ²/(σ² + s₀²)) exp(½ ŝ²/σ² s₀²/(s₀² + σ²)), times [the prior
 /// odds](super::candidate::Candidate::prior_odds). Its size is then ŝ s₀²/(s₀² + σ²) ± (1/s₀² + 1/σ²)^−½. Effects of
 /// one [kind](Kind) explain the same part of a record and share its weight, because only one of them exists. Those of
 /// another kind may be missing beside them. So may the part of a size that the record leaves open.
-fn missing(answers: &[Answer], count: usize, usual: &TypicalMagnitudes) -> Vec<[f64; 2]> {
+fn add_missing(covariance: &mut Matrix, answers: &[Answer], usual: &TypicalMagnitudes) -> Vector {
     /// An effect that is possible.
     struct Missing<'a> {
         cause: Cause,
@@ -154,7 +172,7 @@ fn missing(answers: &[Answer], count: usize, usual: &TypicalMagnitudes) -> Vec<[
             shifts: &answer.shifts,
         });
     }
-    let mut sums = vec![[0.0; 2]; count];
+    let mut of_command = [0.0; MAX_UNKNOWNS];
     for one in &missing {
         // A model that lacks nothing of the kind has odds of one.
         let none = (-one.log_odds).exp();
@@ -165,16 +183,14 @@ fn missing(answers: &[Answer], count: usize, usual: &TypicalMagnitudes) -> Vec<[
             .map(|other| (other.log_odds - one.log_odds).exp())
             .sum();
         let weight = one.found / (none + all) + one.open / (none + 1.0);
-        let goes_with_size = goes_with_size(one.cause);
-        for ([all, of_command], shift) in sums.iter_mut().zip(one.shifts) {
-            let square = weight * shift * shift;
-            *all += square;
-            if goes_with_size {
-                *of_command += square;
+        add(covariance, one.shifts, weight);
+        if goes_with_size(one.cause) {
+            for (sum, shift) in of_command.iter_mut().zip(one.shifts) {
+                *sum += weight * shift * shift;
             }
         }
     }
-    sums
+    of_command
 }
 
 /// True of an effect that a command of a single size does not separate from gain, friction and load.
@@ -216,7 +232,7 @@ impl Kind {
     }
 }
 
-/// Squares of the shifts by another horizon, beyond chance.
+/// The shifts by another horizon, beyond chance.
 fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
     const SEARCH: Search = Search {
         steps: 4,
@@ -237,34 +253,41 @@ fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
         }),
     };
     let own = model.fitted.std_errors();
-    let mut spread = vec![0.0_f64; model.free.len()];
+    let load = |fitted: &Fitted| fitter.load(fitted, &model.free).0;
     let fits = parallel::map(&others, |&horizon| {
         fitter.fit(&model.fitted.values, &model.free, horizon, SEARCH)
     });
-    for other in fits.flatten() {
+    let shifts = fits.map(|other| {
+        let Some(other) = other else {
+            return vec![0.0; own.len()];
+        };
         let errors = other.std_errors();
-        for (i, effect) in model.free.iter().enumerate() {
-            let shift = if *effect == Effect::Load {
-                fitter.load(&other, &model.free).0 - fitter.load(&model.fitted, &model.free).0
-            } else {
-                other.values.get(*effect) - model.fitted.values.get(*effect)
+        let free = model.free.iter().enumerate();
+        let shift = |(i, effect): (usize, &Effect)| {
+            let of = |fitted: &Fitted| fitted.values.get(*effect);
+            let shift = match effect {
+                Effect::Load => load(&other) - load(&model.fitted),
+                _ => of(&other) - of(&model.fitted),
             };
-            if !errors[i].is_finite() || !own[i].is_finite() {
-                spread[i] = spread[i].max(if *effect == Effect::Load {
-                    shift * shift
-                } else {
-                    0.0
-                });
-                continue;
-            }
-            let chance = (errors[i] * errors[i] - own[i] * own[i]).abs();
-            let beyond = shift * shift - chance;
-            if beyond.is_finite() {
-                spread[i] = spread[i].max(beyond);
-            }
-        }
-    }
-    spread
+            let chance = if errors[i].is_finite() && own[i].is_finite() {
+                (errors[i] * errors[i] - own[i] * own[i]).abs()
+            } else if *effect == Effect::Load {
+                0.0
+            } else {
+                f64::INFINITY
+            };
+            (shift * shift - chance).max(0.0).sqrt().copysign(shift)
+        };
+        free.map(shift).collect()
+    });
+    farther(shifts)
+}
+
+/// Of the shifts to two opposite sides the larger of each unknown, as one direction.
+fn farther(mut sides: impl Iterator<Item = Vec<f64>>) -> Vec<f64> {
+    let [low, high] = [sides.next(), sides.next()].map(Option::unwrap_or_default);
+    let larger = |(low, high): (f64, f64)| if low.abs() > high.abs() { -low } else { high };
+    low.into_iter().zip(high).map(larger).collect()
 }
 
 /// The least increase of −2 ln L for a gain a quarter off. Below it the curvature at the best gain does not give its
@@ -289,22 +312,30 @@ impl Profile {
         }
     }
 
-    /// If b is barely separated from the rest, the valley is no parabola. The errors are then as wide as the valley.
-    pub(super) fn widen(&self, model: &Model, std_errors: &mut [f64]) {
-        if self.increases.iter().all(|increase| *increase >= SEPARATED) {
-            return;
-        }
-        for (increase, values) in self.increases.iter().zip(&self.values) {
-            // The part of the way to this side that is one standard error.
-            let part = 1.0 / increase.max(f64::MIN_POSITIVE).sqrt();
-            for (error, &effect) in std_errors.iter_mut().zip(&model.free) {
-                let travel = values.map_or(f64::INFINITY, |values| {
-                    (values.get(effect) - model.fitted.values.get(effect)).abs()
-                });
-                if travel > 0.0 {
-                    *error = error.max(travel * part);
-                }
-            }
+    /// The errors are as wide as the valley along b, of which the curvature at its bottom tells little where friction holds
+    /// and releases the servo, or where b is barely separated from the rest.
+    pub(super) fn widen(&self, model: &Model, covariance: &mut Matrix) {
+        /// An increase below which the valley has no end: 25 times b is open.
+        const FLAT: f64 = 1e-4;
+        let sides = self
+            .increases
+            .iter()
+            .zip(self.values)
+            .map(|(increase, values)| {
+                // The part of the way to this side that is one standard error.
+                let part = 1.0 / increase.max(FLAT).sqrt();
+                let way = |&effect: &Effect| {
+                    values.map_or(0.0, |values| {
+                        part * (values.get(effect) - model.fitted.values.get(effect))
+                    })
+                };
+                model.free.iter().map(way).collect()
+            });
+        let farther = farther(sides);
+        let by_curvature = model.fitted.std_errors();
+        for (i, _) in (model.free.iter().enumerate()).filter(|(_, effect)| **effect == Effect::B) {
+            let known = by_curvature[i] / farther[i];
+            add(covariance, &farther, (1.0 - known * known).max(0.0));
         }
     }
 }
@@ -369,7 +400,11 @@ mod tests {
             // A unit of it moves the parameter by one.
             shifts: vec![-size],
         };
-        let open = |size, gain| missing(&[answer(size, gain)], 1, &usual)[0][0].sqrt();
+        let open = |size, gain| {
+            let mut covariance = [[0.0; MAX_UNKNOWNS]; MAX_UNKNOWNS];
+            add_missing(&mut covariance, &[answer(size, gain)], &usual);
+            covariance[0][0].sqrt()
+        };
         let usual_size = answer(1.0, 1.0).candidate.usual_size(&usual);
         for (size, gain) in [(1e-2, 1e-6), (1e-11, 1e-24)] {
             let found = open(size, gain);

@@ -190,9 +190,11 @@ impl<N: Number> CommissionIsr<N> {
     /// A load or friction can look like this fault: the old gains hold the servo until a test command shows which it
     /// is. False for any other reason.
     pub(super) fn suspected_reason(&self, state: &mut CommissionState<N>, fault: Reason) -> bool {
-        let is_doubtful = may_be_feigned(fault)
-            && state.suspected_fault().is_none()
-            && !self.standing.is_final(&state.standing);
+        let is_proven = match &state.activity {
+            Activity::OnTrial(_, trial) => trial.is_motion_missed(),
+            _ => self.standing.is_final(&state.standing),
+        };
+        let is_doubtful = may_be_feigned(fault) && state.suspected_fault().is_none() && !is_proven;
         if !is_doubtful || state.phase.is_end() {
             return false;
         }

@@ -1,0 +1,39 @@
+use identifier_core::number::Number;
+
+/// The motion from rest that an identified servo makes at least: with half of its b and twice its friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct LeastMotion<N> {
+    /// Counts a sample, and counts.
+    velocity: N,
+    displacement: N,
+    /// Samples since it was a motion.
+    since: u32,
+}
+
+impl<N: Number> LeastMotion<N> {
+    /// Counts that are a motion.
+    const MOTION: f64 = 20.0;
+
+    /// At rest.
+    pub(super) const NONE: Self = Self {
+        velocity: N::ZERO,
+        displacement: N::ZERO,
+        since: 0,
+    };
+
+    /// Takes the accelerations by a sample's command beyond the load and by friction, counts per sample². The command is positive
+    /// in the direction of the motion.
+    pub(super) fn take(&mut self, command: N, friction: N) {
+        let next = self.velocity + N::from_f64(0.5) * command - N::from_f64(2.0) * friction;
+        self.velocity = if next > N::ZERO { next } else { N::ZERO };
+        self.displacement += self.velocity;
+        if self.displacement > N::from_f64(Self::MOTION) {
+            self.since = self.since.saturating_add(1);
+        }
+    }
+
+    /// True once a motion must have been seen of commands that act so many samples late.
+    pub(super) fn is_due(&self, delay: u32) -> bool {
+        self.since > delay
+    }
+}
