@@ -24,7 +24,7 @@ impl<N: Number> LeastMotion<N> {
     /// Takes the accelerations by a sample's command beyond the load and by friction, counts per sample². The command is positive
     /// in the direction of the motion.
     pub(super) fn take(&mut self, command: N, friction: N) {
-        let next = self.velocity + N::from_f64(0.5) * command - N::from_f64(2.0) * friction;
+        let next = self.velocity + N::from_f64(0.5) * command - (friction + friction);
         self.velocity = if next > N::ZERO { next } else { N::ZERO };
         self.displacement += self.velocity;
         if self.displacement > N::from_f64(Self::MOTION) {
