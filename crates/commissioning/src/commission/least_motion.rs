@@ -1,6 +1,6 @@
 use identifier_core::number::Number;
 
-/// The motion from rest that an identified servo makes at least: with half of its b and twice its friction.
+/// The motion from rest that an identified servo makes at least: with half of its b, against twice its friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LeastMotion<N> {
     /// Counts a sample, and counts.
@@ -24,7 +24,7 @@ impl<N: Number> LeastMotion<N> {
     /// Takes the accelerations by a sample's command beyond the load and by friction, counts per sample². The command is positive
     /// in the direction of the motion.
     pub(super) fn take(&mut self, command: N, friction: N) {
-        let next = self.velocity + N::from_f64(0.5) * command - (friction + friction);
+        let next = self.velocity + N::from_f64(0.5) * command - friction;
         self.velocity = if next > N::ZERO { next } else { N::ZERO };
         self.displacement += self.velocity;
         if self.displacement > N::from_f64(Self::MOTION) {

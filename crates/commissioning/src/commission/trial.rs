@@ -14,6 +14,8 @@ use identifier_core::units::Units;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Trial<N> {
     servo: RoughModel<N>,
+    /// Twice its friction, or as much as it may have, counts per sample².
+    twice_friction: N,
     /// Samples from a command to its effect.
     delay: u32,
     /// The step, counts, with its sign.
@@ -130,6 +132,12 @@ impl<N: Number> Trial<N> {
         let most = Self::MAX_SETTLING_TIMES * settling + samples(Self::BESIDES);
         Self {
             servo: RoughModel::from_si(servo, units.sample_time(), units.position_unit()),
+            twice_friction: N::from_f64(
+                coulomb.max(2.0 * servo.coulomb)
+                    * units.sample_time()
+                    * units.sample_time()
+                    * units.position(),
+            ),
             delay: libm::ceil(samples(delay)) as u32,
             step: N::from_f64(counts),
             returns,
@@ -217,7 +225,7 @@ impl<N: Number> Trial<N> {
                 let gone = motion_direction * (position - self.from);
                 let beyond_load = motion_direction * (command - self.balance);
                 let acceleration = self.servo.gain * beyond_load;
-                let (friction, delay) = (self.servo.coulomb(), self.delay);
+                let (friction, delay) = (self.twice_friction, self.delay);
                 let step = self.step_under_way();
                 step.measure.take(gone);
                 step.share.take(gone, beyond_load);
@@ -535,6 +543,8 @@ mod tests {
         for (coulomb, expected) in [
             ([0.0, 0.0], Reason::ActuatorDead),
             ([90.0, 0.0], Reason::DoesNotMove),
+            // Friction that is not known.
+            ([0.0, 30.0], Reason::DoesNotMove),
         ] {
             let (done, _) = tried_with(STEP, coulomb, |at| match at.stage {
                 TrialStage::Returning => at.from,

@@ -17,6 +17,8 @@ pub struct Fitter<'a> {
     pub statistics: RecordStatistics,
     /// The earliest that the command acts, samples: negative where it was recorded late.
     pub earliest: f64,
+    /// Samples of the record to one of the blocks in which the effects of the log were looked for; one where there are none.
+    pub block: f64,
     /// A search that may not go on ends where it is.
     pub goes_on: GoesOn<'a>,
 }
@@ -49,6 +51,7 @@ impl<'a> Fitter<'a> {
             record,
             statistics: RecordStatistics::new(record)?,
             earliest: Self::EARLIEST,
+            block: 1.0,
             goes_on: &|| true,
         })
     }
@@ -74,7 +77,7 @@ impl<'a> Fitter<'a> {
 
     pub(super) fn longest_delay(&self) -> f64 {
         let [samples, angle] = Self::MAX_DELAY;
-        samples.max(angle / self.statistics.bandwidth)
+        (samples * self.block).max(angle / self.statistics.bandwidth)
     }
 
     /// The least and the largest value of an effect.
@@ -87,7 +90,7 @@ impl<'a> Fitter<'a> {
             Effect::B => [1e-9, ends],
             Effect::Coulomb | Effect::DeadBand => [0.0, ends],
             Effect::Delay => [self.earliest, self.earliest.max(0.0) + self.longest_delay()],
-            Effect::CurrentLoop => [0.0, 50.0],
+            Effect::CurrentLoop => [0.0, 50.0 * self.block],
             Effect::LowSpeed => [-values.get(Effect::Coulomb), ends],
             Effect::LowSpeedVelocity => [1e-9, 2.0 * self.statistics.velocity],
             Effect::LoadFriction => [0.0, 0.6],
@@ -99,7 +102,10 @@ impl<'a> Fitter<'a> {
             | Effect::InertiaCosine => [-0.9, 0.9],
             Effect::GainDrift | Effect::FrictionDrift => [-1.9, 1.9],
             Effect::Compliance | Effect::Backlash => [0.0, ends],
-            Effect::ResonanceFrequency => Self::RESONANCES,
+            Effect::ResonanceFrequency => {
+                let [low, high] = Self::RESONANCES;
+                [low / self.block, high]
+            }
             Effect::ResonanceDamping => [1e-3, 0.9],
             Effect::LoadShare => [0.0, 0.95],
             Effect::EccentricitySine | Effect::EccentricityCosine => {

@@ -52,10 +52,13 @@ fn period(record: &Record<'_>) -> Option<usize> {
     let mut lags = lags.take_while(|lag| 4 * lag <= rows);
     lags.find(|lag| {
         let late = &positions[rows / 2..];
-        let pairs = late.iter().zip(&late[*lag..]);
-        let count = pairs.len() as f64;
-        let apart = pairs.map(|(one, next)| (one - next) * (one - next));
-        lag.is_multiple_of(record.stride.max(1)) && apart.sum::<f64>() <= count
+        let mut pairs = late.iter().zip(&late[*lag..]);
+        let (count, mut apart) = (pairs.len() as f64, 0.0);
+        lag.is_multiple_of(record.stride.max(1))
+            && pairs.all(|(one, next)| {
+                apart += (one - next) * (one - next);
+                apart <= count
+            })
     })
 }
 

@@ -36,6 +36,7 @@ impl Identified {
             record: &whole,
             statistics: self.statistics,
             earliest: 0.0,
+            block: 1.0,
             goes_on: &|| true,
         };
         let values = recording.about_middle(&self.values);

@@ -47,9 +47,14 @@ pub(super) fn refine(
     let before = by_chance(judge, fitted, free);
     let after = by_chance(&all, &found, free);
     let is_known = |i: usize| before[i][i] > 0.0 && after[i][i] > 0.0;
-    for i in (0..free.len()).filter(|&i| is_known(i)) {
-        for j in (0..free.len()).filter(|&j| is_known(j)) {
-            covariance[i][j] += after[i][j] - before[i][j];
+    for i in 0..free.len() {
+        for j in 0..free.len() {
+            if is_known(i) && is_known(j) {
+                covariance[i][j] += after[i][j] - before[i][j];
+            } else if i != j {
+                // One that is at its bound in either has errors of its own.
+                covariance[i][j] -= before[i][j];
+            }
         }
     }
     fitted.values = found.values;
@@ -87,6 +92,7 @@ pub(super) fn of_samples<'a>(
         record,
         statistics,
         earliest: fitter.earliest * block,
+        block,
         goes_on: fitter.goes_on,
     };
     let horizon = Horizon {

@@ -187,7 +187,7 @@ pub fn identify(
     let braking = direction.and_then(|direction| braking(&fitter, &model, direction));
     let mut load = load;
     if refitted.is_some() {
-        let every = recording.every_sample();
+        let every = recording.every_sample().filter(|_| goes_on());
         if let Some(every) = every.filter(|every| every.record().len() > judge.record.len()) {
             every_sample::refine(judge, &mut judged, &every.record(), &mut covariance);
             if steps.is_none() && judged.fitted.horizon.walk.is_none() {

@@ -311,8 +311,16 @@ impl<'a> Recording<'a> {
                 .map(|(part, entry)| part * entry)
                 .sum()
         };
-        let rows = found.iter().map(|(_, one)| {
-            let row = found.iter().map(|(_, other)| product(one, other));
+        let rows = found.iter().map(|(effect, one)| {
+            let row = found.iter().map(|(other_effect, other)| {
+                let entry = product(one, other);
+                // Two of which nothing is known are not told to be related.
+                if effect == other_effect || entry.is_finite() {
+                    entry
+                } else {
+                    0.0
+                }
+            });
             row.collect()
         });
         let errors = found
