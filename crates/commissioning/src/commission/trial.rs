@@ -133,7 +133,7 @@ impl<N: Number> Trial<N> {
         Self {
             servo: RoughModel::from_si(servo, units.sample_time(), units.position_unit()),
             twice_friction: N::from_f64(
-                coulomb.max(2.0 * servo.coulomb)
+                coulomb.max(servo.coulomb + servo.coulomb)
                     * units.sample_time()
                     * units.sample_time()
                     * units.position(),
