@@ -1,5 +1,8 @@
 use identifier_core::number::Number;
 
+/// Counts that must have become a motion.
+pub(super) const MISSED: f64 = 20.0;
+
 /// The motion from rest that an identified servo makes at least: with half of its b, against twice its friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LeastMotion<N> {
@@ -11,9 +14,6 @@ pub(super) struct LeastMotion<N> {
 }
 
 impl<N: Number> LeastMotion<N> {
-    /// Counts that are a motion.
-    const MOTION: f64 = 20.0;
-
     /// At rest.
     pub(super) const NONE: Self = Self {
         velocity: N::ZERO,
@@ -27,7 +27,7 @@ impl<N: Number> LeastMotion<N> {
         let next = self.velocity + N::from_f64(0.5) * command - friction;
         self.velocity = if next > N::ZERO { next } else { N::ZERO };
         self.displacement += self.velocity;
-        if self.displacement > N::from_f64(Self::MOTION) {
+        if self.displacement > N::from_f64(MISSED) {
             self.since = self.since.saturating_add(1);
         }
     }

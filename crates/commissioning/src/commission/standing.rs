@@ -5,6 +5,7 @@
 //! and the commissioning continues. With a stuck encoder or a dead actuator it moves in neither direction.
 
 use super::RoughModel;
+use super::least_motion::MISSED;
 use super::noise::EDGE_COUNTS;
 use crate::watch::LOW_SPEED;
 use identifier_core::number::Number;
@@ -49,9 +50,6 @@ pub(super) struct Standing<N> {
 }
 
 impl<N: Number> StandingTest<N> {
-    /// Counts that must have become a motion.
-    const MISSED: f64 = 20.0;
-
     /// The part of the command's limit beyond friction that moves a servo.
     const LEAST_PUSH: f64 = 0.05;
 
@@ -132,7 +130,7 @@ impl<N: Number> StandingTest<N> {
                 state.displacement += state.velocity;
                 state.pushed = state.pushed.saturating_add(1);
             }
-            let missed = N::from_f64(Self::MISSED);
+            let missed = N::from_f64(MISSED);
             if error.magnitude() > missed {
                 state.behind = state.behind.saturating_add(1);
             }
