@@ -219,7 +219,8 @@ mod tests {
                 },
                 ..Estimates::default()
             };
-            assert_eq!(balance(&known, [-1.0, 2.0]), command);
+            let held = balance(&known, [-1.0, 2.0]);
+            assert_eq!(held.to_bits(), f64::to_bits(command));
         }
     }
 }
