@@ -44,7 +44,7 @@ pub enum Kind<S> {
     Two(Range, Set<S, [f64; 2]>),
     /// A list of numbers, at most [`MAX_ENTRIES`].
     Numbers(Range, TrySet<S, Vec<f64>>),
-    /// A list of pairs of lowest and highest, at most [`MAX_RANGES`].
+    /// A list of pairs of lowest and highest, at most a hundred.
     Pairs(Range, TrySet<S, Vec<[f64; 2]>>),
     /// A whole number from the first to the second.
     Whole([u32; 2], Set<S, u32>),
