@@ -33,7 +33,7 @@ impl Scenario {
     /// If no Γ can be chosen.
     #[cfg_attr(
         not(feature = "experiments"),
-        expect(unused_variables, reason = "only the other estimators have a Γ")
+        expect(unused_variables, unused_mut, reason = "only a Γ needs them")
     )]
     pub fn settings_for(
         &self,

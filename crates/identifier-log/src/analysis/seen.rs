@@ -162,17 +162,19 @@ impl Motion<'_> {
                 servo.b * command + servo.load + angle - acceleration,
             ]);
         }
-        points.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
-        let [low, high] = match (points.first(), points.last()) {
-            (Some(first), Some(last)) => [first[0], last[0]],
-            _ => return Vec::new(),
+        let of_all = |pick: fn(f64, f64) -> f64| points.iter().map(|point| point[0]).reduce(pick);
+        let (Some(low), Some(high)) = (of_all(f64::min), of_all(f64::max)) else {
+            return Vec::new();
         };
         let width = (high - low) / BINS as f64;
-        let bins = points.chunk_by(|one, other| {
-            let bin = |point: &[f64; 2]| ((point[0] - low) / width) as usize;
-            bin(one) == bin(other) && one[0] * other[0] > 0.0
-        });
-        bins.filter(|bin| bin.len() >= FEWEST)
+        // Of one that holds zero there are two.
+        let mut bins = vec![Vec::new(); 2 * (BINS + 1)];
+        for point in points {
+            let bin = ((point[0] - low) / width) as usize;
+            bins[2 * bin.min(BINS) + usize::from(point[0] > 0.0)].push(point);
+        }
+        bins.into_iter()
+            .filter(|bin| bin.len() >= FEWEST)
             .map(|bin| {
                 let of = |place: usize| mean(bin.iter().map(|point| point[place]));
                 let [velocity, measured] = [of(0), of(1)];

@@ -213,5 +213,16 @@ impl EffectSelection<'_> {
 
 /// Sorts answers, the largest first.
 fn sort(answers: &mut [Answer], by: fn(&Answer) -> f64) {
-    answers.sort_unstable_by(|one, other| by(other).total_cmp(&by(one)));
+    // There are few, and a browser loads no other sort for them.
+    for end in 1..answers.len() {
+        let mut place = end;
+        while place > 0
+            && by(&answers[place - 1])
+                .total_cmp(&by(&answers[place]))
+                .is_lt()
+        {
+            answers.swap(place - 1, place);
+            place -= 1;
+        }
+    }
 }
