@@ -8,27 +8,54 @@ use identifier_log::analysis::Seen;
 
 /// The analysis of a servo under a controller that answers the sensor's noise, with its reference or without.
 fn seen(excitation: &str, counts: u32, has_reference: bool) -> Seen {
-    let text = format!(
-        "plant = {{ a = 1.875, b = 281.25, coulomb = 20.0, load = -18.75 }}
-         encoder = {{ counts_per_rev = {counts} }}
-         amplifier = {{ limit = 4.0 }}
-         controller = {{ kp = 9.0, kd = 0.19, ki = 4.0, sample_time = 1e-3 }}
-         excitation = {{ {excitation} }}
-         identifier = {{ law = \"fit\" }}
-         run = {{ duration = 12.0 }}"
-    );
-    let scenario = Scenario::parse("response", &text, Purpose::Run).expect("a scenario");
+    seen_every(1, excitation, counts, has_reference)
+}
+
+/// The same of one in `every` sample.
+fn seen_every(every: usize, excitation: &str, counts: u32, has_reference: bool) -> Seen {
+    let of = |sample_time: f64| scenario(excitation, counts, sample_time);
     let mut recorded = RecordedSamples::default();
-    let outcome = simulate::run(&scenario, &mut |sample| {
+    let mut place = 0;
+    let outcome = simulate::run(&of(1e-3), &mut |sample| {
         let mut sample = *sample;
         if !has_reference {
             sample.reference = f64::NAN;
         }
-        recorded.add(&sample);
+        if place % every == 0 {
+            recorded.add(&sample);
+        }
+        place += 1;
     })
     .expect("a run");
+    let scenario = of(1e-3 * every as f64);
     let found = identifier_log::identify_run(&scenario, recorded, outcome, None, &|| true);
     found.seen.expect("a servo")
+}
+
+fn scenario(excitation: &str, counts: u32, sample_time: f64) -> Scenario {
+    let text = format!(
+        "plant = {{ a = 1.875, b = 281.25, coulomb = 20.0, load = -18.75 }}
+         encoder = {{ counts_per_rev = {counts} }}
+         amplifier = {{ limit = 4.0 }}
+         controller = {{ kp = 9.0, kd = 0.19, ki = 4.0, sample_time = {sample_time} }}
+         excitation = {{ {excitation} }}
+         identifier = {{ law = \"fit\" }}
+         run = {{ duration = 12.0 }}"
+    );
+    Scenario::parse("response", &text, Purpose::Run).expect("a scenario")
+}
+
+/// A model that never runs free has no response of its own, and the log's is not drawn in its place.
+#[test]
+fn a_log_that_does_not_tell_where_its_model_starts_has_no_response() {
+    let seen = seen_every(
+        8,
+        "kind = \"prbs\", amplitude = 0.5, hold = 0.08",
+        2000,
+        true,
+    );
+    assert_eq!(seen.free_run, None);
+    assert!(seen.response.is_empty(), "{:?}", seen.response);
 }
 
 #[test]

@@ -146,13 +146,14 @@ impl Identified {
             references,
             samples,
         } = &self.recorded;
+        let free_run = self.seen.as_ref().and_then(|seen| seen.free_run.as_ref());
         samples.iter().enumerate().map(move |(place, of)| Sample {
             time: times[place],
             begins: of.begins,
             reference: references[place],
             position: of.position,
             command: of.command,
-            output_error: self.seen.as_ref().map(|seen| seen.errors[place]),
+            output_error: free_run.map(|ran| ran.errors[place]),
             estimates: NO_ESTIMATE,
             standard_errors: None,
             at_bounds: PerParameter::default(),

@@ -10,6 +10,6 @@ pub mod parallel;
 pub use cause::Cause;
 pub use fit::GoesOn;
 pub use identify::{
-    Course, Entered, Estimated, Examined, Identified, Lacking, Logged, MAX_SAMPLES, ModelDemand,
-    Recording, SEPARATED, effects, examine, free_run, identify,
+    Course, Entered, Estimated, Examined, FreeRun, Identified, Lacking, Logged, MAX_SAMPLES,
+    ModelDemand, Recording, SEPARATED, effects, examine, free_run, identify,
 };

@@ -95,7 +95,7 @@ pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, Refus
         sample_time: log.sample_time,
         samples: log.samples,
         rows,
-        window: seen.map(|seen| seen.window),
+        window: (seen.and_then(|seen| seen.free_run)).map(|ran| ran.window),
         summary,
         tuned,
     })

@@ -11,6 +11,6 @@ mod whole_record;
 
 pub use assessment::{Assessment, Effort, VerifiedEstimate};
 pub use ending::{Ending, EstimationMethod};
-pub use seen::{Braking, FoundResponse, Seen};
+pub use seen::{Braking, FoundResponse, OpenLoop, Seen};
 pub use statistics::Statistics;
 pub use whole_record::WholeRecord;

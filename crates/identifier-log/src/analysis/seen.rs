@@ -12,24 +12,31 @@ use crate::scenario::Options;
 /// The residuals of a model over its log, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
-    /// The measured position minus that of the model for every sample, rad. The model runs free in windows.
-    pub errors: Vec<f64>,
-    /// Length of a window, s.
-    pub window: f64,
+    /// The model by the command alone; none if no part of the log is long enough to tell where it starts.
+    pub free_run: Option<OpenLoop>,
     /// A count, rad; none of a log of velocities, which has no encoder.
     pub count: Option<f64>,
-    /// Deviation of the errors, rad.
-    pub deviation: f64,
     /// Deviation of the model's prediction of the next sample, rad.
     pub innovation: f64,
     /// Correlation of that from sample to sample.
     pub correlation: f64,
     /// The friction by velocity.
     pub friction: Vec<Braking>,
-    /// The response by frequency, from the command to the velocity, where the motion shows it.
+    /// The response by frequency, from the command to the velocity, where the motion shows it and the model ran free.
     pub response: Vec<FoundResponse>,
     /// True if the reference is known, which is then the instrument of the response.
     pub has_reference: bool,
+}
+
+/// A model that runs free in windows, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenLoop {
+    /// The measured position minus that of the model for every sample, rad. NaN until the start of its window is known.
+    pub errors: Vec<f64>,
+    /// Length of a window, s.
+    pub window: f64,
+    /// Deviation of the errors, rad.
+    pub deviation: f64,
 }
 
 /// Friction at a velocity.
@@ -70,8 +77,15 @@ impl Seen {
         let ScaledRecording { recording, scale } = ScaledRecording::new(scenario, samples);
         let count = scale.position;
         let course = whole.found.course(&recording)?;
-        let errors: Vec<f64> = course.errors.iter().map(|error| count * error).collect();
-        let known = errors.iter().filter(|error| error.is_finite());
+        let free_run = course.free_run.map(|ran| {
+            let errors: Vec<f64> = ran.errors.iter().map(|error| count * error).collect();
+            let known = errors.iter().filter(|error| error.is_finite());
+            OpenLoop {
+                window: ran.window as f64 * scenario.sample_time(),
+                deviation: mean(known.map(|error| error * error)).sqrt(),
+                errors,
+            }
+        });
         let innovation = count * course.innovation;
         let motion = Motion {
             samples,
@@ -86,15 +100,15 @@ impl Seen {
         let has_reference = is_known(references);
         let instrument = if has_reference { references } else { &[] };
         Some(Self {
-            window: course.window as f64 * scenario.sample_time(),
             count: (!is_velocity).then_some(count),
             has_reference,
-            deviation: mean(known.map(|error| error * error)).sqrt(),
             innovation,
             correlation: course.correlation,
             friction: motion.friction(whole, innovation),
-            response: motion.response(&errors, instrument, noise),
-            errors,
+            response: (free_run.as_ref()).map_or_else(Vec::new, |ran| {
+                motion.response(&ran.errors, instrument, noise)
+            }),
+            free_run,
         })
     }
 }

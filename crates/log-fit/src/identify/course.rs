@@ -8,15 +8,23 @@ use super::{Identified, Recording};
 /// The residuals of a model over a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Course {
-    /// The measured position minus that of the model for every sample of the log, counts. The model runs free from the
-    /// beginning of its window, with the start that fits the measurements there so far. NaN until that is known.
-    pub errors: Vec<f64>,
-    /// Samples of a window.
-    pub window: usize,
+    /// The model without correction; none if no window is long enough to tell where it starts.
+    pub free_run: Option<FreeRun>,
     /// Deviation of the model's prediction of the next sample, counts, and its correlation from sample to sample.
     pub innovation: f64,
     /// See `innovation`.
     pub correlation: f64,
+}
+
+/// The residuals of a model that runs free from the beginning of each window, with the start that fits the measurements
+/// there so far.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeRun {
+    /// The measured position minus that of the model for every sample of the log, counts. NaN until the start of its window
+    /// is known.
+    pub errors: Vec<f64>,
+    /// Samples of a window.
+    pub window: usize,
 }
 
 /// Windows in shortest horizons of the filter.
@@ -76,9 +84,9 @@ impl Identified {
                 errors[row.sample] = row.innovation;
             }
         });
+        let is_known = errors.iter().any(|error| error.is_finite());
         (ran && ran_free).then_some(Course {
-            errors,
-            window,
+            free_run: is_known.then_some(FreeRun { errors, window }),
             innovation: f64::sqrt(squares / rows),
             correlation: lagged / squares,
         })

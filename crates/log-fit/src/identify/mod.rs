@@ -36,7 +36,7 @@ use crate::parallel;
 pub use model::Entered;
 
 pub use candidate::effects;
-pub use course::Course;
+pub use course::{Course, FreeRun};
 pub use examine::{Estimated, Examined, Lacking, examine};
 pub use free_run::free_run;
 pub use recording::{Logged, MAX_SAMPLES, Recording};

@@ -281,13 +281,18 @@ fn left_by_fit(seen: &Seen, unit: &str) -> String {
         Some(count) => format!("{} counts", rough(error / count)),
         None => format!("{} {unit}", rough(error)),
     };
+    let ahead = match &seen.free_run {
+        Some(ran) => format!(
+            "{} s ahead, by the command alone, {} rms",
+            rough(ran.window),
+            sized(ran.deviation)
+        ),
+        None => "too little is known to run it by the command alone".to_owned(),
+    };
     format!(
-        "Model beside the log: {} rms off from one sample to the next, autocorrelation {}; {} s ahead, by the command \
-         alone, {} rms.",
+        "Model beside the log: {} rms off from one sample to the next, autocorrelation {}; {ahead}.",
         sized(seen.innovation),
-        fixed(seen.correlation, 2),
-        rough(seen.window),
-        sized(seen.deviation)
+        fixed(seen.correlation, 2)
     )
 }
 

@@ -95,26 +95,18 @@ pub(super) fn figures(
 /// A log beside the model that was fitted to it: over time, over the velocity and over the frequency.
 fn fitted(traces: &ExperimentTraces, seen: &Seen, unit: MotionUnit) -> Vec<Figure> {
     const FREQUENCY: &str = "ω [rad/s]";
-    let mut position = traces.positions(unit);
-    position.title = format!(
-        "Position; open-loop simulation over {} s",
-        rough(seen.window)
-    );
-    let own = seen
-        .count
-        .map_or((unit.name(), 1.0), |count| ("counts", count));
-    let (residual_unit, size) = own;
-    let mut residual = signal(
-        "Residual",
-        residual_unit,
-        &[("residual", &traces.output_error)],
-    );
-    for point in residual
-        .traces
-        .iter_mut()
-        .flat_map(|trace| &mut trace.points)
-    {
-        point.1 /= size;
+    let mut figures = vec![traces.positions(unit)];
+    if let Some(ran) = &seen.free_run {
+        figures[0].title = format!(
+            "Position; open-loop simulation over {} s",
+            rough(ran.window)
+        );
+        let (unit, size) = (seen.count).map_or((unit.name(), 1.0), |count| ("counts", count));
+        let mut residual = signal("Residual", unit, &[("residual", &traces.output_error)]);
+        for point in residual.traces.iter_mut().flat_map(|of| &mut of.points) {
+            point.1 /= size;
+        }
+        figures.push(residual);
     }
     let braking = |of: &dyn Fn(&Braking) -> f64| {
         seen.friction
@@ -146,17 +138,13 @@ fn fitted(traces: &ExperimentTraces, seen: &Seen, unit: MotionUnit) -> Vec<Figur
         figure.horizontal.is_logarithmic = true;
         figure
     };
-    let mut figures = vec![
-        position,
-        residual,
-        traces.commands(),
-        Figure::new(
-            "Friction over inertia",
-            &axis("q̇", &format!("{}/s", unit.name())),
-            unit.of(Unknown::Coulomb),
-            friction,
-        ),
-    ];
+    figures.push(traces.commands());
+    figures.push(Figure::new(
+        "Friction over inertia",
+        &axis("q̇", &format!("{}/s", unit.name())),
+        unit.of(Unknown::Coulomb),
+        friction,
+    ));
     if !seen.response.is_empty() {
         figures.push(over_frequency("Velocity by command", "dB", gains));
         let source = match seen.has_reference {
