@@ -19,13 +19,14 @@ pub(crate) use fixed::{FixedIdentifier, FixedLoop};
 pub(crate) use identifier::{DynIdentifier, Innovation, Running};
 pub(crate) use pid::PidLoop;
 #[cfg(feature = "experiments")]
-pub(crate) use relay::{LeastSquares, RelayLoop, RelayMethod};
+pub(crate) use relay::RelayLoop;
 pub(crate) use whole_record::WholeRecord;
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 
+pub(crate) use identifier_log::experiment::NO_ESTIMATE;
 use identifier_log::experiment::{Outcome, Sample};
 
 /// A loop around a servo, with its identification.
@@ -117,11 +118,3 @@ impl Step {
         }
     }
 }
-
-/// The estimates of a method that has none.
-pub(crate) const NO_ESTIMATE: ServoParameters = ServoParameters {
-    a: f64::NAN,
-    b: f64::NAN,
-    coulomb: f64::NAN,
-    load: f64::NAN,
-};

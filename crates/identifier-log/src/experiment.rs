@@ -6,6 +6,7 @@ use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
+use log_fit::Logged;
 use serde::Serialize;
 
 /// One sample of an experiment, SI.
@@ -31,7 +32,26 @@ pub struct Sample {
     pub at_bounds: PerParameter<bool>,
 }
 
+/// The estimates of a method that has none.
+pub const NO_ESTIMATE: ServoParameters = ServoParameters {
+    a: f64::NAN,
+    b: f64::NAN,
+    coulomb: f64::NAN,
+    load: f64::NAN,
+};
+
 impl Sample {
+    /// The position, and the command that acted, as a fit takes them.
+    #[must_use]
+    #[inline]
+    pub fn logged(&self) -> Logged {
+        Logged {
+            position: self.position,
+            command: self.command,
+            begins: self.begins,
+        }
+    }
+
     /// Time, reference, position, command and output error, of what was measured and what the model left.
     #[must_use]
     pub fn measured(&self) -> [Option<f64>; 5] {

@@ -1,15 +1,15 @@
 //! Identification from logs: the one way from their rows to what is known of the servo.
 
 use identifier_core::measurement::VelocityEstimate;
-use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
+use identifier_core::parameters::{Parameter, PerParameter};
 use identifier_core::stability::SampledLoopError;
 use log_fit::{GoesOn, Logged};
 
 use crate::analysis::{Ending, EstimationMethod, Seen, WholeRecord};
-use crate::experiment::{Outcome, Sample};
+use crate::experiment::{NO_ESTIMATE, Outcome, Sample};
 use crate::found_servo::FoundServo;
 use crate::log::Log;
-use crate::predictions::predict_logs;
+use crate::predict::predict_logs;
 use crate::replay::{Agreement, Played, Player, Stopped};
 use crate::result::{Estimate, LogReading, ReplayNotes, SettlingTime, Summary};
 use crate::scenario::{Fault, Options};
@@ -161,14 +161,6 @@ impl Identified {
     }
 }
 
-/// The estimates where nothing explains the record.
-const NO_ESTIMATE: ServoParameters = ServoParameters {
-    a: f64::NAN,
-    b: f64::NAN,
-    coulomb: f64::NAN,
-    load: f64::NAN,
-};
-
 fn record<V: VelocityEstimate<f64>>(
     options: &Options,
     logs: &[Log],
@@ -204,11 +196,7 @@ impl RecordedSamples {
     pub fn add(&mut self, sample: &Sample) {
         self.times.push(sample.time);
         self.references.push(sample.reference);
-        self.samples.push(Logged {
-            position: sample.position,
-            command: sample.command,
-            begins: sample.begins,
-        });
+        self.samples.push(sample.logged());
     }
 
     /// The fit of all of it; none where it ended early or nothing explains it.

@@ -20,3 +20,28 @@ fn a_log_is_taken_with_the_scenario_that_identify_saves() {
 
     assert_eq!(own, read, "{text}");
 }
+
+/// Every kind of value, in tables that a log may do without and in tables within tables.
+#[test]
+fn what_a_text_states_is_written_again() {
+    for text in [
+        "[encoder]\ncounts_per_rev = 4096\n[amplifier]\nlimit = [-2.0, 3.0]\ndelay = 0.001\n[controller]\nkd = 0.25\n\
+         feed_forward = { bandwidth = 60.0, acceleration = 0.005 }\nvelocity_filter = { kind = \"averaged-difference\" }\n\
+         [identifier]\nparameters = [\"b\", \"a\", \"coulomb\"]\ngamma = [[3000.0, 1.0, 0.0], [1.0, 20.0, 0.0], [0.0, \
+         0.0, 7.0]]\nservo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }\n[log]\ntime = 1\ntime_unit = \"ms\"\n\
+         reference = \"q \\\"r\\\"\"\nreference_unit = \"deg\"\nposition = 3\ncommand = \"u\"\nbridge_gaps = 4\n",
+        "[identifier]\nlaw = \"gauss-newton\"\nrequired_terms = [\"gravity\", \"delay\"]\ninitial = { b = 70.0 }\n[physical]\n\
+         torque_constant = 0.5\n[log]\ntime = \"t\"\nposition = \"q\"\nangle = \"absolute\"\ncommand = \"u\"\n\
+         known_torque = \"g\"\nposition_unit = \"turns\"\ncut = [[1.0, 2.0], [3.0, 4.5]]\nwrap = 1.0\n",
+        "[identifier]\nlaw = \"fit\"\n[inner]\nkp = 40.0\nlimit = 5.0\nintegrator = \"euler\"\n[log]\nsample_time = 0.004\n\
+         reference = \"goal\"\nposition = \"v\"\nmeasured = \"velocity\"\n",
+        // A controller with the default of each of its keys is not the same as none.
+        "[identifier]\nlaw = \"gauss-newton\"\n[controller]\n[log]\ntime = \"t\"\nposition = \"q\"\ncommand = \"u\"\n",
+    ] {
+        let read = Options::parse("log.toml", text).unwrap_or_else(|error| panic!("{error}"));
+        let written = read.text();
+        let again = Options::parse("again.toml", &written);
+        let again = again.unwrap_or_else(|error| panic!("{error}\n{written}"));
+        assert_eq!(read, again, "{written}");
+    }
+}

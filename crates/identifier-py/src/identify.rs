@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::scenario::{Purpose, Scenario};
-use host_sim::{IdentifiedScenario, identify_logs};
-use identifier_log::experiment::Sample;
+use host_sim::scenario::{Options, Purpose, Scenario};
+use host_sim::identify_logs;
 use identifier_log::log::{Log, Table};
 use identifier_log::provenance::{LogFile, Task};
 use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
@@ -64,9 +63,9 @@ pub(crate) fn identify_log<'py>(
         let read = Read::new(file, text, Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
         let mut samples = Vec::new();
-        let found = found(&read, log, &mut |_, sample| {
-            samples.extend(trace.then_some(*sample))
-        })?;
+        let observe = &mut |_, sample: &_| samples.extend(trace.then_some(*sample));
+        let found = identify_logs(read.scenario.clone(), &[log], &[], 1, &|| true, observe);
+        let found = found.map_err(|fault| read.fault(fault))?;
         let picture = picture(&found, &samples);
         let task = Task::Replay {
             passes: 1,
@@ -84,15 +83,6 @@ pub(crate) fn identify_log<'py>(
     Ok((json, columns::of_samples(py, &samples)?, picture, servo))
 }
 
-fn found(
-    read: &Read,
-    log: Log,
-    observe: &mut dyn FnMut(u32, &Sample),
-) -> PyResult<IdentifiedScenario> {
-    let found = identify_logs(read.scenario.clone(), &[log], &[], 1, &|| true, observe);
-    found.map_err(|fault| read.fault(fault))
-}
-
 /// The page that the program `servo-id` prints of a log without a scenario, in at most `width` characters a line of a table.
 ///
 /// # Errors
@@ -108,9 +98,11 @@ pub(crate) fn page(
     py.detach(|| {
         let recognised = recognised(&table, &stated)?;
         let name = table.path.display().to_string();
-        let read = Read::new(&name, &recognised.scenario(&name), Purpose::Replay)?;
-        let log = opened(&read.scenario, &table)?;
-        let found = found(&read, log, &mut |_, _| {})?;
+        let options = recognised.options().and_then(Options::in_range);
+        let scenario = Scenario::from(options.map_err(value_error)?);
+        let log = opened(&scenario, &table)?;
+        let found = identify_logs(scenario, &[log], &[], 1, &|| true, &mut |_, _| {});
+        let found = found.map_err(value_error)?;
         let page = present::experiment(&Experiment {
             title: &name,
             command: "",

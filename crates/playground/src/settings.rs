@@ -148,7 +148,7 @@ impl Settings {
     /// # Errors
     /// The key that is not allowed.
     pub fn scenario(&self) -> Result<Scenario, Fault> {
-        let mut scenario = Scenario::blank();
+        let mut scenario = Scenario::blank(Purpose::Run);
         scenario.plant = Some(self.servo);
         scenario.effects.delay = self.delay;
         if self.resonance > 0.0 {
@@ -175,7 +175,8 @@ impl Settings {
         scenario.checked(Purpose::Run)
     }
 
-    /// The text of the scenario, for the command line.
+    /// The text of the scenario, for the command line. It is written here because a page without the table of keys is
+    /// smaller.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = "# From the playground.\n#\n#   servo-id run THIS.toml       the same run, the same bits\n".to_owned();

@@ -35,9 +35,7 @@ fn the_text_of_settings_is_their_scenario() {
         let text = settings.text();
         let read = Scenario::parse("playground.toml", &text, Purpose::Run);
         let read = read.unwrap_or_else(|error| panic!("{error}\n{text}"));
-        let mut own = settings.scenario().expect("allowed");
-        // A text has the defaults of what it does not state and a run does not need.
-        own.compare = read.compare;
+        let own = settings.scenario().expect("allowed");
         assert_eq!(own, read, "{text}");
     }
 }

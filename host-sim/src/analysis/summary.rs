@@ -2,7 +2,7 @@
 
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 use identifier_log::analysis::{
-    Assessment, Effort, Ending, EstimationMethod, Statistics, VerifiedEstimate, WholeRecord,
+    Assessment, Effort, Ending, EstimationMethod, Statistics, VerifiedEstimate,
 };
 use identifier_log::experiment::{Outcome, Sample};
 use identifier_log::result::{OutputError, SettlingTime, Summary};
@@ -22,7 +22,7 @@ const PARAMETERS: [Parameter; 4] = [
     Parameter::Load,
 ];
 
-/// Gathers a [`Summary`] from the samples of a run.
+/// Gathers a [`Summary`] from the samples of a run with an estimator that takes them one by one.
 #[derive(Debug, Clone)]
 pub struct Summariser {
     tail_from: f64,
@@ -64,11 +64,6 @@ impl Summariser {
     }
 
     fn with(scenario: &Scenario, duration: f64, effort: Effort) -> Self {
-        let kept = if scenario.identifier.law.takes_whole_record() {
-            effort.whole
-        } else {
-            effort.samples
-        };
         Self {
             tail_from: (1.0 - TAIL) * duration,
             duration,
@@ -76,7 +71,7 @@ impl Summariser {
             sample_time: scenario.sample_time(),
             tracked: [Tracked::default(); 4],
             has_standard_errors: false,
-            tail_buffer: TailBuffer::new(kept),
+            tail_buffer: TailBuffer::new(effort.samples),
             effort,
             travelled: 0.0,
             last_position: None,
@@ -161,31 +156,12 @@ impl Summariser {
         }
     }
 
-    /// The estimates of a whole record are those of its end.
-    fn take(&mut self, whole: &WholeRecord) {
-        self.has_standard_errors = true;
-        for (tracked, parameter) in self.tracked.iter_mut().zip(PARAMETERS) {
-            *tracked = Tracked::default();
-            tracked.add(parameter.value_in(whole.servo()), false, Some(2));
-        }
-    }
-
     /// The summary of a run that has ended.
     #[must_use]
     pub fn finish(mut self, scenario: &Scenario, outcome: Outcome) -> Summary {
-        let is_whole = scenario.identifier.law.takes_whole_record();
-        let is_aborted = outcome.abort.is_some();
-        let whole = (is_whole && !is_aborted)
-            .then(|| WholeRecord::identify(scenario, self.tail_buffer.samples(), &|| true))
-            .flatten();
-        if let Some(whole) = &whole {
-            self.take(whole);
-        }
         let servo = self.judged();
-        let method = if is_whole {
-            EstimationMethod::Fit(whole.as_ref())
-        } else if is_aborted {
-            EstimationMethod::Recursive(None)
+        let assessment = if outcome.abort.is_some() {
+            None
         } else {
             let estimated = scenario.estimated();
             let unknowns: Vec<Unknown> = (estimated.iter().copied().map(Unknown::from))
@@ -197,11 +173,7 @@ impl Summariser {
                 terms: &outcome.terms,
                 unknowns: &unknowns,
             };
-            EstimationMethod::Recursive(Assessment::of_estimator(
-                &judged,
-                self.tail_buffer.samples(),
-                self.effort,
-            ))
+            Assessment::of_estimator(&judged, self.tail_buffer.samples(), self.effort)
         };
         let still_outside = |outside: Option<f64>| outside.is_some_and(|time| time >= self.end);
         let settling = |outside: Option<f64>| {
@@ -219,7 +191,7 @@ impl Summariser {
         let tracked = self.tracked;
         Ending {
             options: scenario,
-            method,
+            method: EstimationMethod::Recursive(assessment),
             samples: self.tail_buffer.samples(),
             travelled: self.travelled,
             outcome,

@@ -29,11 +29,7 @@ impl TailBuffer {
         if self.samples.len() == self.most {
             self.samples.pop_front();
         }
-        self.samples.push_back(Logged {
-            position: sample.position,
-            command: sample.command,
-            begins: sample.begins,
-        });
+        self.samples.push_back(sample.logged());
     }
 
     /// Forgets everything: the record continues elsewhere.

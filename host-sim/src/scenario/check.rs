@@ -11,11 +11,12 @@ use super::{Purpose, Scenario, commission};
 const MAX_SAMPLES: f64 = 1e10;
 
 /// Completes a parsed scenario for a purpose. `build` finds settings from which no loop can be built.
-pub(super) fn complete(
+pub(crate) fn complete(
     mut scenario: Scenario,
     purpose: Purpose,
     build: fn(&Scenario) -> Result<(), Fault>,
 ) -> Result<Scenario, Fault> {
+    scenario.purpose = purpose;
     if purpose == Purpose::Commission {
         commission::adopt_sample_time(&mut scenario)?;
     }

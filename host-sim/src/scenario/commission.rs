@@ -3,7 +3,7 @@
 use commissioning::{CommissionError, CommissionSettings, HoldingGains, Limits};
 use identifier_core::tuning::Goal;
 
-use super::{Fault, Key, Scenario, Velocity};
+use super::{Fault, Key, Scenario, Velocity, key_of_loop};
 
 /// The limits and the goal of a commissioning, SI; none for a value that is derived.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -211,25 +211,9 @@ impl Scenario {
                 Fault::new(table, fault)
             }
             (CommissionError::OutOfRange { setting, .. }, _) => {
-                let key = match *setting {
-                    "resolution" => "encoder.counts_per_rev",
-                    "max_sensitivity" => "commission.max_sensitivity",
-                    "max_gain" => "commission.max_gain",
-                    "cutoff" => "controller.velocity_filter.cutoff",
-                    "kp" => "controller.kp",
-                    "kd" => "controller.kd",
-                    "ki" => "controller.ki",
-                    "reference_filter" => "controller.reference_filter",
-                    "notch" => "controller.notch",
-                    setting => {
-                        let key = match setting.strip_prefix("feed_forward_") {
-                            Some(own) => format!("controller.feed_forward.{own}"),
-                            None => format!("commission.{setting}"),
-                        };
-                        return Fault::new(key, error);
-                    }
-                };
-                Fault::new(key, error)
+                let own = || format!("commission.{setting}");
+                let of_loop = key_of_loop(setting).filter(|_| *setting != "sample_time");
+                Fault::new(of_loop.unwrap_or_else(own), error)
             }
         }
     }

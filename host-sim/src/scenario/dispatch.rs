@@ -55,27 +55,6 @@ macro_rules! with_types {
     }};
 }
 
-/// With the velocity estimate on fixed-point words, the parameter set and the number of its
-/// parameters.
-#[cfg(feature = "experiments")]
-#[macro_export]
-macro_rules! with_words {
-    ($scenario:expr => $function:ident ($($argument:expr),* $(,)?)) => {{
-        use ::identifier_core::fixed_point::Word;
-        use ::identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
-        use $crate::{scenario::Velocity, with_set};
-        match $scenario.velocity {
-            Velocity::LowPass => with_set!($scenario => $function::<LowPass<Word>>($($argument),*)),
-            Velocity::Difference => {
-                with_set!($scenario => $function::<BackwardDifference>($($argument),*))
-            }
-            Velocity::AveragedDifference => {
-                with_set!($scenario => $function::<AveragedDifference<Word>>($($argument),*))
-            }
-        }
-    }};
-}
-
 pub(crate) use identifier_log::with_velocity;
 #[cfg(feature = "experiments")]
-pub(crate) use {with_number, with_set, with_types, with_words};
+pub(crate) use {with_number, with_set, with_types};

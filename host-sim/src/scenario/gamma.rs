@@ -9,7 +9,7 @@ use identifier_core::settings::{ParameterRangeSettings, SettingsError};
 
 use identifier_log::log::Log;
 
-use super::dispatch::{with_types, with_words};
+use super::dispatch::with_types;
 use super::{Arithmetic, Scenario};
 
 /// The parameter range around one servo if none is stated: b within a factor of three, a up to three times.
@@ -35,7 +35,7 @@ pub(super) fn choose(
     let gamma = with_types!(scenario, f64 => automatic_gamma(settings, reference, samples))?;
     settings.identifier.gamma = Some(gamma);
     if scenario.identifier.arithmetic == Arithmetic::Fixed {
-        with_words!(scenario => lower(settings));
+        with_types!(scenario, Word => lower(settings));
     }
     Ok(())
 }

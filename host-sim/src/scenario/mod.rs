@@ -13,7 +13,7 @@ mod reference;
 mod rivals;
 mod stability;
 
-pub(crate) use check::in_effect;
+pub(crate) use check::{complete, in_effect};
 pub use commission::CommissionOrder;
 #[cfg(feature = "experiments")]
 pub(crate) use gamma::{gamma_over, range_around};
@@ -63,7 +63,7 @@ pub struct Scenario {
 }
 
 /// The cases of a comparison, SI; none for a value derived from the servo.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareSettings {
     /// The load, rad/s².
     pub load: Option<f64>,
@@ -73,6 +73,11 @@ pub struct CompareSettings {
     pub counts_per_rev: f64,
     /// The amplifier that saturates, command units.
     pub limit: Option<f64>,
+}
+
+impl CompareSettings {
+    /// The usual coarse encoder, counts per revolution.
+    const COARSE: f64 = 2000.0;
 }
 
 /// The purpose that a scenario is read for.
@@ -109,11 +114,7 @@ impl Scenario {
 
     /// A scenario of which nothing is stated yet.
     #[must_use]
-    pub fn blank() -> Self {
-        Self::for_purpose(Purpose::Replay)
-    }
-
-    fn for_purpose(purpose: Purpose) -> Self {
+    pub fn blank(purpose: Purpose) -> Self {
         Self {
             options: Options::blank(),
             purpose,
@@ -125,34 +126,25 @@ impl Scenario {
             excitation: ExcitationSettings::NONE,
             duration: 0.0,
             seed: None,
-            compare: CompareSettings::default(),
+            compare: CompareSettings {
+                load: None,
+                coulomb: None,
+                counts_per_rev: CompareSettings::COARSE,
+                limit: None,
+            },
             commission: None,
         }
     }
+}
 
-    /// This scenario with the settings that follow from its values, checked for a purpose. `build` finds settings from
-    /// which no loop can be built.
-    pub(crate) fn complete(
-        self,
-        purpose: Purpose,
-        build: fn(&Self) -> Result<(), Fault>,
-    ) -> Result<Self, Fault> {
-        check::complete(Self { purpose, ..self }, purpose, build)
-    }
-
-    /// Reads a scenario from a text. Errors show `name` as the file. A fault that `build` finds is located by its place
-    /// in the text, too.
-    ///
-    /// # Errors
-    /// File, line, key and what is allowed there.
-    pub(crate) fn read_for(
-        name: &str,
-        text: &str,
-        purpose: Purpose,
-        build: fn(&Self) -> Result<(), Fault>,
-    ) -> Result<Self, ScenarioError> {
-        let complete = |read| check::complete(read, purpose, build);
-        read(Self::for_purpose(purpose), name, text, complete)
+impl From<Options> for Scenario {
+    /// The scenario of a log without a simulated servo.
+    fn from(options: Options) -> Self {
+        Self {
+            options,
+            excitation: ExcitationSettings::paper(),
+            ..Self::blank(Purpose::Replay)
+        }
     }
 }
 

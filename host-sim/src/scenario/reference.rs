@@ -71,6 +71,17 @@ impl ExcitationSettings {
         levels: Vec::new(),
     };
 
+    /// The paper's reference, which is the default.
+    pub(super) fn paper() -> Self {
+        Self {
+            kind: ExcitationKind::BandLimitedWhiteNoise,
+            power: 0.005,
+            sample_time: 0.1,
+            seed: 1_212_121,
+            ..Self::NONE
+        }
+    }
+
     /// The seed of a reference that has one.
     #[must_use]
     pub fn seed(&self) -> Option<u32> {

@@ -16,10 +16,10 @@ use rivals::FilteredLeastSquares;
 
 use super::{LocalLoop, SimulatedAxis, Simulation};
 use crate::loops::{
-    DirectEstimator, DynIdentifier, FixedIdentifier, FixedLoop, LeastSquares, PidLoop, RelayLoop,
-    RelayMethod, Running, WholeRecord,
+    DirectEstimator, DynIdentifier, FixedIdentifier, FixedLoop, PidLoop, RelayLoop, Running,
+    WholeRecord,
 };
-use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity, with_words};
+use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity};
 use crate::scenario::{Arithmetic, Estimator, Fault, Scenario, gamma_over};
 use identifier_log::experiment::Outcome;
 
@@ -57,8 +57,8 @@ fn is_fixed_point(scenario: &Scenario) -> bool {
 pub(super) enum Method {
     /// An identifier beside the PID.
     Identifier(Box<dyn DynIdentifier + Send>),
-    /// It commands a relay.
-    Relay(Box<dyn RelayMethod>),
+    /// It commands a relay, in a loop of its own.
+    Relay(LocalLoop),
 }
 
 impl Method {
@@ -68,14 +68,11 @@ impl Method {
         scenario: &Scenario,
         settings: &Settings,
     ) -> Result<Simulation, Fault> {
-        Ok(match self {
-            Self::Identifier(identifier) => Simulation {
-                rig: SimulatedAxis::build::<N>(scenario)?,
-                closed: pid_loop::<N>(scenario, settings, identifier, 0)?,
-            },
-            Self::Relay(method) => Simulation {
-                rig: SimulatedAxis::build::<N>(scenario)?,
-                closed: Box::new(RelayLoop::<N>::new(method)),
+        Ok(Simulation {
+            rig: SimulatedAxis::build::<N>(scenario)?,
+            closed: match self {
+                Self::Identifier(identifier) => pid_loop::<N>(scenario, settings, identifier, 0)?,
+                Self::Relay(closed) => closed,
             },
         })
     }
@@ -92,7 +89,7 @@ pub(crate) fn closed_by_pid(
     start: i32,
 ) -> Result<LocalLoop, Fault> {
     if is_fixed_point(scenario) {
-        return with_words!(scenario => fixed_loop(settings, start))
+        return with_types!(scenario, Word => fixed_loop(settings, start))
             .map_err(|error| scenario.fault(&error));
     }
     with_number!(scenario => floating_loop(scenario, settings, start))
@@ -147,7 +144,7 @@ pub(crate) fn identifier(
     settings: &Settings,
 ) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
     if is_fixed_point(scenario) {
-        return with_words!(scenario => fixed_identifier(settings))
+        return with_types!(scenario, Word => fixed_identifier(settings))
             .map_err(|error| scenario.fault(&error));
     }
     with_number!(scenario => identifier_in(scenario, settings))
@@ -282,6 +279,6 @@ fn rival<N: Number>(scenario: &Scenario) -> Result<Method, OutOfRange> {
     let config = scenario.least_squares();
     Allowed::Above(0.0).check("initial.b", config.b)?;
     let law = FilteredLeastSquares::new(&scenario.units(), &config)?;
-    let method = LeastSquares::new(scenario.relay::<N>()?, law);
-    Ok(Method::Relay(Box::new(method)))
+    let closed = RelayLoop::<N>::new(scenario.relay()?, law);
+    Ok(Method::Relay(Box::new(closed)))
 }

@@ -13,7 +13,7 @@ use super::Simulation;
 use super::build::identifier_in;
 #[cfg(feature = "experiments")]
 use crate::commission::Commissioning;
-use crate::scenario::{Fault, Purpose, Scenario, ScenarioError, fetch};
+use crate::scenario::{Fault, Purpose, Scenario, ScenarioError, complete, fetch, read};
 
 impl Scenario {
     /// Reads a scenario file.
@@ -29,7 +29,9 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn parse(name: &str, text: &str, purpose: Purpose) -> Result<Self, ScenarioError> {
-        Self::read_for(name, text, purpose, built_for(purpose))
+        read(Self::blank(purpose), name, text, |read| {
+            read.checked(purpose)
+        })
     }
 
     /// Reads the scenario of a text that has a file.
@@ -58,7 +60,7 @@ impl Scenario {
     /// # Errors
     /// The key that is not allowed, or that something cannot be built from.
     pub fn checked(self, purpose: Purpose) -> Result<Self, Fault> {
-        self.complete(purpose, built_for(purpose))
+        complete(self, purpose, built_for(purpose))
     }
 
     /// Checks that every part can be built, as when a file is read.

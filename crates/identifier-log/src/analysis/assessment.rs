@@ -32,8 +32,6 @@ pub struct VerifiedEstimate<'a> {
 pub struct Effort {
     /// Samples at most.
     pub samples: usize,
-    /// The same of an estimator that takes the whole record.
-    pub whole: usize,
     /// True if it may take many passes.
     is_thorough: bool,
 }
@@ -43,13 +41,11 @@ impl Effort {
     pub const THOROUGH: Self = Self {
         // In blocks a servo that is stopped by friction would look like one that its model does not explain.
         samples: MAX_SAMPLES,
-        whole: usize::MAX,
         is_thorough: true,
     };
     /// For one of many.
     pub const BRIEF: Self = Self {
         samples: 1 << 12,
-        whole: 1 << 13,
         is_thorough: false,
     };
 }

@@ -1,13 +1,13 @@
 //! The evidence for the estimates of a run, as the core's verdict asks for it.
 
-use crate::verdict::{Evidence, MissingEffect, Motion, Residual, UnknownEvidence, Verdict};
+use crate::verdict::{Evidence, MissingEffect, Motion, UnknownEvidence, Verdict};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::stability::{SampledLoop, SampledLoopError};
 
 use super::assessment::Assessment;
 use crate::experiment::{AbortCause, Outcome, TermEstimate};
 use crate::motion_unit::MotionUnit;
-use crate::result::{Estimate, Residual as Left};
+use crate::result::Estimate;
 
 /// The fraction of slowed samples from which a result says that the guard sets the pace.
 const MAX_SLOWED_SHARE: f64 = 0.5;
@@ -77,11 +77,7 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
     for TermEstimate { unknown, value, .. } in &outcome.terms {
         evidence.add(*unknown, begin(*unknown, *value));
     }
-    let residual = assessment.and_then(|found| found.residual);
-    evidence.residual = residual.map(|left: Left| Residual {
-        beyond_encoder: left.rms / left.resolution_rms,
-        correlation: left.correlation,
-    });
+    evidence.residual = assessment.and_then(|found| found.residual);
     evidence.lack = finding.map(|finding| {
         let cause = finding.or.is_none().then_some(finding.cause);
         let share = finding.share;

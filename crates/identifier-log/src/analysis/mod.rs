@@ -13,4 +13,4 @@ pub use assessment::{Assessment, Effort, VerifiedEstimate};
 pub use ending::{Ending, EstimationMethod};
 pub use seen::{Braking, FoundResponse, OpenLoop, Seen};
 pub use statistics::Statistics;
-pub use whole_record::WholeRecord;
+pub(crate) use whole_record::WholeRecord;

@@ -8,62 +8,94 @@ use crate::scenario::{
 /// The user's statements about a log. Each option is the key of `[log]`, `[encoder]`, `[inner]` or `[physical]` of its
 /// name.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(
+    feature = "clap",
+    derive(clap::Args),
+    command(allow_negative_numbers = true)
+)]
 pub struct LogOptions {
     /// Column of the time, by name or number from 1; `none` if the rows are the samples.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<String>,
     /// Unit of the time: s, ms, us, ns, samples or iso-8601.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub time_unit: Option<TimeUnit>,
     /// Time from one sample to the next, s.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "S"))]
     pub sample_time: Option<f64>,
     /// Column of the measured position.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub position: Option<String>,
     /// Unit of the position: rad, deg, turns, counts, m, mm, or own if it is not known.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub position_unit: Option<PositionUnit>,
-    /// Position units for one of the column's; below 0 for the other direction.
+    /// Position units per unit of the column; below 0 for the other direction.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FACTOR"))]
     pub position_scale: Option<f64>,
-    /// Period after which the position begins again, in its unit; 0 if it does not.
+    /// Period after which the position wraps, in its unit; 0 if it does not wrap.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PERIOD"))]
     pub wrap: Option<f64>,
     /// Encoder counts per revolution, after ×4 quadrature.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub counts_per_rev: Option<f64>,
     /// Column of the command that acted.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub command: Option<String>,
-    /// Command units for one of the column's; below 0 for the other direction.
+    /// Command units per unit of the column; below 0 for the other direction.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FACTOR"))]
     pub command_scale: Option<f64>,
-    /// Unit of the command. V gives the feed-forward kS, kV, kA and kG. Nm, or N on a linear axis, gives inertia and
-    /// friction. The others are A and other.
+    /// Unit of the command: V gives the feed-forward kS, kV, kA and kG; Nm, or N on a linear axis, gives inertia
+    /// and friction; A or other.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub command_unit: Option<CommandUnit>,
-    /// Torque of a unit of command at the joint, N·m (N on a linear axis). With it the result has inertia and friction.
+    /// Torque per command unit at the joint, N·m (N on a linear axis); gives inertia and friction.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "K"))]
     pub torque_constant: Option<f64>,
-    /// Column of a known torque that acts on the joint beside the command, N·m (N on a linear axis).
+    /// Column of a known torque that acts on the joint beside the command, N·m (N on a linear axis), positive if it moves
+    /// the position up, such as gravity by a model.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub known_torque: Option<String>,
-    /// Inertia of all that moves about the joint, kg·m² (kg), where that is known instead.
+    /// Total inertia about the joint, kg·m² (kg), if that is known instead.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "J"))]
     pub inertia: Option<f64>,
-    /// Column of the position goal, not the command, of a servo that closes its own loop.
+    /// Column of the position goal of a servo that closes its own loop, instead of a command.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN", conflicts_with_all = ["command", "reference"]))]
     pub goal: Option<String>,
-    /// Proportional gain of the servo's own loop, command units per rad. Without it b is that of a rad of distance from
-    /// the goal.
+    /// Proportional gain of the servo's own loop, command units per rad; without it b includes that gain.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "K", requires = "goal"))]
     pub kp: Option<f64>,
     /// Its derivative gain, command units per rad/s.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "K", requires = "goal"))]
     pub kd: Option<f64>,
-    /// The largest command that it gives, command units.
+    /// Limit of its command, command units.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "U", requires = "goal"))]
     pub limit: Option<f64>,
     /// Its own sample time, or a simulator's step, s; that of the log by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "S", requires = "goal"))]
     pub loop_time: Option<f64>,
     /// How its command becomes motion: none for a drive, euler or implicit for a simulator's.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "KIND", requires = "goal"))]
     pub integrator: Option<Integrator>,
     /// Cut-off of the low-pass derivative that is its velocity, rad/s.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "W", requires = "goal"))]
     pub cutoff: Option<f64>,
     /// Column of the measured velocity that it acts on.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN", requires = "goal"))]
     pub velocity: Option<String>,
-    /// Column of the reference; `none` to leave it aside.
+    /// Column of the reference; `none` to ignore it.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub reference: Option<String>,
     /// Unit of the reference; that of the position by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub reference_unit: Option<PositionUnit>,
-    /// Reference units for one of the column's.
+    /// Reference units per unit of the column.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FACTOR"))]
     pub reference_scale: Option<f64>,
-    /// The most missing samples in a row that straight lines bridge.
+    /// Largest number of missing samples in a row that are interpolated linearly.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub bridge_gaps: Option<u32>,
     /// A range of the log's time that is left out, s, FROM:TO. May be repeated.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FROM:TO", value_parser = range, allow_hyphen_values = true))]
     pub cut: Vec<[f64; 2]>,
 }
 
@@ -150,4 +182,14 @@ impl LogOptions {
         }
         Ok(())
     }
+}
+
+/// A range of time of an option.
+#[cfg(feature = "clap")]
+fn range(words: &str) -> Result<[f64; 2], String> {
+    let range = words.split_once(':').and_then(|(from, to)| {
+        let ends = [from.parse::<f64>().ok()?, to.parse::<f64>().ok()?];
+        (ends[0].is_finite() && ends[0] < ends[1] && ends[1].is_finite()).then_some(ends)
+    });
+    range.ok_or_else(|| "it must be two times in s, the earlier first, such as 1.5:2".to_owned())
 }

@@ -12,8 +12,7 @@ use crate::log::Table;
 use crate::motion_unit::MotionUnit;
 use crate::physical::Scale;
 use crate::scenario::{
-    Column, CommandUnit, Estimator, Fault, InnerLoop, Integrator, Options, PhysicalSettings,
-    PositionUnit, TimeUnit,
+    CommandUnit, Estimator, Fault, InnerLoop, Options, PhysicalSettings, PositionUnit, TimeUnit,
 };
 
 impl Clock {
@@ -179,6 +178,10 @@ impl Recognised {
     /// # Errors
     /// The key that is not allowed.
     pub fn options(&self) -> Result<Options, Fault> {
+        self.stated().checked()
+    }
+
+    fn stated(&self) -> Options {
         let mut options = Options::blank();
         options.identifier.set_estimator(Estimator::Fit);
         (options.counts_per_rev, options.inner) = (self.counts_per_rev, self.inner);
@@ -187,7 +190,7 @@ impl Recognised {
         // The encoder's, which the options have.
         settings.units.counts_per_rev = None;
         options.log = Some(settings);
-        options.checked()
+        options
     }
 
     /// The scenario that identifies the recognised log.
@@ -198,114 +201,7 @@ impl Recognised {
             let _ = writeln!(text, "#   {}: {}", finding.about, one_line(&finding.text));
         }
         text += "#\n#   servo-id identify LOG --scenario THIS.toml   identifies it again\n\n";
-        if let Some(counts) = self.counts_per_rev {
-            let _ = writeln!(text, "[encoder]\ncounts_per_rev = {counts:?}\n");
-        }
-        text += "[identifier]\nlaw = \"fit\"\n\n";
-        text += &self.inner_text();
-        text += &self.physical_text();
-        text += "[log]\n";
-        let settings = &self.settings;
-        for (name, column) in [
-            ("time", settings.time.as_ref()),
-            ("reference", settings.reference.as_ref()),
-            ("position", Some(&settings.position)),
-            ("command", settings.command.as_ref()),
-            ("velocity", settings.velocity.as_ref()),
-            ("known_torque", settings.known_torque.as_ref()),
-        ] {
-            if let Some(column) = column {
-                let _ = writeln!(text, "{name} = {}", value(column));
-            }
-        }
-        let units = &settings.units;
-        if settings.time.is_some() && units.time != TimeUnit::Second {
-            let _ = writeln!(text, "time_unit = \"{}\"", units.time.name());
-        }
-        let _ = writeln!(text, "position_unit = \"{}\"", units.position.name());
-        if let Some(unit) = units.reference.filter(|_| settings.reference.is_some()) {
-            let _ = writeln!(text, "reference_unit = \"{}\"", unit.name());
-        }
-        for (name, scale) in [
-            ("position_scale", units.position_scale),
-            ("reference_scale", units.reference_scale),
-            ("command_scale", units.command_scale),
-        ] {
-            if (scale - 1.0).abs() > 0.0 {
-                let _ = writeln!(text, "{name} = {scale:?}");
-            }
-        }
-        if let Some(sample_time) = settings.sample_time {
-            let _ = writeln!(text, "sample_time = {sample_time:?}");
-        }
-        if settings.bridge > 0 {
-            let _ = writeln!(text, "bridge_gaps = {}", settings.bridge);
-        }
-        if !settings.cut.is_empty() {
-            let _ = writeln!(text, "cut = {:?}", settings.cut);
-        }
-        if let Some(wrap) = settings.wrap {
-            let _ = writeln!(text, "wrap = {wrap:?}");
-        }
-        if settings.is_velocity {
-            text += "measured = \"velocity\"\n";
-        }
-        text
-    }
-
-    /// The table `[inner]`, where there is one.
-    fn inner_text(&self) -> String {
-        let Some(inner) = &self.inner else {
-            return String::new();
-        };
-        let mut text = format!("[inner]\nkp = {:?}\nkd = {:?}\n", inner.kp, inner.kd);
-        let numbers = [
-            (
-                "limit",
-                Some(inner.limit[1]).filter(|limit| limit.is_finite()),
-            ),
-            ("sample_time", inner.sample_time),
-            ("cutoff", inner.cutoff),
-        ];
-        for (name, number) in numbers {
-            if let Some(number) = number {
-                let _ = writeln!(text, "{name} = {number:?}");
-            }
-        }
-        if inner.integrator != Integrator::None {
-            let _ = writeln!(text, "integrator = \"{}\"", inner.integrator.name());
-        }
-        text + "\n"
-    }
-
-    /// The table `[physical]`, where it states anything.
-    fn physical_text(&self) -> String {
-        let physical = &self.physical;
-        if *physical == PhysicalSettings::NONE {
-            return String::new();
-        }
-        let mut text = format!(
-            "[physical]\ncommand_unit = \"{}\"\n",
-            physical.command_unit.name()
-        );
-        for (name, number) in [
-            ("torque_constant", physical.torque_constant),
-            ("inertia", physical.inertia),
-        ] {
-            if let Some(number) = number {
-                let _ = writeln!(text, "{name} = {number:?}");
-            }
-        }
-        text + "\n"
-    }
-}
-
-/// A column as TOML has it.
-fn value(column: &Column) -> String {
-    match column {
-        Column::Number(number) => number.to_string(),
-        // A string of JSON is one of TOML.
-        Column::Named(name) => serde_json::Value::from(name.as_str()).to_string(),
+        text + &self.stated().text()
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::SensorNoise;
 use crate::provenance::Origin;
 
 /// A result of `run` or `identify` as far as gains, exports and firmware need it, SI.
@@ -32,7 +33,7 @@ pub struct KeptResult {
     pub residual: Option<KeptResidual>,
     /// The noise of the sensor.
     #[serde(default)]
-    pub noise: KeptNoise,
+    pub noise: SensorNoise,
     /// The logs that it is from; none of a simulated servo.
     #[serde(default)]
     pub logs: Vec<KeptLog>,
@@ -55,13 +56,6 @@ pub struct KeptEstimate {
 pub struct KeptResidual {
     /// Root mean square, rad.
     pub rms: Option<f64>,
-}
-
-/// The noise of the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
-pub struct KeptNoise {
-    /// Standard deviation in motion, rounding included, rad.
-    pub moving: Option<f64>,
 }
 
 /// A log that was replayed.

@@ -16,9 +16,7 @@ pub use experiment::{
 };
 pub use fit::{BrakingForce, EnteredEffect, FitNotes};
 pub use form::{FormMargins, FormParameter, FormResult, FormStep};
-pub use kept::{
-    KeptCovariance, KeptEstimate, KeptLog, KeptNoise, KeptResidual, KeptResult, NoResult,
-};
+pub use kept::{KeptCovariance, KeptEstimate, KeptLog, KeptResidual, KeptResult, NoResult};
 pub use log::{LogReading, OpenLoopError, Prediction};
 pub use reason::serialize_reason;
 pub use residual::{Finding, Residual};

@@ -1,10 +1,11 @@
 //! Noise of the position sensor.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Standard deviation of the noise of the measured position, rounding included. None if there was too little motion, or
 /// standstill, to measure it.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub struct SensorNoise {
     /// In motion, encoder counts; rounding alone is 0.29 counts.
     pub moving_counts: Option<f64>,

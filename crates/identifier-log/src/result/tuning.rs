@@ -71,15 +71,8 @@ impl Gains {
     /// Gains that were tuned.
     #[must_use]
     pub fn tuned(tuning: &Tuning) -> Self {
-        Self {
-            kp: tuning.kp,
-            kd: tuning.kd,
-            ki: tuning.ki,
-            cutoff: tuning.cutoff,
-            reference_filter: tuning.reference_filter,
-            notch: tuning.notch,
-            reference_model: tuning.feed_forward,
-        }
+        let unlimited = [f64::NEG_INFINITY, f64::INFINITY];
+        Self::of(&ControllerSettings::tuned(tuning, unlimited), tuning.cutoff)
     }
 }
 

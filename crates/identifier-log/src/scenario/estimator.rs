@@ -142,6 +142,14 @@ impl Estimator {
         self.closing() == LoopKind::Pid || self == Self::RelayLeastSquares
     }
 
+    /// The parameters that it estimates unless others are stated.
+    pub(super) fn default_parameters(self) -> &'static [Parameter] {
+        match self.row().kind {
+            Kind::Rival | Kind::Record => self.finds(),
+            Kind::Gradient | Kind::Fit => AB,
+        }
+    }
+
     /// True for a Γ-gradient estimator.
     #[must_use]
     pub fn is_gradient(self) -> bool {
@@ -225,11 +233,7 @@ impl Identification {
     pub fn set_estimator(&mut self, law: Estimator) {
         self.law = law;
         self.rival = RivalSettings::TYPICAL;
-        let default = match law.row().kind {
-            Kind::Rival | Kind::Record => law.finds(),
-            Kind::Gradient | Kind::Fit => AB,
-        };
-        self.parameters = default.to_vec();
+        self.parameters = law.default_parameters().to_vec();
     }
 
     /// The controller of the loop that the estimator closes, from the declared one.

@@ -18,12 +18,13 @@ use super::kind::Kind::{
     Choice as OneOf, Column as ColumnOf, Limit, Matrix, Number, Pair, Pairs, Parameters, Table,
     Terms as TermList, Two, Whole,
 };
+use super::kind::Place::{Checked, Held, Optional};
 use super::kind::When::{Always, InRun, Simulated, Stated};
 use super::kind::{Choice, Key, When, nearest};
 use super::range::Range::{self, BelowNyquist, Fixed, HalfRadian};
 use super::{
-    Arithmetic, Column, CommandUnit, Document, Estimator, InnerLoop, Integrator, LogSettings,
-    Options, PositionUnit, RivalSettings, TimeUnit, Velocity,
+    Arithmetic, Column, CommandUnit, Document, Estimator, Identification, InnerLoop, Integrator,
+    LogSettings, Options, PositionUnit, RivalSettings, TimeUnit, Velocity,
 };
 
 /// The paper's cut-off of the velocity filter, rad/s.
@@ -58,207 +59,208 @@ macro_rules! keys {
 pub fn of_log<S: AsMut<Options>>() -> Vec<Key<S>> {
     keys! {
 "encoder": Table(Simulated), Derived("10000 counts; in a replay of another log, its own resolution"), "", "the position sensor";
-"encoder.counts_per_rev": Number(COUNTS, |s, v| s.as_mut().counts_per_rev = (v > 0.0).then_some(v)), Value(10_000.0), "",
+"encoder.counts_per_rev": Number(COUNTS, Checked(set_counts, |s| Some(s.as_mut().counts_per_rev.unwrap_or(0.0)))), Value(10_000.0), "",
     "counts per revolution after ×4 quadrature; 0 is an ideal sensor, in a replay the log's own resolution";
 
 "amplifier": Table(Always), Derived("no limit"), "", "what drives the motor";
-"amplifier.delay": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| given(s).terms.delay = v), Value(0.0), "s",
+"amplifier.delay": Number(Fixed(Allowed::Within(0.0, 0.1)), Held(|s| &mut given(s).terms.delay)), Value(0.0), "s",
     "known delay from the command to the motor: computation, amplifier and bus; estimators with a model take it into \
      account, and the term delay starts there";
-"amplifier.dead_band": Number(NOT_NEGATIVE, |s, v| given(s).terms.dead_band = v), Value(0.0), "command units",
+"amplifier.dead_band": Number(NOT_NEGATIVE, Held(|s| &mut given(s).terms.dead_band)), Value(0.0), "command units",
     "known dead band of the power stage, to either side; the term dead-band starts there";
-"amplifier.current_loop": Number(Fixed(Allowed::Within(0.0, 0.1)), |s, v| given(s).terms.current_loop = v), Value(0.0), "s",
+"amplifier.current_loop": Number(Fixed(Allowed::Within(0.0, 0.1)), Held(|s| &mut given(s).terms.current_loop)), Value(0.0), "s",
     "known time constant of the current loop, with which the motor's current follows the command";
-"amplifier.limit": Limit(|s, v| pid(s).limit = v), Derived("no limit"), "command units",
+"amplifier.limit": Limit(Held(|s| &mut pid(s).limit)), Derived("no limit"), "command units",
     "limit of the controller's command, |u| <= limit or low <= u <= high";
 
 "controller": Table(InRun), Derived("the paper's; in a replay of another log, none"), "",
     "the PID that closes the loop, u = kp e - kd v + ki T times the sum of the earlier e";
-"controller.kp": Number(POSITIVE_GAIN, |s, v| pid(s).kp = v), Value(9.0), "command units per rad",
+"controller.kp": Number(POSITIVE_GAIN, Held(|s| &mut pid(s).kp)), Value(9.0), "command units per rad",
     "proportional gain";
-"controller.kd": Number(GAIN, |s, v| pid(s).kd = v), Value(0.19), "command units per rad/s",
+"controller.kd": Number(GAIN, Held(|s| &mut pid(s).kd)), Value(0.19), "command units per rad/s",
     "derivative gain, on the measured velocity";
-"controller.ki": Number(GAIN, |s, v| pid(s).ki = v), Value(4.0), "command units per rad s",
+"controller.ki": Number(GAIN, Held(|s| &mut pid(s).ki)), Value(4.0), "command units per rad s",
     "integral gain";
-"controller.reference_filter": Number(NOT_NEGATIVE, |s, v| pid(s).reference_filter = v), Value(0.0), "s",
+"controller.reference_filter": Number(NOT_NEGATIVE, Held(|s| &mut pid(s).reference_filter)), Value(0.0), "s",
     "time constant of a first-order filter of the reference before the PID, 0 for none";
-"controller.notch": Number(NOT_NEGATIVE, |s, v| pid(s).notch = v), Value(0.0), "rad/s",
+"controller.notch": Number(NOT_NEGATIVE, Held(|s| &mut pid(s).notch)), Value(0.0), "rad/s",
     "notch filter of the command, 0 for none";
 "controller.feed_forward": Table(Stated), Derived("none"), "",
     "a reference model, y = r/(1 + s/bandwidth)³, with feed-forward; not in fixed point";
-"controller.feed_forward.bandwidth": Number(POSITIVE, |s, v| lead(s).bandwidth = v), Required("60.0"), "rad/s",
+"controller.feed_forward.bandwidth": Number(POSITIVE, Held(|s| &mut lead(s).bandwidth)), Required("60.0"), "rad/s",
     "magnitude of the model's three poles, from 1e-5 to 1 per sample";
-"controller.feed_forward.acceleration": Number(GAIN, |s, v| lead(s).acceleration = v), Required("0.005"), "command units per rad/s²",
+"controller.feed_forward.acceleration": Number(GAIN, Held(|s| &mut lead(s).acceleration)), Required("0.005"), "command units per rad/s²",
     "command for its acceleration, 1/b";
-"controller.feed_forward.velocity": Number(GAIN, |s, v| lead(s).velocity = v), Value(0.0), "command units per rad/s",
+"controller.feed_forward.velocity": Number(GAIN, Held(|s| &mut lead(s).velocity)), Value(0.0), "command units per rad/s",
     "command for its velocity, a/b; that for kd is added to it";
-"controller.feed_forward.coulomb": Number(GAIN, |s, v| lead(s).coulomb = v), Value(0.0), "command units",
+"controller.feed_forward.coulomb": Number(GAIN, Held(|s| &mut lead(s).coulomb)), Value(0.0), "command units",
     "command for Coulomb friction, with the sign of its velocity";
-"controller.feed_forward.coulomb_speed": Number(POSITIVE, |s, v| lead(s).coulomb_speed = v), Value(LEAST_LEAD.coulomb_speed), "rad/s",
+"controller.feed_forward.coulomb_speed": Number(POSITIVE, Held(|s| &mut lead(s).coulomb_speed)), Value(LEAST_LEAD.coulomb_speed), "rad/s",
     "speed below which that command is linear through zero";
-"controller.sample_time": Number(SAMPLE_TIME, |s, v| s.as_mut().stated.sample_time = v), Value(1e-3), "s",
+"controller.sample_time": Number(SAMPLE_TIME, Held(|s| &mut loop_of(s).stated.sample_time)), Value(1e-3), "s",
     "time from one control sample to the next; in a replay without a controller, the log's own";
 "controller.velocity_filter": Table(Always), Derived("low-pass, 500 rad/s; in a replay without a controller, half the sample rate"), "",
     "how the velocity is taken from the counts, { kind = \"low-pass\", cutoff = 500.0 }";
-"controller.velocity_filter.kind": OneOf(Velocity::CHOICES, |s, i| s.as_mut().velocity = Velocity::ALL[i]), FirstChoice, "", "kind of velocity estimate";
-"controller.velocity_filter.cutoff": Number(BelowNyquist, |s, v| s.as_mut().stated.cutoff = v), Value(CUTOFF), "rad/s",
+"controller.velocity_filter.kind": OneOf(Velocity::CHOICES, |s, i| loop_of(s).velocity = Velocity::ALL[i], |s| loop_of(s).velocity as usize), FirstChoice, "", "kind of velocity estimate";
+"controller.velocity_filter.cutoff": Number(BelowNyquist, Held(|s| &mut loop_of(s).stated.cutoff)), Value(CUTOFF), "rad/s",
     "cut-off of the low-pass; of a slow loop by default half of what is allowed";
 
 "identifier": Table(Always), Derived("the gradient estimator"), "", "what is identified, and how";
-"identifier.law": OneOf(Estimator::CHOICES, |s, i| s.as_mut().identifier.set_estimator(Estimator::ALL[i])), FirstChoice, "", "the method";
-"identifier.parameters": Parameters(choose), Derived("[\"a\", \"b\"], or those that the method finds"), "",
+"identifier.law": OneOf(Estimator::CHOICES, |s, i| s.as_mut().identifier.set_estimator(Estimator::ALL[i]), |s| s.as_mut().identifier.law as usize), FirstChoice, "", "the method";
+"identifier.parameters": Parameters(Checked(choose, chosen)), Derived("[\"a\", \"b\"], or those that the method finds"), "",
     "what is estimated; the others stay at their initial values";
-"identifier.arithmetic": OneOf(Arithmetic::CHOICES, |s, i| s.as_mut().identifier.arithmetic = Arithmetic::ALL[i]), FirstChoice, "",
+"identifier.arithmetic": OneOf(Arithmetic::CHOICES, |s, i| s.as_mut().identifier.arithmetic = Arithmetic::ALL[i], |s| s.as_mut().identifier.arithmetic as usize), FirstChoice, "",
     "number format of the loop; \"fixed\" exists for gradient and pd-gradient";
-"identifier.gamma": Matrix(|s, v| weigh(s, &v)), Derived("automatic, from parameter range and reference"), "",
+"identifier.gamma": Matrix(Checked(|s, v| weigh(s, &v), weights)), Derived("automatic, from parameter range and reference"), "",
     "adaptation gain of each estimate, the matrix of (11)";
-"identifier.mu": Number(POSITIVE, |s, v| given(s).mu = Some(v)), Derived("automatic, from gains and parameter range"), "1/s",
+"identifier.mu": Number(POSITIVE, Optional(|s| &mut given(s).mu)), Derived("automatic, from gains and parameter range"), "1/s",
     "weight of the output error against its derivative in (11)";
 "identifier.initial": Table(Always), Derived("as below"), "", "initial estimates, inside the bounds";
-"identifier.initial.a": Number(ANY, |s, v| given(s).initial.a = Some(v)), Initial(0.0), "1/s", "initial estimate of a";
-"identifier.initial.b": Number(POSITIVE, |s, v| given(s).initial.b = Some(v)), Initial(50.0), "rad/s² per command unit",
+"identifier.initial.a": Number(ANY, Optional(|s| &mut given(s).initial.a)), Initial(0.0), "1/s", "initial estimate of a";
+"identifier.initial.b": Number(POSITIVE, Optional(|s| &mut given(s).initial.b)), Initial(50.0), "rad/s² per command unit",
     "initial estimate of b; an estimator that fits needs one only if b is not among parameters";
-"identifier.initial.coulomb": Number(ANY, |s, v| given(s).initial.coulomb = Some(v)), Initial(0.0), "rad/s²",
+"identifier.initial.coulomb": Number(ANY, Optional(|s| &mut given(s).initial.coulomb)), Initial(0.0), "rad/s²",
     "initial estimate of the Coulomb friction";
-"identifier.initial.load": Number(ANY, |s, v| given(s).initial.load = Some(v)), Initial(0.0), "rad/s²",
+"identifier.initial.load": Number(ANY, Optional(|s| &mut given(s).initial.load)), Initial(0.0), "rad/s²",
     "initial estimate of the load";
 "identifier.bounds": Table(Always), Derived("as below"), "", "bounds of the estimates";
-"identifier.bounds.a": Pair(ANY, |s, v| given(s).bounds.a = Some(v)), Derived("as wide as the sample time permits"), "1/s",
+"identifier.bounds.a": Pair(ANY, Optional(|s| &mut given(s).bounds.a)), Derived("as wide as the sample time permits"), "1/s",
     "bounds of a, both within 0.5/sample_time of 0";
-"identifier.bounds.b": Pair(POSITIVE, |s, v| given(s).bounds.b = Some(v)),
+"identifier.bounds.b": Pair(POSITIVE, Optional(|s| &mut given(s).bounds.b)),
     Derived("as wide as sample time and gains permit"), "rad/s² per command unit", "bounds of b";
-"identifier.bounds.coulomb": Pair(NOT_NEGATIVE, |s, v| given(s).bounds.coulomb = Some(v)),
+"identifier.bounds.coulomb": Pair(NOT_NEGATIVE, Optional(|s| &mut given(s).bounds.coulomb)),
     Derived("from 0 to far beyond any servo; in fixed point the range that follows from servo_range and command"), "rad/s²",
     "bounds of the Coulomb friction";
-"identifier.bounds.load": Pair(ANY, |s, v| given(s).bounds.load = Some(v)),
+"identifier.bounds.load": Pair(ANY, Optional(|s| &mut given(s).bounds.load)),
     Derived("far beyond any servo in both directions; in fixed point the range that follows from servo_range and command"), "rad/s²",
     "bounds of the load";
 "identifier.servo_range": Table(Stated), Derived("none, and nothing is certified"), "",
     "the parameter range of the true servo: the loop is certified for all of it";
-"identifier.servo_range.a": Pair(NOT_NEGATIVE, |s, v| within(s).a = v), Required("[0.0, 50.0]"), "1/s",
+"identifier.servo_range.a": Pair(NOT_NEGATIVE, Held(|s| &mut within(s).a)), Required("[0.0, 50.0]"), "1/s",
     "lowest and highest a of the servo";
-"identifier.servo_range.b": Pair(POSITIVE, |s, v| within(s).b = v), Required("[110.0, 1000.0]"), "rad/s² per command unit",
+"identifier.servo_range.b": Pair(POSITIVE, Held(|s| &mut within(s).b)), Required("[110.0, 1000.0]"), "rad/s² per command unit",
     "lowest and highest b of the servo";
 "identifier.correction": Table(Stated),
     Derived("the controller's gains, as in the paper; without a controller, from servo_range and bandwidth"), "",
     "the gains of the correction, which keeps the model close to the servo";
-"identifier.correction.kp": Number(POSITIVE_GAIN, |s, v| correction(s)[0] = v), Required("9.0"), "command units per rad",
+"identifier.correction.kp": Number(POSITIVE_GAIN, Held(|s| &mut correction(s)[0])), Required("9.0"), "command units per rad",
     "proportional gain of the correction";
-"identifier.correction.kd": Number(GAIN, |s, v| correction(s)[1] = v), Required("0.19"), "command units per rad/s",
+"identifier.correction.kd": Number(GAIN, Held(|s| &mut correction(s)[1])), Required("0.19"), "command units per rad/s",
     "derivative gain of the correction";
-"identifier.correction.ki": Number(GAIN, |s, v| correction(s)[2] = v), Required("4.0"), "command units per rad s",
+"identifier.correction.ki": Number(GAIN, Held(|s| &mut correction(s)[2])), Required("4.0"), "command units per rad s",
     "integral gain of the correction";
-"identifier.bandwidth": Number(HalfRadian, |s, v| given(s).bandwidth = Some(v)),
+"identifier.bandwidth": Number(HalfRadian, Optional(|s| &mut given(s).bandwidth)),
     Derived("from the first fit; gradient estimators, 0.05/sample_time"), "rad/s",
     "bandwidth of the position loop, to within a factor of four; gradient estimators use it without controller and \
      correction";
-"identifier.max_speed": Number(POSITIVE, |s, v| given(s).max_speed = Some(v)),
+"identifier.max_speed": Number(POSITIVE, Optional(|s| &mut given(s).max_speed)),
     Derived("what the number format represents exactly in a sample"), "rad/s",
     "the highest speed of the servo; a larger jump of the position ends the run";
 "identifier.uncertainty": Table(Always), Derived("unknown"), "", "standard deviations of the initial estimates";
-"identifier.uncertainty.a": Number(POSITIVE, |s, v| given(s).uncertainty.a = Some(v)), Derived("unknown"), "1/s",
+"identifier.uncertainty.a": Number(POSITIVE, Optional(|s| &mut given(s).uncertainty.a)), Derived("unknown"), "1/s",
     "standard deviation of initial.a";
-"identifier.uncertainty.b": Number(POSITIVE, |s, v| given(s).uncertainty.b = Some(v)), Derived("unknown"),
+"identifier.uncertainty.b": Number(POSITIVE, Optional(|s| &mut given(s).uncertainty.b)), Derived("unknown"),
     "rad/s² per command unit", "standard deviation of initial.b";
-"identifier.uncertainty.coulomb": Number(POSITIVE, |s, v| given(s).uncertainty.coulomb = Some(v)), Derived("unknown"),
+"identifier.uncertainty.coulomb": Number(POSITIVE, Optional(|s| &mut given(s).uncertainty.coulomb)), Derived("unknown"),
     "rad/s²", "standard deviation of initial.coulomb";
-"identifier.uncertainty.load": Number(POSITIVE, |s, v| given(s).uncertainty.load = Some(v)), Derived("unknown"),
+"identifier.uncertainty.load": Number(POSITIVE, Optional(|s| &mut given(s).uncertainty.load)), Derived("unknown"),
     "rad/s²", "standard deviation of initial.load";
-"identifier.noise": Number(POSITIVE, |s, v| given(s).noise = Some(v)), Derived("an encoder count over the square root of 12"), "rad",
+"identifier.noise": Number(POSITIVE, Optional(|s| &mut given(s).noise)), Derived("an encoder count over the square root of 12"), "rad",
     "smallest standard deviation of the position noise; a larger one is estimated";
-"identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), |s, v| given(s).start_time = Some(v)),
+"identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), Optional(|s| &mut given(s).start_time)),
     Derived("1; in a replay, no more than the log has"), "s",
     "the time span of the first fit";
-"identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), |s, v| given(s).memory = Some(v)), Derived("all samples"), "s",
+"identifier.memory": Number(Fixed(Allowed::AtLeast(2.0)), Optional(|s| &mut given(s).memory)), Derived("all samples"), "s",
     "memory of the estimates, for a servo that changes";
-"identifier.required_terms": TermList(|s, v| given(s).terms.demanded = v), Derived("none"), "",
+"identifier.required_terms": TermList(Held(|s| &mut given(s).terms.demanded)), Derived("none"), "",
     "optional terms of the model that are estimated as soon as the motion allows";
-"identifier.low_speed_velocity": Number(POSITIVE, |s, v| given(s).terms.low_speed_velocity = Some(v)),
+"identifier.low_speed_velocity": Number(POSITIVE, Optional(|s| &mut given(s).terms.low_speed_velocity)),
     Derived("none; required with the term low-speed"), "rad/s", "speed at which the low-speed friction has fallen to \
                                                                  1/e";
-"identifier.ripple_order": Number(POSITIVE, |s, v| given(s).terms.ripple_order = Some(v)),
+"identifier.ripple_order": Number(POSITIVE, Optional(|s| &mut given(s).terms.ripple_order)),
     Derived("none; required with the term ripple"), "", "periods of the ripple per revolution";
-"identifier.revolution": Number(POSITIVE, |s, v| given(s).terms.revolution = v), Value(std::f64::consts::TAU), "rad",
+"identifier.revolution": Number(POSITIVE, Held(|s| &mut given(s).terms.revolution)), Value(std::f64::consts::TAU), "rad",
     "travel after which gravity and ripple repeat, for a linear axis a pole pitch";
 "identifier.ranges": Table(Stated), Derived("four times what the PID can demand within the command limit"), "",
     "range of the signals in fixed point";
-"identifier.ranges.error": Number(POSITIVE, |s, v| ranges(s).error = v), Required("1.0"), "rad", "largest position error";
-"identifier.ranges.velocity": Number(POSITIVE, |s, v| ranges(s).velocity = v), Required("100.0"), "rad/s", "largest velocity";
-"identifier.ranges.command": Number(POSITIVE, |s, v| ranges(s).command = v), Required("10.0"), "command units",
+"identifier.ranges.error": Number(POSITIVE, Held(|s| &mut ranges(s).error)), Required("1.0"), "rad", "largest position error";
+"identifier.ranges.velocity": Number(POSITIVE, Held(|s| &mut ranges(s).velocity)), Required("100.0"), "rad/s", "largest velocity";
+"identifier.ranges.command": Number(POSITIVE, Held(|s| &mut ranges(s).command)), Required("10.0"), "command units",
     "largest command, at least the limit";
-"identifier.relay": Number(POSITIVE, |s, v| s.as_mut().identifier.rival.relay = v), Value(TYPICAL.relay), "command units",
+"identifier.relay": Number(POSITIVE, Held(|s| &mut s.as_mut().identifier.rival.relay)), Value(TYPICAL.relay), "command units",
     "command of the relay to either side";
-"identifier.forgetting": Number(Fixed(Allowed::PositiveUpTo(1.0)), |s, v| s.as_mut().identifier.rival.forgetting = v),
+"identifier.forgetting": Number(Fixed(Allowed::PositiveUpTo(1.0)), Held(|s| &mut s.as_mut().identifier.rival.forgetting)),
     Value(TYPICAL.forgetting), "", "forgetting factor per sample";
-"identifier.filter_cutoff": Number(BelowNyquist, |s, v| s.as_mut().identifier.rival.filter_cutoff = v), Value(TYPICAL.filter_cutoff), "rad/s",
+"identifier.filter_cutoff": Number(BelowNyquist, Held(|s| &mut s.as_mut().identifier.rival.filter_cutoff)), Value(TYPICAL.filter_cutoff), "rad/s",
     "cut-off of the filters of position and command; in a slow loop half of the allowed one by default";
 
 "inner": Table(Stated), Derived("none: log.command or [controller] gives it"), "",
     "the position loop of a servo that takes goals: it computes the log's command, u = kp (log.reference - q) - kd v";
-"inner.kp": Number(POSITIVE_GAIN, |s, v| inner(s).kp = v), Required("40.0"), "command units per rad", "its proportional gain";
-"inner.kd": Number(GAIN, |s, v| inner(s).kd = v), Value(0.0), "command units per rad/s", "its derivative gain, on the velocity";
-"inner.limit": Limit(|s, v| inner(s).limit = v), Derived("no limit"), "command units", "limit of its command, |u| <= limit or low <= u <= high";
-"inner.sample_time": Number(Fixed(Allowed::PositiveUpTo(1.0)), |s, v| inner(s).sample_time = Some(v)), Derived("that of the log"), "s",
+"inner.kp": Number(POSITIVE_GAIN, Held(|s| &mut inner(s).kp)), Required("40.0"), "command units per rad", "its proportional gain";
+"inner.kd": Number(GAIN, Held(|s| &mut inner(s).kd)), Value(0.0), "command units per rad/s", "its derivative gain, on the velocity";
+"inner.limit": Limit(Held(|s| &mut inner(s).limit)), Derived("no limit"), "command units", "limit of its command, |u| <= limit or low <= u <= high";
+"inner.sample_time": Number(Fixed(Allowed::PositiveUpTo(1.0)), Optional(|s| &mut inner(s).sample_time)), Derived("that of the log"), "s",
     "its own sample time, or a simulator's step; the log's is a whole multiple of it, and the position in between is \
      interpolated";
-"inner.integrator": OneOf(Integrator::CHOICES, |s, i| inner(s).integrator = Integrator::ALL[i]), FirstChoice, "",
+"inner.integrator": OneOf(Integrator::CHOICES, |s, i| inner(s).integrator = Integrator::ALL[i], |s| inner(s).integrator as usize), FirstChoice, "",
     "how its command becomes motion: held for a sample as a drive holds it (none), or by MuJoCo's integrator Euler (euler), implicit or implicitfast (implicit)";
-"inner.cutoff": Number(POSITIVE, |s, v| inner(s).cutoff = Some(v)), Derived("none: the velocity is log.velocity, or the difference of two positions"), "rad/s",
+"inner.cutoff": Number(POSITIVE, Optional(|s| &mut inner(s).cutoff)), Derived("none: the velocity is log.velocity, or the difference of two positions"), "rad/s",
     "cut-off of the low-pass derivative that is its velocity";
 
 "physical": Table(Stated), Derived("none: a result is ratios"), "", "converts a result into physical units";
-"physical.command_unit": OneOf(CommandUnit::CHOICES, |s, i| s.as_mut().physical.command_unit = CommandUnit::ALL[i]), FirstChoice, "",
+"physical.command_unit": OneOf(CommandUnit::CHOICES, |s, i| s.as_mut().physical.command_unit = CommandUnit::ALL[i], |s| s.as_mut().physical.command_unit as usize), FirstChoice, "",
     "unit of the command: with \"V\" a result has the feed-forward kS, kV, kA and kG, with \"Nm\" and \"N\" (a linear axis) inertia and friction";
-"physical.torque_constant": Number(POSITIVE, |s, v| s.as_mut().physical.torque_constant = Some(v)), Derived("1 with the command unit \"Nm\" or \"N\", otherwise none"), "N·m per command unit",
+"physical.torque_constant": Number(POSITIVE, Optional(|s| &mut s.as_mut().physical.torque_constant)), Derived("1 with the command unit \"Nm\" or \"N\", otherwise none"), "N·m per command unit",
     "torque of a unit of command at the joint: torque constant times gear ratio and efficiency";
-"physical.inertia": Number(POSITIVE, |s, v| s.as_mut().physical.inertia = Some(v)), Derived("none"), "kg·m²",
+"physical.inertia": Number(POSITIVE, Optional(|s| &mut s.as_mut().physical.inertia)), Derived("none"), "kg·m²",
     "total inertia about the joint, if that is known instead";
-"physical.payload": Number(POSITIVE, |s, v| s.as_mut().physical.payload = Some(v)), Derived("none"), "kg·m²",
+"physical.payload": Number(POSITIVE, Optional(|s| &mut s.as_mut().physical.payload)), Derived("none"), "kg·m²",
     "inertia about the joint of an attached payload, if neither is known: it needs bare_gain";
-"physical.bare_gain": Two(NOT_NEGATIVE, |s, v| s.as_mut().physical.bare_gain = Some(v)), Derived("none"), "rad/s² per command unit",
+"physical.bare_gain": Two(NOT_NEGATIVE, Optional(|s| &mut s.as_mut().physical.bare_gain)), Derived("none"), "rad/s² per command unit",
     "b without the payload, and its standard error";
 
 "log": Table(Stated), Derived("the columns of the tool's own traces"), "", "the columns of a log to replay, by name or by number from 1";
-"log.time": ColumnOf(|s, v| log(s).time = Some(v)), Derived("none: each row is a sample of log.sample_time"), "in time_unit",
+"log.time": ColumnOf(Optional(|s| &mut log(s).time)), Derived("none: each row is a sample of log.sample_time"), "in time_unit",
     "time of a row";
-"log.time_unit": OneOf(TimeUnit::CHOICES, |s, i| log(s).units.time = TimeUnit::ALL[i]), FirstChoice, "", "unit of log.time; \"samples\" is a counter of them, \"iso-8601\" a time stamp such as 2026-11-22T06:25:00.125Z, or the time of day alone";
-"log.sample_time": Number(SAMPLE_TIME, |s, v| log(s).sample_time = Some(v)), Derived("controller.sample_time; \
+"log.time_unit": OneOf(TimeUnit::CHOICES, |s, i| log(s).units.time = TimeUnit::ALL[i], |s| log(s).units.time as usize), FirstChoice, "", "unit of log.time; \"samples\" is a counter of them, \"iso-8601\" a time stamp such as 2026-11-22T06:25:00.125Z, or the time of day alone";
+"log.sample_time": Number(SAMPLE_TIME, Optional(|s| &mut log(s).sample_time)), Derived("controller.sample_time; \
                                                                                       without a controller, from \
                                                                                       log.time"), "s",
     "time from one sample of the log to the next";
-"log.reference": ColumnOf(|s, v| log(s).reference = Some(v)), Derived("none; required without log.command"), "in reference_unit",
+"log.reference": ColumnOf(Optional(|s| &mut log(s).reference)), Derived("none; required without log.command"), "in reference_unit",
     "reference position";
-"log.reference_unit": OneOf(REFERENCE_UNITS, |s, i| log(s).units.reference = i.checked_sub(1).map(|i| PositionUnit::ALL[i])), FirstChoice, "",
+"log.reference_unit": OneOf(REFERENCE_UNITS, |s, i| log(s).units.reference = i.checked_sub(1).map(|i| PositionUnit::ALL[i]),
+    |s| log(s).units.reference.map_or(0, |unit| 1 + unit as usize)), FirstChoice, "",
     "unit of log.reference; \"as-position\" uses position_scale as well";
-"log.reference_scale": Number(ANY, |s, v| log(s).units.reference_scale = v), Value(1.0), "",
+"log.reference_scale": Number(ANY, Held(|s| &mut log(s).units.reference_scale)), Value(1.0), "",
     "reference_unit per unit of the column; below 0 for the other direction";
-"log.position": ColumnOf(|s, v| log(s).position = v), Required("\"position_rad\""), "in position_unit", "measured position";
-"log.measured": OneOf(MEASURED, |s, i| log(s).is_velocity = i == 1), FirstChoice, "",
+"log.position": ColumnOf(Held(|s| &mut log(s).position)), Required("\"position_rad\""), "in position_unit", "measured position";
+"log.measured": OneOf(MEASURED, |s, i| log(s).is_velocity = i == 1, |s| usize::from(log(s).is_velocity)), FirstChoice, "",
     "whether log.position is the position, or the velocity, which is then integrated";
-"log.position_unit": OneOf(PositionUnit::CHOICES, |s, i| log(s).units.position = PositionUnit::ALL[i]), FirstChoice, "",
+"log.position_unit": OneOf(PositionUnit::CHOICES, |s, i| log(s).units.position = PositionUnit::ALL[i], |s| log(s).units.position as usize), FirstChoice, "",
     "unit of log.position; for a linear axis \"m\" or \"mm\": read m for rad everywhere";
-"log.angle": OneOf(ANGLES, |s, i| log(s).absolute = i == 1), FirstChoice, "",
+"log.angle": OneOf(ANGLES, |s, i| log(s).absolute = i == 1, |s| usize::from(log(s).absolute)), FirstChoice, "",
     "whether position zero is the same angle in every recording (absolute), or the start of a counter; gravity needs \
      an absolute angle";
-"log.position_scale": Number(ANY, |s, v| log(s).units.position_scale = v), Value(1.0), "",
+"log.position_scale": Number(ANY, Held(|s| &mut log(s).units.position_scale)), Value(1.0), "",
     "position_unit per unit of the column, such as \"turns\" and 0.2 for mm on a screw with 5 mm per revolution; \
      below 0 for the other direction";
-"log.command": ColumnOf(|s, v| log(s).command = Some(v)), Derived("the declared controller's, computed again"), "scaled by command_scale",
+"log.command": ColumnOf(Optional(|s| &mut log(s).command)), Derived("the declared controller's, computed again"), "scaled by command_scale",
     "the total command that acted from each row to the next";
-"log.injection": ColumnOf(|s, v| log(s).injection = Some(v)), Derived("none"), "scaled by command_scale",
+"log.injection": ColumnOf(Optional(|s| &mut log(s).injection)), Derived("none"), "scaled by command_scale",
     "injection: added to the declared controller's command after its limit";
-"log.known_torque": ColumnOf(|s, v| log(s).known_torque = Some(v)), Derived("none"), "N·m, of a linear axis N",
+"log.known_torque": ColumnOf(Optional(|s| &mut log(s).known_torque)), Derived("none"), "N·m, of a linear axis N",
     "known torque that acts on the joint beside the command, positive if it moves the position up, such as gravity by a model; needs the torque of a unit of command";
-"log.command_scale": Number(ANY, |s, v| log(s).units.command_scale = v), Value(1.0), "",
+"log.command_scale": Number(ANY, Held(|s| &mut log(s).units.command_scale)), Value(1.0), "",
     "command units per unit of the column, such as 0.24 for percent of a 24 V power stage; below 0 for the other \
      direction";
-"log.velocity": ColumnOf(|s, v| log(s).velocity = Some(v)), Derived("none"), "position_unit per s, times position_scale",
+"log.velocity": ColumnOf(Optional(|s| &mut log(s).velocity)), Derived("none"), "position_unit per s, times position_scale",
     "measured velocity, on which [inner] acts";
-"log.bridge_gaps": Whole([0, u32::MAX], |s, v| log(s).bridge = v), Value(0.0), "",
+"log.bridge_gaps": Whole([0, u32::MAX], Held(|s| &mut log(s).bridge)), Value(0.0), "",
     "largest number of missing samples in a row that are interpolated linearly";
-"log.cut": Pairs(ANY, |s, v| log(s).leave_out(&v)), Derived("nothing is left out"), "s",
+"log.cut": Pairs(ANY, Checked(|s, v| log(s).leave_out(&v), |s| Some(log(s).cut.clone()).filter(|cut| !cut.is_empty()))), Derived("nothing is left out"), "s",
     "ranges of the log's time that are left out";
-"log.wrap": Number(NOT_NEGATIVE, |s, v| log(s).wrap = Some(v)), Derived("detected: a position that wraps after a \
+"log.wrap": Number(NOT_NEGATIVE, Optional(|s| &mut log(s).wrap)), Derived("detected: a position that wraps after a \
                                                                          revolution is unwrapped"), "in position_unit, before position_scale",
     "period after which the position wraps, such as 360 for degrees; 0 if it does not wrap";
     }
@@ -306,6 +308,17 @@ const PLAIN: Choice = Choice {
 fn pid<S: AsMut<Options>>(s: &mut S) -> &mut ControllerSettings {
     let none = ControllerSettings::pid(0.0, 0.0, 0.0);
     s.as_mut().stated.controller.get_or_insert(none)
+}
+
+/// The options of a declared controller.
+fn loop_of<S: AsMut<Options>>(s: &mut S) -> &mut Options {
+    pid(s);
+    s.as_mut()
+}
+
+fn set_counts<S: AsMut<Options>>(s: &mut S, counts: f64) -> Result<(), String> {
+    s.as_mut().counts_per_rev = (counts > 0.0).then_some(counts);
+    Ok(())
 }
 
 /// Before its keys are read.
@@ -362,6 +375,14 @@ fn choose<S: AsMut<Options>>(s: &mut S, parameters: Vec<Parameter>) -> Result<()
     Ok(())
 }
 
+/// The chosen parameters, if they are not those that the estimator finds by default.
+fn chosen<S: AsMut<Options>>(s: &mut S) -> Option<Vec<Parameter>> {
+    let Identification {
+        law, parameters, ..
+    } = &s.as_mut().identifier;
+    (*parameters != law.default_parameters()).then(|| parameters.clone())
+}
+
 /// Spreads the rows for the chosen parameters over those of all four.
 fn weigh<S: AsMut<Options>>(s: &mut S, rows: &[Vec<f64>]) -> Result<(), String> {
     let parameters = &s.as_mut().identifier.parameters;
@@ -383,6 +404,19 @@ fn weigh<S: AsMut<Options>>(s: &mut S, rows: &[Vec<f64>]) -> Result<(), String> 
     }
     s.as_mut().stated.identifier.gamma = Some(matrix);
     Ok(())
+}
+
+/// The rows for the chosen parameters.
+fn weights<S: AsMut<Options>>(s: &mut S) -> Option<Vec<Vec<f64>>> {
+    let matrix = s.as_mut().stated.identifier.gamma?;
+    let parameters = &s.as_mut().identifier.parameters;
+    let row = |of: &Parameter| {
+        let row = parameters
+            .iter()
+            .map(|beside| matrix[*of as usize][*beside as usize]);
+        row.collect()
+    };
+    Some(parameters.iter().map(row).collect())
 }
 
 /// The matrix of which nothing is stated yet.

@@ -24,8 +24,35 @@ const MAX_RANGES: usize = 100;
 /// The most columns of a log.
 pub const MAX_COLUMNS: u32 = 1000;
 
-type Set<S, T> = fn(&mut S, T);
-type TrySet<S, T> = fn(&mut S, T) -> Result<(), String>;
+/// The place of a value in a document. To reach for a value in a part that a document lacks adds that part.
+#[derive(Debug)]
+pub enum Place<S, T> {
+    /// It always has a value.
+    Held(fn(&mut S) -> &mut T),
+    /// It may have none.
+    Optional(fn(&mut S) -> &mut Option<T>),
+    /// It takes a value that it allows, and gives it back.
+    Checked(fn(&mut S, T) -> Result<(), String>, fn(&mut S) -> Option<T>),
+}
+
+impl<S, T: Clone> Place<S, T> {
+    fn set(&self, to: &mut S, value: T) -> Result<(), String> {
+        match self {
+            Self::Held(place) => *place(to) = value,
+            Self::Optional(place) => *place(to) = Some(value),
+            Self::Checked(set, _) => set(to, value)?,
+        }
+        Ok(())
+    }
+
+    fn get(&self, from: &mut S) -> Option<T> {
+        match self {
+            Self::Held(place) => Some(place(from).clone()),
+            Self::Optional(place) => place(from).clone(),
+            Self::Checked(_, get) => get(from),
+        }
+    }
+}
 
 /// The kind of value of a key, with the place of the value in the scenario.
 #[derive(Debug)]
@@ -34,34 +61,34 @@ pub enum Kind<S> {
     Table(When),
     /// Further keys in each of many tables.
     Tables(Entries<S>),
-    /// One of these names; it is set by its index.
-    Choice(&'static [Choice], Set<S, usize>),
+    /// One of these names; it is set and given back by its index.
+    Choice(&'static [Choice], fn(&mut S, usize), fn(&mut S) -> usize),
     /// A number.
-    Number(Range, Set<S, f64>),
+    Number(Range, Place<S, f64>),
     /// Lowest and highest.
-    Pair(Range, Set<S, [f64; 2]>),
+    Pair(Range, Place<S, [f64; 2]>),
     /// Two numbers of which neither bounds the other.
-    Two(Range, Set<S, [f64; 2]>),
+    Two(Range, Place<S, [f64; 2]>),
     /// A list of numbers, at most [`MAX_ENTRIES`].
-    Numbers(Range, TrySet<S, Vec<f64>>),
+    Numbers(Range, Place<S, Vec<f64>>),
     /// A list of pairs of lowest and highest, at most a hundred.
-    Pairs(Range, TrySet<S, Vec<[f64; 2]>>),
+    Pairs(Range, Place<S, Vec<[f64; 2]>>),
     /// A whole number from the first to the second.
-    Whole([u32; 2], Set<S, u32>),
+    Whole([u32; 2], Place<S, u32>),
     /// The name of a column, or its number.
-    Column(Set<S, Column>),
+    Column(Place<S, Column>),
     /// The limit of the command: a number, or lowest and highest.
-    Limit(Set<S, [f64; 2]>),
+    Limit(Place<S, [f64; 2]>),
     /// Travel to either side: a number, or lowest and highest, one of which may be zero.
-    Reach(Set<S, [f64; 2]>),
+    Reach(Place<S, [f64; 2]>),
     /// True or false.
-    Flag(Set<S, bool>),
+    Flag(Place<S, bool>),
     /// A list of parameters.
-    Parameters(TrySet<S, Vec<Parameter>>),
+    Parameters(Place<S, Vec<Parameter>>),
     /// A list of optional terms of the model.
-    Terms(Set<S, Terms>),
+    Terms(Place<S, Terms>),
     /// The rows of a matrix, or its diagonal.
-    Matrix(TrySet<S, Vec<Vec<f64>>>),
+    Matrix(Place<S, Vec<Vec<f64>>>),
 }
 
 /// Tables of which there may be many.
@@ -132,56 +159,104 @@ impl<S: Document> Kind<S> {
     #[must_use]
     pub fn choices(&self) -> &'static [Choice] {
         match self {
-            Self::Choice(choices, _) => choices,
+            Self::Choice(choices, ..) => choices,
             _ => &[],
         }
     }
 
     /// Reads a value into the scenario; tables and choices are the reader's own.
     pub(super) fn read(&self, key: &Key<S>, value: &Value<'_>, to: &mut S) -> Result<(), Fault> {
-        let fault = |fault: String| Fault::new(key.path, fault).at(value.span().start);
-        match self {
-            Self::Table(_) | Self::Tables(_) | Self::Choice(..) => {}
-            Self::Number(range, set) => set(to, number(key, value, range.fixed())?),
-            Self::Pair(range, set) => set(to, interval(key, value, range.fixed())?),
-            Self::Two(range, set) => {
-                set(
-                    to,
-                    pair(key, value, range.fixed(), "a list of two numbers")?,
-                );
+        let stored = match self {
+            Self::Table(_) | Self::Tables(_) | Self::Choice(..) => Ok(()),
+            Self::Number(range, place) => place.set(to, number(key, value, range.fixed())?),
+            Self::Pair(range, place) => place.set(to, interval(key, value, range.fixed())?),
+            Self::Two(range, place) => {
+                let two = pair(key, value, range.fixed(), "a list of two numbers")?;
+                place.set(to, two)
             }
-            Self::Numbers(range, set) => {
+            Self::Numbers(range, place) => {
                 let entries = list(key, value, MAX_ENTRIES)?.iter();
                 let numbers = entries.map(|entry| number(key, entry, range.fixed()));
-                set(to, numbers.collect::<Result<_, _>>()?).map_err(fault)?;
+                place.set(to, numbers.collect::<Result<_, _>>()?)
             }
-            Self::Pairs(range, set) => {
+            Self::Pairs(range, place) => {
                 let entries = list(key, value, MAX_RANGES)?.iter();
                 let pairs = entries.map(|entry| interval(key, entry, range.fixed()));
-                set(to, pairs.collect::<Result<_, _>>()?).map_err(fault)?;
+                place.set(to, pairs.collect::<Result<_, _>>()?)
             }
-            Self::Whole(range, set) => set(to, whole(key, value, *range)?),
-            Self::Column(set) => set(to, column(key, value)?),
-            Self::Limit(set) => set(to, limit(key, value)?),
-            Self::Reach(set) => set(to, reach(key, value)?),
-            Self::Flag(set) => match value.get_ref() {
-                DeValue::Boolean(flag) => set(to, *flag),
+            Self::Whole(range, place) => place.set(to, whole(key, value, *range)?),
+            Self::Column(place) => place.set(to, column(key, value)?),
+            Self::Limit(place) => place.set(to, limit(key, value)?),
+            Self::Reach(place) => place.set(to, reach(key, value)?),
+            Self::Flag(place) => match value.get_ref() {
+                DeValue::Boolean(flag) => place.set(to, *flag),
                 _ => return Err(other(key, value, "true or false")),
             },
-            Self::Terms(set) => set(to, terms(key, value)?),
-            Self::Parameters(set) => set(to, parameters(key, value)?).map_err(fault)?,
-            Self::Matrix(set) => set(to, matrix(key, value)?).map_err(fault)?,
-        }
-        Ok(())
+            Self::Terms(place) => place.set(to, terms(key, value)?),
+            Self::Parameters(place) => place.set(to, parameters(key, value)?),
+            Self::Matrix(place) => place.set(to, matrix(key, value)?),
+        };
+        stored.map_err(|fault| refused(key, value, fault))
+    }
+
+    /// The value in a document, as a text states it; none where it has none.
+    pub(super) fn text(&self, from: &mut S) -> Option<String> {
+        Some(match self {
+            Self::Table(_) | Self::Tables(_) => return None,
+            Self::Choice(choices, _, get) => format!("{:?}", choices[get(from)].name),
+            Self::Number(_, place) => format!("{:?}", place.get(from)?),
+            Self::Pair(_, place)
+            | Self::Two(_, place)
+            | Self::Limit(place)
+            | Self::Reach(place) => format!("{:?}", place.get(from)?),
+            Self::Numbers(_, place) => format!("{:?}", place.get(from)?),
+            Self::Pairs(_, place) => format!("{:?}", place.get(from)?),
+            Self::Whole(_, place) => place.get(from)?.to_string(),
+            Self::Column(place) => match place.get(from)? {
+                Column::Number(number) => number.to_string(),
+                // A string of JSON is one of TOML.
+                Column::Named(name) => json!(name).to_string(),
+            },
+            Self::Flag(place) => place.get(from)?.to_string(),
+            Self::Terms(place) => {
+                let terms = place.get(from)?;
+                let names = Term::ALL.into_iter().filter(|term| terms.has(*term));
+                format!("{:?}", names.map(Term::name).collect::<Vec<_>>())
+            }
+            Self::Parameters(place) => {
+                let names = place.get(from)?.into_iter().map(Parameter::name);
+                format!("{:?}", names.collect::<Vec<_>>())
+            }
+            Self::Matrix(place) => format!("{:?}", place.get(from)?),
+        })
+    }
+
+    /// Checks the numbers that a document has at a key of this name.
+    pub(super) fn check(&self, name: &'static str, from: &mut S) -> Result<(), OutOfRange> {
+        let (range, numbers) = match self {
+            Self::Number(range, place) => (range, Vec::from_iter(place.get(from))),
+            Self::Pair(range, place) | Self::Two(range, place) => {
+                (range, place.get(from).map_or_else(Vec::new, Vec::from))
+            }
+            Self::Numbers(range, place) => (range, place.get(from).unwrap_or_default()),
+            Self::Pairs(range, place) => {
+                let pairs = place.get(from).unwrap_or_default();
+                (range, pairs.into_flattened())
+            }
+            _ => return Ok(()),
+        };
+        let mut numbers = numbers.into_iter();
+        numbers.try_for_each(|number| range.fixed().check(name, number).map(drop))
     }
 
     /// Puts a number into the scenario.
     pub(super) fn set_number(&self, number: f64, to: &mut S) {
-        match self {
-            Self::Number(_, set) => set(to, number),
-            Self::Whole(_, set) => set(to, number as u32),
-            _ => {}
-        }
+        // A default is allowed.
+        let _ = match self {
+            Self::Number(_, place) => place.set(to, number),
+            Self::Whole(_, place) => place.set(to, number as u32),
+            _ => Ok(()),
+        };
     }
 
     /// The allowed values, in words, of a key.
@@ -201,7 +276,7 @@ impl<S: Document> Kind<S> {
             Self::Tables(Entries { max, .. }) => {
                 format!("1 to {max} tables, each under [[{}]], with {}", key.path, names())
             }
-            Self::Choice(choices, _) => either(choices.iter().map(|choice| choice.name)),
+            Self::Choice(choices, ..) => either(choices.iter().map(|choice| choice.name)),
             Self::Number(range, _) => unit(range.to_string()),
             Self::Pair(range, _) => unit(format!("[min, max], each {range}")),
             Self::Two(range, _) => unit(format!("two numbers [.., ..], each {range}")),
@@ -245,7 +320,7 @@ impl<S: Document> Kind<S> {
         match self {
             Self::Table(_) => table(),
             Self::Tables(entries) => list_of(table(), entries.max),
-            Self::Choice(choices, _) => {
+            Self::Choice(choices, ..) => {
                 let names: Vec<_> = choices.iter().map(|choice| choice.name).collect();
                 json!({ "enum": names })
             }

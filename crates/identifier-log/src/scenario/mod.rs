@@ -2,7 +2,7 @@
 //!
 //! A text is read in steps that each do one thing. `source` parses it. Then [`read`](fn@read) writes its values, key by key, into a
 //! [`Document`]. Last, its check rejects settings that contradict each other. The table of a document's keys has all of
-//! them, from which reading, errors, help and [`schema`] follow. A key's `kind` reads and describes its value. A crate
+//! them, from which reading, [writing](Options::text), errors, help and [`schema`] follow. A key's `kind` reads and describes its value. A crate
 //! with further tables has a document of its own, whose keys are [`keys::of_log`] and its own.
 
 mod check;
@@ -23,12 +23,13 @@ mod read;
 pub mod schema;
 mod set;
 mod source;
+mod write;
 
 pub use error::{Fault, ScenarioError};
 pub use estimator::{Estimator, LoopKind, RivalSettings};
 pub use inner::{InnerLoop, Integrator};
 pub use key::examples;
-pub use kind::{Choice, Default, Entries, Key, Kind, MAX_COLUMNS, MAX_ENTRIES, When};
+pub use kind::{Choice, Default, Entries, Key, Kind, MAX_COLUMNS, MAX_ENTRIES, Place, When};
 pub(crate) use log::in_order;
 pub use log::{Column, LogSettings};
 pub use log_quantity::LogQuantity;
@@ -238,21 +239,14 @@ impl Options {
             SettingsError::Range(error) => match error.parameter {
                 "alpha_min" => format!("{gains}.kd"),
                 parameter @ ("kp" | "kd" | "ki") => format!("{gains}.{parameter}"),
-                "cutoff" => "controller.velocity_filter.cutoff".to_owned(),
-                "reference_filter" => "controller.reference_filter".to_owned(),
-                "notch" => "controller.notch".to_owned(),
-                "sample_time" => "controller.sample_time".to_owned(),
-                "resolution" => "encoder.counts_per_rev".to_owned(),
-                "delay" => "amplifier.delay".to_owned(),
-                "dead_band" => "amplifier.dead_band".to_owned(),
-                "current_loop" => "amplifier.current_loop".to_owned(),
-                "limit" | "limit_low" | "limit_high" => "amplifier.limit".to_owned(),
+                parameter @ ("delay" | "dead_band" | "current_loop") => {
+                    format!("amplifier.{parameter}")
+                }
                 "a_min" => "identifier.servo_range.a".to_owned(),
                 "b_min" => "identifier.servo_range.b".to_owned(),
-                parameter => match parameter.strip_prefix("feed_forward_") {
-                    Some(own) => format!("controller.feed_forward.{own}"),
-                    None => format!("identifier.{parameter}"),
-                },
+                parameter => {
+                    key_of_loop(parameter).unwrap_or_else(|| format!("identifier.{parameter}"))
+                }
             },
             SettingsError::NotGiven {
                 setting: "controller",
@@ -272,6 +266,24 @@ impl Options {
             _ => "identifier.gamma".to_owned(),
         }
     }
+}
+
+/// The key that states a setting of the loop, by the setting's name in errors.
+#[must_use]
+pub fn key_of_loop(setting: &str) -> Option<String> {
+    let key = match setting {
+        "kp" | "kd" | "ki" | "reference_filter" | "notch" | "sample_time" => {
+            return Some(format!("controller.{setting}"));
+        }
+        "cutoff" => "controller.velocity_filter.cutoff",
+        "resolution" => "encoder.counts_per_rev",
+        "limit" | "limit_low" | "limit_high" => "amplifier.limit",
+        _ => {
+            let own = setting.strip_prefix("feed_forward_")?;
+            return Some(format!("controller.feed_forward.{own}"));
+        }
+    };
+    Some(key.to_owned())
 }
 
 /// Fixed point needs bounds of friction and load. If none are stated, the parameter range gives them. A command of the

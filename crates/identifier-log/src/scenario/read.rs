@@ -102,7 +102,7 @@ impl<'a, 'b, S: Document> Reading<'a, 'b, S> {
                 self.tables.push(key.path);
             }
             Kind::Tables(entries) => self.entries(key, value, entries)?,
-            Kind::Choice(choices, _) => self.choose(key, kind::choice(key, value, choices)?),
+            Kind::Choice(choices, ..) => self.choose(key, kind::choice(key, value, choices)?),
             kind => kind.read(key, value, &mut self.document)?,
         }
         Ok(())
@@ -137,7 +137,7 @@ impl<'a, 'b, S: Document> Reading<'a, 'b, S> {
     }
 
     fn choose(&mut self, key: &'static Key<S>, index: usize) {
-        if let Kind::Choice(choices, set) = &key.kind {
+        if let Kind::Choice(choices, set, _) = &key.kind {
             set(&mut self.document, index);
             self.choices.push((key.place().0, &choices[index], choices));
         }

@@ -10,37 +10,60 @@ use crate::scenario::{CommandUnit, Options};
 
 /// The conditions of the gains, SI, as options. The rest comes from the scenario or the result, or has a default.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(
+    feature = "clap",
+    derive(clap::Args),
+    command(allow_negative_numbers = true)
+)]
 pub struct Conditions {
     /// Sample time of the loop, s; the result's by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
     pub sample_time: Option<f64>,
     /// Counts of the encoder per revolution; 0 for an ideal sensor.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", group = "encoder"))]
     pub counts: Option<f64>,
     /// Position of a count, rad (m on a linear axis); 0 for an ideal sensor.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "R", group = "encoder"))]
     pub resolution: Option<f64>,
     /// The largest command, command units; inf for none.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "U"))]
     pub limit: Option<f64>,
     /// Delay from encoder reading to output that was not identified, s; the scenario's, or none, by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "S"))]
     pub command_delay: Option<f64>,
     /// Cut-off of the velocity estimate, rad/s; chosen with the gains by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "W"))]
     pub cutoff: Option<f64>,
     /// Largest sensitivity Ms; 1.6 by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
     pub max_sensitivity: Option<f64>,
-    /// Largest share of the encoder's rounding and noise in the command, as a fraction of the limit. The default is
-    /// 0.03.
+    /// Largest noise of the command due to encoder noise, as a fraction of the limit; 0.03 by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "PART"))]
     pub max_noise: Option<f64>,
     /// Lowest known resonance, rad/s.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "W"))]
     pub resonance: Option<f64>,
     /// Step of the predicted response, rad; 0.1 by default, at least 10 counts.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RAD"))]
     pub step: Option<f64>,
-    /// Lead the servo along a reference model, with feed-forward, where that makes the step rise faster.
+    /// Add a reference model with feed-forward if the step then rises faster.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub feed_forward: bool,
-    /// The firmware in whose form the gains are stated.
+    /// Print the gains in the form of a drive's firmware: pid, cascade, simplefoc, odrive, moteus, vesc, dynamixel,
+    /// wpilib, sparkmax, linuxcnc or cia402.
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "for", value_name = "FORM", conflicts_with = "feed_forward")
+    )]
     pub form: Option<Form>,
-    /// Torque of a unit of command, N·m, for a form that takes a torque.
+    /// Torque per command unit, N·m, for a form that takes a torque; the result's by default.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "K", requires = "form"))]
     pub torque_constant: Option<f64>,
-    /// Supply voltage, V, for a form that puts out a share of it.
+    /// Supply voltage, V, for a form whose command is a share of it.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "V", requires = "form"))]
     pub bus_voltage: Option<f64>,
-    /// The largest current, A, for a form that puts out a share of it.
+    /// The largest current, A, for a form whose command is a share of it.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "A", requires = "form"))]
     pub max_current: Option<f64>,
 }
 

@@ -2,6 +2,7 @@ use identifier_core::parameters::{Term, Unknown};
 use identifier_core::reason::Reason;
 
 use super::Cause;
+use crate::result::Residual;
 
 /// The evidence for an identification besides its estimates, SI. Evidence that was not gathered is none, and
 /// is not held against it.
@@ -96,15 +97,6 @@ impl UnknownEvidence {
         let known = self.std_error.filter(|error| error.is_finite())?;
         Some(libm::hypot(known, self.refit_difference.unwrap_or(0.0)))
     }
-}
-
-/// The output error of the model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Residual {
-    /// Root mean square over what rounding to the encoder's resolution would leave.
-    pub beyond_encoder: f64,
-    /// Correlation from sample to sample.
-    pub correlation: f64,
 }
 
 /// An effect that a model lacks.

@@ -22,7 +22,7 @@ mod evidence;
 mod reason;
 mod rules;
 
-pub use evidence::{Evidence, FitEvidence, MissingEffect, Motion, Residual, UnknownEvidence};
+pub use evidence::{Evidence, FitEvidence, MissingEffect, Motion, UnknownEvidence};
 pub use log_fit::Cause;
 pub use reason::VerdictReason;
 pub use rules::{MIN_TRAVEL_COUNTS, State, Status, Verdict};

@@ -111,11 +111,6 @@ pub enum VerdictReason {
 }
 
 impl VerdictReason {
-    /// All numbers in results.
-    pub const CODES: [u8; 18] = [
-        0, 10, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 40, 41, 42, 43,
-    ];
-
     /// Its number in results, the same in every version. 0 is converged; from 10 aborted, from 20 no information, from
     /// 30 moving, from 40 unexplained.
     ///

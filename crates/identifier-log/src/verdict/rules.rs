@@ -86,9 +86,6 @@ const MIN_SAMPLES: u64 = 100;
 /// Encoder counts that must have been travelled, forth and back, before anything can be known.
 pub const MIN_TRAVEL_COUNTS: f64 = 20.0;
 
-/// The output error over the encoder's from which it has a cause, named or not.
-const ENCODER_RATIO: f64 = 1.5;
-
 /// The prediction error from which estimates do not hold outside the data that they come from.
 const MAX_PREDICTION_ERROR: f64 = 0.1;
 
@@ -334,10 +331,8 @@ fn elsewhere(evidence: &Evidence) -> Option<VerdictReason> {
 
 fn unpredicted(evidence: &Evidence) -> Option<VerdictReason> {
     let error = evidence.prediction?;
-    let beyond = evidence
-        .residual
-        .is_none_or(|residual| residual.beyond_encoder > ENCODER_RATIO);
-    let limit = if beyond {
+    let is_large = (evidence.residual).is_none_or(|residual| residual.is_large());
+    let limit = if is_large {
         MAX_PREDICTION_ERROR
     } else {
         MAX_ACCUMULATED_ERROR

@@ -1,12 +1,13 @@
 use std::io::{self, BufRead, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
+use host_sim::scenario::{Document, Options, Purpose, Scenario};
 use identifier_log::log::Table;
 use identifier_log::provenance::ScenarioText;
 use identifier_log::recognise::{LogOptions, Question, Recognised, Unrecognised, recognise};
 
 use super::fault::Fault;
-use super::options::StatedOptions;
 use super::output::Outputs;
 use super::replay::{Introduction, Replay, tables};
 use super::required::Required;
@@ -26,7 +27,7 @@ pub(super) struct Arguments {
     /// The scenario of the run that wrote the log; for any other log one with [log]: identifier, the log's columns, and
     /// the controller that ran where the log has no command. Without it columns and units are recognised from the log,
     /// and options state the rest.
-    #[arg(long, value_name = "SCENARIO.toml", help_heading = None, conflicts_with_all = ["StatedOptions", "save_scenario"])]
+    #[arg(long, value_name = "SCENARIO.toml", help_heading = None, conflicts_with_all = ["LogOptions", "save_scenario"])]
     scenario: Option<PathBuf>,
     /// Passes over the logs, each from the estimates of the previous one.
     #[arg(
@@ -39,7 +40,7 @@ pub(super) struct Arguments {
     )]
     passes: u32,
     #[command(flatten, next_help_heading = "Information that the log lacks")]
-    stated: StatedOptions,
+    stated: LogOptions,
     /// Write the scenario that gives the same result with --scenario; `-` is standard output.
     #[arg(long, value_name = "SCENARIO.toml", help_heading = None)]
     save_scenario: Option<PathBuf>,
@@ -53,8 +54,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let outputs = &arguments.outputs;
     let (logs, predict) = (tables(&arguments.logs)?, tables(&arguments.predict)?);
     if let Some(scenario) = &arguments.scenario {
+        let text = ScenarioText::read(scenario)?;
         let status = Replay {
-            scenario: &ScenarioText::read(scenario)?,
+            scenario: Scenario::of_text(&text, Purpose::Replay)?,
+            text: &text,
             logs,
             predict,
             passes: arguments.passes,
@@ -65,13 +68,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     }
     let all = Table::joined(&logs).map_err(|error| Fault::Input(error.to_string()))?;
     let log = &all.path.clone();
-    let recognised = recognised(&all, arguments.stated.clone().into())?;
+    let recognised = recognised(&all, arguments.stated.clone())?;
     let file = match &arguments.save_scenario {
         Some(file) => file.display().to_string(),
         None => format!("the scenario of {}", log.display()),
     };
-    let scenario = ScenarioText {
-        file,
+    let of_log = |error| in_options(Fault::of_file(Path::new(&file), error));
+    let options = (recognised.options()).and_then(Options::in_range);
+    let options = options.map_err(of_log)?;
+    let text = ScenarioText {
+        file: file.clone(),
         text: recognised.scenario(&log.display().to_string()),
     };
     let introduction = Introduction {
@@ -80,7 +86,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     };
     drop(all);
     let status = Replay {
-        scenario: &scenario,
+        scenario: Scenario::from(options),
+        text: &text,
         logs,
         predict,
         passes: 1,
@@ -135,52 +142,32 @@ fn prompt(text: &str) -> Result<(), Fault> {
 
 /// A refusal with the options of this verb for the keys of a scenario.
 fn in_options(fault: Fault) -> Fault {
-    /// The keys of `[log]` that are options, the longest of a beginning first, and those of other tables.
-    const KEYS: [&str; 15] = [
-        "position_scale",
-        "position_unit",
-        "position",
-        "reference_scale",
-        "reference_unit",
-        "reference",
-        "command_scale",
-        "command",
-        "known_torque",
-        "sample_time",
-        "time_unit",
-        "time",
-        "bridge_gaps",
-        "cut",
-        "wrap",
-    ];
-    const OTHERS: [&str; 11] = [
-        "encoder.counts_per_rev",
-        "inner.kp",
-        "inner.kd",
-        "inner.limit",
-        "inner.cutoff",
-        "inner.integrator",
-        "inner.sample_time",
-        "log.velocity",
-        "physical.command_unit",
-        "physical.torque_constant",
-        "physical.inertia",
-    ];
     let Fault::Input(mut text) = fault else {
         return fault;
     };
     text = (text.replace("no log.time", "--time none"))
         .replace("as log.reference with inner.kp", "as --goal with --kp");
-    let keys = KEYS.iter().map(|key| format!("log.{key}"));
-    for key in keys.chain(OTHERS.map(str::to_owned)) {
-        let name = key.split_once('.').map_or(key.as_str(), |(_, name)| name);
-        let option = match key.as_str() {
-            "inner.sample_time" => "--loop-time".to_owned(),
-            _ => format!("--{}", name.replace('_', "-")),
+    let options = LogOptions::augment_args(clap::Command::default());
+    let is_option = |name: &str| {
+        options
+            .get_arguments()
+            .any(|option| option.get_id() == name)
+    };
+    let keys = Options::keys().iter().filter_map(|key| {
+        let name = match (key.path, key.place()) {
+            ("inner.sample_time", _) => "loop_time",
+            (_, ("encoder" | "inner" | "log" | "physical", name)) => name,
+            _ => return None,
         };
+        is_option(name).then(|| (key.path, format!("--{}", name.replace('_', "-"))))
+    });
+    let mut keys: Vec<_> = keys.collect();
+    // The longest of those that begin alike is the key.
+    keys.sort_by_key(|(path, _)| std::cmp::Reverse(path.len()));
+    for (path, option) in keys {
         text = text
-            .replace(&format!("{key} = "), &format!("{option} "))
-            .replace(&key, &option);
+            .replace(&format!("{path} = "), &format!("{option} "))
+            .replace(path, &option);
     }
     Fault::Input(text)
 }

@@ -14,7 +14,6 @@ mod identify;
 mod interruption;
 mod kept_result;
 mod keys;
-mod options;
 mod output;
 mod output_file;
 mod paper;

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use host_sim::identify_logs;
-use host_sim::scenario::{Purpose, Scenario};
+use host_sim::scenario::Scenario;
 use identifier_log::log::{Log, Table};
 use identifier_log::provenance::{LogFile, Origin, ScenarioText, Task};
 use identifier_log::verdict::Status;
@@ -16,7 +16,9 @@ use crate::VERSION;
 /// A replay.
 #[derive(Debug)]
 pub(super) struct Replay<'a> {
-    pub(super) scenario: &'a ScenarioText,
+    pub(super) scenario: Scenario,
+    /// Its text.
+    pub(super) text: &'a ScenarioText,
     pub(super) logs: Vec<Table>,
     pub(super) predict: Vec<Table>,
     pub(super) passes: u32,
@@ -36,9 +38,8 @@ pub(super) struct Introduction<'a> {
 impl Replay<'_> {
     /// Replays it and returns the verdict. Besides the logs this reads `input`.
     pub(super) fn experiment(self, outputs: &Outputs, input: &Path) -> Result<Status, Fault> {
-        let text = self.scenario;
+        let text = self.text;
         let of_replay = |error| Fault::of_file(Path::new(&text.file), error);
-        let scenario = Scenario::of_text(text, Purpose::Replay)?;
         let read = self.logs.iter().chain(&self.predict);
         let read: Vec<PathBuf> = read.map(|table| table.path.clone()).collect();
         let inputs: Vec<&Path> = read.iter().map(PathBuf::as_path).chain([input]).collect();
@@ -51,8 +52,9 @@ impl Replay<'_> {
             logs: LogFile::of_tables(&self.logs),
             predict: LogFile::of_tables(&self.predict),
         };
-        let origin = Origin::new(VERSION, task, text, scenario.noise_seed());
+        let origin = Origin::new(VERSION, task, text, self.scenario.noise_seed());
         let Self {
+            scenario,
             logs,
             predict,
             passes,

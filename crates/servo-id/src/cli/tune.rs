@@ -9,7 +9,6 @@ use super::call;
 use super::fault::Fault;
 use super::files::Drawing;
 use super::kept_result;
-use super::options::ConditionOptions;
 use super::output::Documents;
 use crate::present;
 
@@ -18,7 +17,13 @@ pub(super) struct Arguments {
     /// The result that `run` or `identify` wrote with --json.
     result: PathBuf,
     /// Goal: time from 10 to 90 % of a step, s.
-    #[arg(long, value_name = "S", group = "goal", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "S",
+        group = "goal",
+        conflicts_with = "feed_forward",
+        allow_negative_numbers = true
+    )]
     response_time: Option<f64>,
     /// Goal: ω of the loop's poles, rad/s.
     #[arg(long, value_name = "W", group = "goal", allow_negative_numbers = true)]
@@ -30,7 +35,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: Option<PathBuf>,
     #[command(flatten)]
-    conditions: ConditionOptions,
+    conditions: Conditions,
     /// Tune even for a result that has not converged; the predicted response is then uncertain.
     #[arg(long)]
     accept_unconverged: bool,
@@ -59,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             "{reservation}: its gains would be a guess; correct that first, or state --accept-unconverged"
         )));
     }
-    let conditions = Conditions::from(arguments.conditions.clone());
+    let conditions = arguments.conditions;
     check(&conditions)?;
     let known = match &loaded {
         Some(scenario) => KnownConditions::of_scenario(scenario, result.has_delay),

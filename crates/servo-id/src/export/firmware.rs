@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Scenario, Velocity};
-use host_sim::{with_types, with_words};
+use host_sim::with_types;
 use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
 use identifier_core::fixed_point::Word;
@@ -88,8 +88,8 @@ impl Firmware {
             with_types!(scenario, f32 => gauss_newton(&start, has_loop))
         } else {
             match (is_fixed_point, has_loop) {
-                (true, true) => with_words!(scenario => fixed_loop(&settings, language)),
-                (true, false) => with_words!(scenario => fixed(&settings, language)),
+                (true, true) => with_types!(scenario, Word => fixed_loop(&settings, language)),
+                (true, false) => with_types!(scenario, Word => fixed(&settings, language)),
                 (false, true) => with_types!(scenario, f32 => gradient_loop(&settings, language)),
                 (false, false) => with_types!(scenario, f32 => gradient(&settings, language)),
             }

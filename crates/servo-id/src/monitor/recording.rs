@@ -1,14 +1,13 @@
 //! A motion as a log that `identify` reads, and the scenario to read it with.
 
 use std::f64::consts::TAU;
-use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use drive_link::Settings;
-use host_sim::scenario::LogSettings;
+use identifier_core::parameters::Parameter;
+use identifier_log::scenario::{Estimator, LogSettings, Options};
 
 use super::frame::{Frame, Kind};
-use crate::present::declared_feed_forward;
 
 /// A log that is being written: the frames of one motion.
 #[derive(Debug)]
@@ -119,51 +118,23 @@ fn heading(kind: Kind) -> String {
 /// The scenario to replay the log with. Estimates of the drive do not enter.
 fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
     let core = &settings.closed_loop.core;
-    let mut text = format!(
-        "# Of a recording of `servo-id drive monitor`.\n\n\
-         [encoder]\ncounts_per_rev = {}\n",
-        whole(TAU / core.resolution)
-    );
-    // A string takes everything.
-    let _ = match core.controller {
-        // Between rows that are samples apart, what the controller did is not known.
-        Some(controller) if kind == Kind::Running && every == 1 => write!(
-            text,
-            "\n[amplifier]\nlimit = [{:?}, {:?}]\n\n\
-             [controller]\nkp = {:?}\nkd = {:?}\nki = {:?}\nreference_filter = {:?}\nnotch = {:?}\nsample_time = {:?}\n\
-             velocity_filter = {{ kind = \"low-pass\", cutoff = {:?} }}\n{}",
-            controller.limit[0],
-            controller.limit[1],
-            controller.kp,
-            controller.kd,
-            controller.ki,
-            controller.reference_filter,
-            controller.notch,
-            core.sample_time,
-            core.cutoff,
-            controller
-                .feed_forward
-                .as_ref()
-                .map_or_else(String::new, declared_feed_forward)
-        ),
-        _ => Ok(()),
-    };
-    text.push_str(
-        "\n[identifier]\nlaw = \"gauss-newton\"\n\
-         parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\n[log]\n",
-    );
-    let columns = [
-        ("time", LogSettings::OWN_TIME),
-        ("reference", LogSettings::OWN_REFERENCE),
-        ("position", LogSettings::OWN_POSITION),
-        ("command", LogSettings::OWN_COMMAND),
-    ];
-    for (key, column) in columns {
-        if key != "reference" || kind == Kind::Running {
-            let _ = writeln!(text, "{key} = \"{column}\"");
-        }
+    let mut options = Options::blank();
+    options.counts_per_rev = Some(whole(TAU / core.resolution));
+    // Between rows that are samples apart, what the controller did is not known.
+    if kind == Kind::Running && every == 1 {
+        options.stated.controller = core.controller;
+        options.stated.sample_time = core.sample_time;
+        options.stated.cutoff = core.cutoff;
     }
-    text
+    options.identifier.set_estimator(Estimator::GaussNewton);
+    options.identifier.parameters = Parameter::ALL.to_vec();
+    let mut log = LogSettings::own();
+    log.reference = log.reference.filter(|_| kind == Kind::Running);
+    options.log = Some(log);
+    format!(
+        "# Of a recording of `servo-id drive monitor`.\n\n{}",
+        options.text()
+    )
 }
 
 /// A number of counts, which is whole unless the resolution is not that of an encoder.

@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use identifier_core::control::FeedForwardSettings;
+use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::{
     PredictedResponse, PredictedSample, StepMeasure, Tuning, TuningError, TuningSettings,
 };
 use identifier_log::result::FeedForward;
+use identifier_log::scenario::{Estimator, Options};
 use identifier_log::tune::{Conditions, KnownConditions, Tuned};
 
 use super::number::{DASH, figure, plain, sentence};
@@ -166,49 +167,47 @@ pub fn tuned_controller(tuned: &Tuned) -> String {
 /// The controller as a scenario has it.
 #[must_use]
 pub(super) fn controller(tuning: &Tuning, sample_time: f64) -> String {
-    format!(
-        "[controller]\n\
-         kp = {}\n\
-         kd = {}\n\
-         ki = {}\n\
-         reference_filter = {}\n\
-         notch = {}\n\
-         sample_time = {sample_time:?}\n\
-         velocity_filter = {{ kind = \"low-pass\", cutoff = {} }}\n{}",
-        seven_digits(tuning.kp),
-        seven_digits(tuning.kd),
-        seven_digits(tuning.ki),
-        seven_digits(tuning.reference_filter),
-        seven_digits(tuning.notch),
-        seven_digits(tuning.cutoff),
-        tuning
-            .feed_forward
-            .as_ref()
-            .map_or_else(String::new, declared_feed_forward)
-    )
-}
-
-/// A feed-forward as the controller of a scenario has it.
-#[must_use]
-pub fn declared_feed_forward(led: &FeedForwardSettings) -> String {
-    let [bandwidth, acceleration, velocity, coulomb, speed] = [
-        led.bandwidth,
-        led.acceleration,
-        led.velocity,
-        led.coulomb,
-        led.coulomb_speed,
-    ]
-    .map(seven_digits);
-    format!(
-        "feed_forward = {{ bandwidth = {bandwidth}, acceleration = {acceleration}, velocity = {velocity}, coulomb = {coulomb}, \
-         coulomb_speed = {speed} }}\n"
-    )
+    let mut controller = ControllerSettings::tuned(tuning, [f64::NEG_INFINITY, f64::INFINITY]);
+    let ControllerSettings {
+        kp,
+        kd,
+        ki,
+        reference_filter,
+        notch,
+        feed_forward,
+        ..
+    } = &mut controller;
+    let mut options = Options::blank();
+    options.stated.sample_time = sample_time;
+    options.stated.cutoff = tuning.cutoff;
+    let mut rounded = vec![
+        kp,
+        kd,
+        ki,
+        reference_filter,
+        notch,
+        &mut options.stated.cutoff,
+    ];
+    if let Some(led) = feed_forward {
+        rounded.extend([
+            &mut led.bandwidth,
+            &mut led.acceleration,
+            &mut led.velocity,
+            &mut led.coulomb,
+            &mut led.coulomb_speed,
+        ]);
+    }
+    for gain in rounded {
+        *gain = seven_digits(*gain);
+    }
+    options.stated.controller = Some(controller);
+    options.identifier.set_estimator(Estimator::Gradient);
+    options.text()
 }
 
 /// A gain as a scenario needs it, with seven digits.
-fn seven_digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
-    format!("{rounded:?}")
+fn seven_digits(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
 }
 
 /// The band around a step's end in which it has settled: a part of the step, or counts where these are more.
@@ -374,7 +373,7 @@ mod tests {
             (2e-7, "2e-7"),
             (4000.0, "4000.0"),
         ] {
-            assert_eq!(seven_digits(value), shown);
+            assert_eq!(format!("{:?}", seven_digits(value)), shown);
         }
     }
 }

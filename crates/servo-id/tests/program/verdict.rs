@@ -1,8 +1,9 @@
 //! The verdict of each kind of evidence, beside any other.
 
 use identifier_core::parameters::{Term, Unknown};
+use identifier_log::result::Residual;
 use identifier_log::verdict::{
-    Cause, Evidence, FitEvidence, MissingEffect, Motion, Residual, Status, UnknownEvidence, Verdict,
+    Cause, Evidence, FitEvidence, MissingEffect, Motion, Status, UnknownEvidence, Verdict,
 };
 
 const MOTION: Motion = Motion {
@@ -183,7 +184,8 @@ fn unseen_data_must_be_predicted_where_the_error_exceeds_the_encoders() {
         let mut evidence = known();
         evidence.prediction = Some(error);
         evidence.residual = Some(Residual {
-            beyond_encoder,
+            rms: beyond_encoder,
+            resolution_rms: 1.0,
             correlation: 0.9,
         });
         evidence

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use drive_link::{Homing, Refusal, ServoChanges, Settings, TargetSource};
-use host_sim::scenario::{ExcitationKind, Purpose, Scenario};
+use host_sim::scenario::{ExcitationKind, Purpose, Scenario, key_of_loop};
 
 use super::fault;
 use crate::cli::fault::Fault;
@@ -196,20 +196,8 @@ fn place_of(setting: &str) -> Option<String> {
         return Some(format!("--{}", setting.replace('_', "-")));
     }
     let key = match setting {
-        "limit" | "limit_low" | "limit_high" => "amplifier.limit",
-        "kp" | "kd" | "ki" | "reference_filter" | "notch" | "sample_time" => {
-            return Some(format!("controller.{setting}"));
-        }
-        "feed_forward_bandwidth" => "controller.feed_forward.bandwidth",
-        "feed_forward_acceleration" => "controller.feed_forward.acceleration",
-        "feed_forward_velocity" => "controller.feed_forward.velocity",
-        "feed_forward_coulomb" => "controller.feed_forward.coulomb",
-        "feed_forward_coulomb_speed" => "controller.feed_forward.coulomb_speed",
-        "cutoff" => "controller.velocity_filter.cutoff",
-        "resolution" => "encoder.counts_per_rev",
-        "brake.opens" => "amplifier.brake.opens",
-        "brake.closes" => "amplifier.brake.closes",
-        _ => return None,
+        "brake.opens" | "brake.closes" => format!("amplifier.{setting}"),
+        _ => key_of_loop(setting)?,
     };
     Some(format!("{key} in the scenario"))
 }
