@@ -3,9 +3,8 @@
 use identifier_log::analysis::Seen;
 use identifier_log::experiment::Sample;
 use identifier_log::log::Log;
-use identifier_log::predict::predict_logs;
 use identifier_log::result::{LogReading, ReplayNotes, Summary};
-use identifier_log::{FoundServo, Identified, RecordedSamples};
+use identifier_log::{FoundServo, Identified, RecordedSamples, predict_logs};
 
 use crate::analysis::Summariser;
 use crate::replay::{Replayed, fitted, replay};

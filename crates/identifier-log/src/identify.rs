@@ -9,7 +9,7 @@ use crate::analysis::{Ending, EstimationMethod, Seen, WholeRecord};
 use crate::experiment::{NO_ESTIMATE, Outcome, Sample};
 use crate::found_servo::FoundServo;
 use crate::log::Log;
-use crate::predict::predict_logs;
+use crate::predictions::predict_logs;
 use crate::replay::{Agreement, Played, Player, Stopped};
 use crate::result::{Estimate, LogReading, ReplayNotes, SettlingTime, Summary};
 use crate::scenario::{Fault, Options};

@@ -8,10 +8,10 @@ use super::Statistics;
 use super::scales::Scales;
 use super::whole_record::WholeRecord;
 use crate::experiment::TermEstimate;
-use crate::result::{Finding, Residual};
+use crate::result::Finding;
 use crate::scaled_recording::{Scale, ScaledRecording, effect, unit};
 use crate::scenario::Options;
-use crate::verdict::FitEvidence;
+use crate::verdict::{FitEvidence, Residual};
 use log_fit::{Estimated, Lacking, Logged, MAX_SAMPLES, effects, examine};
 
 /// The run that is judged.

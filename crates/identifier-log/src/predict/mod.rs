@@ -8,7 +8,6 @@
 mod closed_loop;
 mod frozen_servo;
 mod open_loop;
-mod predictions;
 mod squares;
 
 pub use closed_loop::ClosedLoop;
@@ -16,7 +15,6 @@ use closed_loop::closed_loop;
 pub use frozen_servo::{FrozenServo, State};
 pub use open_loop::OpenLoop;
 use open_loop::open_loop;
-pub use predictions::{Predictions, predict_logs};
 
 use crate::found_servo::FoundServo;
 use crate::log::Log;

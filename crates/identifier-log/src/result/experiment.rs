@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::verdict::{State, Status, Verdict};
+use crate::verdict::{Residual, State, Status, Verdict};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
 use serde::{Serialize, Serializer};
 
-use super::{Finding, FitNotes, LogReading, Prediction, Residual, SensorNoise};
+use super::{Finding, FitNotes, LogReading, Prediction, SensorNoise};
 use crate::experiment::Outcome;
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::physical::{Physical, Ratios, VoltageGains};

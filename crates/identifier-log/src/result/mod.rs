@@ -2,24 +2,24 @@
 //! docs/results.md; its numbers are what every page shows.
 
 mod experiment;
+mod finding;
 mod fit;
 mod form;
 mod kept;
 mod log;
 mod reason;
-mod residual;
 mod sensor_noise;
 mod tuning;
 
 pub use experiment::{
     Covariance, Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };
+pub use finding::Finding;
 pub use fit::{BrakingForce, EnteredEffect, FitNotes};
 pub use form::{FormMargins, FormParameter, FormResult, FormStep};
 pub use kept::{KeptCovariance, KeptEstimate, KeptLog, KeptResidual, KeptResult, NoResult};
 pub use log::{LogReading, OpenLoopError, Prediction};
 pub use reason::serialize_reason;
-pub use residual::{Finding, Residual};
 pub use sensor_noise::SensorNoise;
 pub use tuning::{
     DelayedServo, FeedForward, Gains, KnownForces, StiffPrediction, TuningConditions, TuningResult,

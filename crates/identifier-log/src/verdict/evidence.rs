@@ -1,8 +1,7 @@
 use identifier_core::parameters::{Term, Unknown};
 use identifier_core::reason::Reason;
 
-use super::Cause;
-use crate::result::Residual;
+use super::{Cause, Residual};
 
 /// The evidence for an identification besides its estimates, SI. Evidence that was not gathered is none, and
 /// is not held against it.

@@ -1,7 +1,7 @@
 //! The verdict of each kind of evidence, beside any other.
 
 use identifier_core::parameters::{Term, Unknown};
-use identifier_log::result::Residual;
+use identifier_log::verdict::Residual;
 use identifier_log::verdict::{
     Cause, Evidence, FitEvidence, MissingEffect, Motion, Status, UnknownEvidence, Verdict,
 };

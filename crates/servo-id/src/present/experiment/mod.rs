@@ -5,8 +5,9 @@ use host_sim::scenario::Scenario;
 use identifier_core::parameters::{Parameter, Unknown};
 use identifier_log::MotionUnit;
 use identifier_log::analysis::Seen;
-use identifier_log::result::{BrakingForce, FitNotes, Residual, Summary};
+use identifier_log::result::{BrakingForce, FitNotes, Summary};
 use identifier_log::tune::Tuned;
+use identifier_log::verdict::Residual;
 use identifier_log::verdict::{State, Status};
 
 mod traces;

@@ -1,8 +1,8 @@
 //! Predictions of several logs, as a result has them.
 
-use super::predict;
 use crate::found_servo::FoundServo;
 use crate::log::Log;
+use crate::predict::predict;
 use crate::result::Prediction;
 use crate::scenario::{Fault, Options};
 
