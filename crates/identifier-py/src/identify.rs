@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use host_sim::scenario::{Options, Purpose, Scenario};
 use host_sim::identify_logs;
+use host_sim::scenario::{Options, Purpose, Scenario};
 use identifier_log::log::{Log, Table};
 use identifier_log::provenance::{LogFile, Task};
 use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
