@@ -45,3 +45,60 @@ fn what_a_text_states_is_written_again() {
         assert_eq!(read, again, "{written}");
     }
 }
+
+/// A number that is stated beside a log has the range that its key has in a text.
+#[test]
+fn a_number_beyond_the_range_of_its_key_is_refused() {
+    for (key, set) in [
+        (
+            "physical.torque_constant",
+            (|of, value| of.physical.torque_constant = Some(value)) as Set,
+        ),
+        ("physical.inertia", |of, value| {
+            of.physical.inertia = Some(value)
+        }),
+        ("encoder.counts_per_rev", |of, value| {
+            of.counts_per_rev = Some(value)
+        }),
+    ] {
+        let with = |value| {
+            let mut options = Options::blank();
+            set(&mut options, value);
+            options.in_range()
+        };
+        for value in [-1.0, f64::NAN, f64::INFINITY] {
+            let refused = with(value).expect_err(key);
+            assert!(refused.to_string().contains(key), "{refused}");
+        }
+        assert!(with(2.0).is_ok(), "{key}");
+    }
+}
+
+type Set = fn(&mut Options, f64);
+
+/// The page reads no table of keys: what would end in nonsense or a panic is refused by the options themselves.
+#[test]
+fn counts_and_limits_that_are_none_are_refused_by_every_door() {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/logs/simulated-servo.csv.gz");
+    let table = Table::read(&path).expect("a table");
+    let stated = |key: &str, value: f64| match key {
+        "inner.limit" => LogOptions {
+            goal: Some("reference_rad".to_owned()),
+            kp: Some(1.0),
+            limit: Some(value),
+            ..LogOptions::default()
+        },
+        _ => LogOptions {
+            counts_per_rev: Some(value),
+            ..LogOptions::default()
+        },
+    };
+    for key in ["encoder.counts_per_rev", "inner.limit"] {
+        for value in [-3.0, f64::NAN] {
+            let recognised = recognise(&table, &stated(key, value)).expect("a log");
+            let refused = recognised.options().expect_err(key);
+            assert!(refused.to_string().contains(key), "{refused}");
+        }
+    }
+}

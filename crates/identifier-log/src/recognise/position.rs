@@ -40,7 +40,7 @@ pub(super) fn read(
     is_velocity: bool,
     stated: &LogOptions,
 ) -> Reading {
-    let counts_per_rev = stated.counts_per_rev.filter(|counts| *counts > 0.0);
+    let counts_per_rev = stated.counts_per_rev.filter(|counts| *counts != 0.0);
     if is_velocity && stated.position_unit.is_none() {
         let found = name::rate(&column.name, &column.unit);
         let (unit, scale, evidence) = found.unwrap_or((PositionUnit::Own, 1.0, UNSTATED));
@@ -153,7 +153,7 @@ fn unit(
         let count = TAU / counts / LogUnits::SI.radians(*unit);
         (step / count - 1.0).abs() < 1e-3
     };
-    if let Some(counts) = stated.counts_per_rev.filter(|counts| *counts > 0.0) {
+    if let Some(counts) = stated.counts_per_rev.filter(|counts| *counts != 0.0) {
         let evidence = "its steps are encoder counts";
         let unit = ANGLES.iter().find(|unit| is_one_of(counts, unit)).copied();
         return unit

@@ -1,5 +1,6 @@
 //! Checks that the settings of a log go together.
 
+use identifier_core::error::Allowed;
 use identifier_core::parameters::Term;
 use identifier_core::settings::SettingsError;
 
@@ -23,6 +24,10 @@ impl Options {
     /// # Errors
     /// The key that is not allowed.
     pub fn complete(&mut self, is_log: bool) -> Result<(), Fault> {
+        if let Some(counts) = self.counts_per_rev {
+            (Allowed::AtLeast(0.0).check("counts_per_rev", counts))
+                .map_err(|error| Fault::new("encoder.counts_per_rev", error))?;
+        }
         let unit = |counts| std::f64::consts::TAU / counts;
         self.stated.resolution = self.counts_per_rev.map_or(IDEAL_UNIT, unit);
         self.checked_units()?;

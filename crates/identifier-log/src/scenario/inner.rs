@@ -1,5 +1,7 @@
 //! The keys of `[inner]`: the position loop of a servo that takes goals.
 
+use identifier_core::error::Allowed;
+
 use super::Options;
 use super::error::Fault;
 use super::names::named;
@@ -83,6 +85,11 @@ pub(super) fn check(scenario: &Options) -> Result<(), Fault> {
         );
         return log.velocity.map_or(Ok(()), |_| Err(needless));
     };
+    let [_, highest] = inner.limit;
+    if highest != f64::INFINITY {
+        (Allowed::Above(0.0).check("limit", highest))
+            .map_err(|error| Fault::new("inner.limit", error))?;
+    }
     let refusals = [
         (
             log.command.is_some(),

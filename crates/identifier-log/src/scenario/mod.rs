@@ -2,8 +2,8 @@
 //!
 //! A text is read in steps that each do one thing. `source` parses it. Then [`read`](fn@read) writes its values, key by key, into a
 //! [`Document`]. Last, its check rejects settings that contradict each other. The table of a document's keys has all of
-//! them, from which reading, [writing](Options::text), errors, help and [`schema`] follow. A key's `kind` reads and describes its value. A crate
-//! with further tables has a document of its own, whose keys are [`keys::of_log`] and its own.
+//! them, from which reading, [writing](Options::text), errors, help and [`schema`] follow. A key's `kind` reads, writes and
+//! describes its value. A crate with further tables has a document of its own, whose keys are [`keys::of_log`] and its own.
 
 mod check;
 mod dispatch;

@@ -1,5 +1,5 @@
 use std::io::{self, BufRead, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use host_sim::scenario::{Document, Options, Purpose, Scenario};
@@ -69,15 +69,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let all = Table::joined(&logs).map_err(|error| Fault::Input(error.to_string()))?;
     let log = &all.path.clone();
     let recognised = recognised(&all, arguments.stated.clone())?;
-    let file = match &arguments.save_scenario {
-        Some(file) => file.display().to_string(),
-        None => format!("the scenario of {}", log.display()),
-    };
-    let of_log = |error| in_options(Fault::of_file(Path::new(&file), error));
     let options = (recognised.options()).and_then(Options::in_range);
-    let options = options.map_err(of_log)?;
+    let options = options.map_err(|error| in_options(Fault::of_file(log, error)))?;
     let text = ScenarioText {
-        file: file.clone(),
+        file: match &arguments.save_scenario {
+            Some(file) => file.display().to_string(),
+            None => format!("the scenario of {}", log.display()),
+        },
         text: recognised.scenario(&log.display().to_string()),
     };
     let introduction = Introduction {

@@ -288,7 +288,9 @@ fn left_by_fit(seen: &Seen, unit: &str) -> String {
             rough(ran.window),
             sized(ran.deviation)
         ),
-        None => "too little is known to run it by the command alone".to_owned(),
+        None => {
+            "where it starts is never known well enough to run it by the command alone".to_owned()
+        }
     };
     format!(
         "Model beside the log: {} rms off from one sample to the next, autocorrelation {}; {ahead}.",
