@@ -8,6 +8,7 @@ use host_sim::simulate;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{Goal, StepMeasure, TuningSettings};
 use identifier_log::experiment::Sample;
+use identifier_log::result::KeptResult;
 use identifier_log::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use integration_tests::{Random, environment, in_parallel, parse, run};
 use servo_id::present;
@@ -96,7 +97,7 @@ impl Axis {
             self.seed
         );
         let summary = run(&self.scenario(&controller, &excitation, 20.0));
-        IdentifiedResult::new(&summary).expect("a result")
+        IdentifiedResult::new(&KeptResult::from(&summary)).expect("a result")
     }
 
     /// Gains for the identified servo; a fifth below its limit where the demand exceeds it.

@@ -25,7 +25,7 @@ pub(crate) fn tune(
 ) -> PyResult<(String, Vec<String>)> {
     py.detach(|| {
         let kept = KeptResult::read(result).map_err(value_error)?;
-        let identified = IdentifiedResult::of_kept(&kept).map_err(value_error)?;
+        let identified = IdentifiedResult::new(&kept).map_err(value_error)?;
         if let Some(reservation) = identified.reservation.as_ref().filter(|_| !accept_unconverged) {
             return Err(value_error(format!(
                 "{reservation}: its gains would be a guess; correct that first, or pass accept_unconverged=True"

@@ -151,15 +151,6 @@ pub struct Covariance {
     pub matrix: Vec<Vec<f64>>,
 }
 
-impl Covariance {
-    /// That of two estimates by their names; none for one that was not estimated.
-    #[must_use]
-    pub fn of(&self, one: &str, other: &str) -> Option<f64> {
-        let place = |name: &str| self.names.iter().position(|own| *own == name);
-        Some(*self.matrix.get(place(one)?)?.get(place(other)?)?)
-    }
-}
-
 /// Output error, rad.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OutputError {

@@ -5,7 +5,7 @@ use identifier_core::tuning::{Goal, TuningSettings};
 use super::known_forces::Angle;
 use super::{Form, IdentifiedResult};
 use crate::provenance::Task;
-use crate::result::{KeptResult, Summary};
+use crate::result::KeptResult;
 use crate::scenario::{CommandUnit, Options};
 
 /// The conditions of the gains, SI, as options. The rest comes from the scenario or the result, or has a default.
@@ -185,33 +185,17 @@ impl KnownConditions {
         }
     }
 
-    /// Those of a result of a scenario and of its logs, where it has any.
-    pub(super) fn of_summary(scenario: &Options, summary: &Summary, has_delay: bool) -> Self {
-        let logs = &summary.replay.logs;
-        let shown = logs.iter().map(|log| (log.resolution, log.largest_command));
-        match logs.is_empty() {
-            true => Self::of_scenario(scenario, has_delay),
-            false => Self::of_logs(scenario, has_delay, shown),
-        }
-    }
-
-    /// The conditions of replayed logs, each with its resolution, rad, and its largest command. They apply if the
-    /// scenario states no encoder or no controller.
-    fn of_logs(
-        scenario: &Options,
-        has_delay: bool,
-        logs: impl Iterator<Item = (f64, Option<f64>)> + Clone,
-    ) -> Self {
+    /// Those of a result of a scenario. They are those of its logs, if it has any, where the scenario states no encoder or no
+    /// controller.
+    pub(super) fn of_logs(scenario: &Options, result: &KeptResult, has_delay: bool) -> Self {
         let mut known = Self::of_scenario(scenario, has_delay);
-        if scenario.counts_per_rev.is_none() {
-            known.resolution = logs
-                .clone()
-                .map(|(resolution, _)| resolution)
-                .reduce(f64::min);
+        let logs = result.logs.iter();
+        if scenario.counts_per_rev.is_none() && !result.logs.is_empty() {
+            known.resolution = logs.clone().map(|log| log.resolution).reduce(f64::min);
             known.is_step_of_log = true;
         }
-        if scenario.stated.controller.is_none() {
-            let largest = logs.filter_map(|(_, command)| command).reduce(f64::max);
+        if scenario.stated.controller.is_none() && !result.logs.is_empty() {
+            let largest = logs.filter_map(|log| log.largest_command).reduce(f64::max);
             known.limit = largest.map(|largest| [-largest, largest]);
             known.is_command_of_log = true;
         }
@@ -226,11 +210,8 @@ impl KnownConditions {
         let known =
             origin.and_then(|origin| Some((&origin.task, Options::of_origin(origin).ok()?)));
         match known {
-            Some((Task::Run, scenario)) => Self::of_scenario(&scenario, has_delay),
-            Some((Task::Replay { .. }, scenario)) => {
-                let logs = result.logs.iter();
-                let logs = logs.map(|log| (log.resolution, log.largest_command));
-                Self::of_logs(&scenario, has_delay, logs)
+            Some((Task::Run | Task::Replay { .. }, scenario)) => {
+                Self::of_logs(&scenario, result, has_delay)
             }
             Some((Task::Commission, _)) | None => Self::default(),
         }

@@ -19,8 +19,8 @@ use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
 
 use crate::result::{
-    DelayedServo, FeedForward, FormResult, Gains, KnownForces, StiffPrediction, Summary,
-    TuningConditions, TuningResult,
+    DelayedServo, FeedForward, FormResult, Gains, KeptResult, KnownForces, StiffPrediction,
+    Summary, TuningConditions, TuningResult,
 };
 use crate::scenario::Options;
 
@@ -104,11 +104,12 @@ impl Tuned {
         summary: &Summary,
     ) -> Result<(Self, KnownConditions), String> {
         let text = |error: &dyn std::fmt::Display| error.to_string();
-        let result = IdentifiedResult::new(summary).map_err(|error| text(&error))?;
+        let kept = KeptResult::from(summary);
+        let result = IdentifiedResult::new(&kept).map_err(|error| text(&error))?;
         if result.reservation.is_some() {
             return Err("gains for an unidentified servo would be a guess".to_owned());
         }
-        let known = KnownConditions::of_summary(scenario, summary, result.has_delay);
+        let known = KnownConditions::of_logs(scenario, &kept, result.has_delay);
         let settings = Conditions::default().settings(Goal::Stiffest, &result, &known);
         let settings = settings.map_err(|error| text(&error))?;
         let tuned = Self::new(&result, known.angle.as_ref(), &settings);

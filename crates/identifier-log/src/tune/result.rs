@@ -1,10 +1,9 @@
 use std::fmt;
 
-use identifier_core::parameters::{IdentifiedServo, Parameter, ServoParameters};
+use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 
 use super::effects::{Effects, Estimated};
 use crate::motion_unit::{AxisKind, MotionUnit};
-use crate::result::Summary;
 use crate::result::{KeptEstimate, KeptResult};
 
 /// The servo in the result of a run or a replay, SI.
@@ -36,9 +35,6 @@ pub struct ResultError {
     fault: String,
 }
 
-/// An estimate of a result with its standard error, if the result has it.
-type Stated = Result<Option<[f64; 2]>, ResultError>;
-
 impl fmt::Display for ResultError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.key, self.fault)
@@ -48,79 +44,27 @@ impl fmt::Display for ResultError {
 impl std::error::Error for ResultError {}
 
 impl IdentifiedResult {
-    /// From a result that was read back.
+    /// From a result, read back or not.
     ///
     /// # Errors
     /// The key that is missing or holds what is not allowed.
-    pub fn of_kept(result: &KeptResult) -> Result<Self, ResultError> {
+    pub fn new(result: &KeptResult) -> Result<Self, ResultError> {
         // Results of earlier versions know rad only.
         let unit = (result.position_unit.as_deref()).map_or(
             Some(MotionUnit::Stated(AxisKind::Rotary)),
             MotionUnit::named,
         );
+        let unit = unit.ok_or_else(|| missing("position_unit"))?;
+        let (status, sample_time) = (&result.status, result.sample_time);
+        let estimate = |name: &str| match result.estimates.get(name).copied().flatten() {
+            None => Ok(None),
+            Some(KeptEstimate {
+                value: Some(value),
+                std_error,
+            }) => Ok(Some([value, std_error.unwrap_or(f64::INFINITY)])),
+            Some(_) => Err(missing(&format!("estimates.{name}.value"))),
+        };
         let common = |one: &str, other: &str| result.covariance.as_ref()?.of(one, other);
-        let servo = Self::checked(
-            unit.ok_or_else(|| missing("position_unit"))?,
-            &result.status,
-            &result.reason,
-            result.sample_time,
-            result.residual.and_then(|residual| residual.rms),
-            &|name| match result.estimates.get(name).copied().flatten() {
-                None => Ok(None),
-                Some(KeptEstimate {
-                    value: Some(value),
-                    std_error,
-                }) => Ok(Some([value, std_error.unwrap_or(f64::INFINITY)])),
-                Some(_) => Err(missing(&format!("estimates.{name}.value"))),
-            },
-            &common,
-        )?;
-        let noise = result.noise.moving;
-        Ok(Self { noise, ..servo })
-    }
-
-    /// From a result in memory.
-    ///
-    /// # Errors
-    /// The key that is missing or holds what is not allowed.
-    pub fn new(result: &Summary) -> Result<Self, ResultError> {
-        let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
-            let estimate = result.estimate(parameter)?;
-            Some((parameter.name(), estimate.value, estimate.std_error))
-        });
-        let terms = result.estimates.terms.iter();
-        let terms = terms.map(|term| (term.unknown.name(), term.value, Some(term.std_error)));
-        let known: Vec<_> = parameters.chain(terms).collect();
-        let servo = Self::checked(
-            result.position_unit,
-            result.status().name(),
-            &result.reason,
-            result.sample_time,
-            result.residual.map(|residual| residual.rms),
-            &|name| match known.iter().find(|(known, ..)| *known == name) {
-                None => Ok(None),
-                Some((_, value, std_error)) if value.is_finite() => {
-                    Ok(Some([*value, std_error.unwrap_or(f64::INFINITY)]))
-                }
-                Some(_) => Err(missing(&format!("estimates.{name}.value"))),
-            },
-            &|one, other| result.covariance.as_ref()?.of(one, other),
-        )?;
-        let noise = result.noise.moving;
-        Ok(Self { noise, ..servo })
-    }
-
-    /// Checks a unit of positions, a status and its reason, a sample time, the residual's rms, the estimates by their
-    /// names, each with its standard error, and what their errors have in common.
-    fn checked(
-        unit: MotionUnit,
-        status: &str,
-        reason: &str,
-        sample_time: f64,
-        residual: Option<f64>,
-        estimate: &dyn Fn(&str) -> Stated,
-        common: &dyn Fn(&str, &str) -> Option<f64>,
-    ) -> Result<Self, ResultError> {
         let axis = unit.axis().map_err(|unstated| ResultError {
             key: "position_unit".to_owned(),
             fault: unstated.to_string(),
@@ -174,7 +118,7 @@ impl IdentifiedResult {
                 format!("estimates.{name}.std_error: the standard error is missing")
             })
         } else {
-            Some(format!("status = \"{status}\": {reason}"))
+            Some(format!("status = \"{status}\": {}", result.reason))
         };
         // An estimate may pass its bound by its own error.
         for (name, [value, error]) in not_negative {
@@ -193,7 +137,7 @@ impl IdentifiedResult {
                 },
                 delay: delay[0].max(0.0),
                 covariance,
-                unexplained: residual.unwrap_or(0.0),
+                unexplained: result.residual.and_then(|of| of.rms).unwrap_or(0.0),
             },
             axis,
             load,
@@ -204,7 +148,7 @@ impl IdentifiedResult {
             },
             has_delay: estimate("delay")?.is_some(),
             sample_time,
-            noise: None,
+            noise: result.noise.moving,
             reservation,
         })
     }
@@ -246,7 +190,7 @@ mod tests {
 
     fn read(text: &str) -> Result<IdentifiedResult, String> {
         let kept = KeptResult::read(text).map_err(|error| error.to_string())?;
-        IdentifiedResult::of_kept(&kept).map_err(|error| error.to_string())
+        IdentifiedResult::new(&kept).map_err(|error| error.to_string())
     }
 
     #[test]

@@ -31,7 +31,7 @@ impl FirmwareOptions {
     ) -> Result<String, Fault> {
         let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(result, fault);
         let kept = kept_result::read(result)?;
-        let identified = IdentifiedResult::of_kept(&kept).map_err(|error| of_result(&error))?;
+        let identified = IdentifiedResult::new(&kept).map_err(|error| of_result(&error))?;
         if let Some(reservation) = identified
             .reservation
             .as_ref()

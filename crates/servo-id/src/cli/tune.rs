@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
 
     let of_result = |fault: &dyn std::fmt::Display| Fault::of_file(&arguments.result, fault);
     let kept = kept_result::read(&arguments.result)?;
-    let result = IdentifiedResult::of_kept(&kept).map_err(|error| of_result(&error))?;
+    let result = IdentifiedResult::new(&kept).map_err(|error| of_result(&error))?;
     let warning = result.reservation.as_ref();
     if let Some(reservation) = warning.filter(|_| !arguments.accept_unconverged) {
         return Err(of_result(&format!(

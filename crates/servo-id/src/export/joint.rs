@@ -128,7 +128,7 @@ impl Identified {
     /// # Errors
     /// The key that is missing or holds what is not allowed.
     pub fn new(result: &KeptResult, limit: Option<f64>) -> Result<Self, ResultError> {
-        let servo = IdentifiedResult::of_kept(result)?;
+        let servo = IdentifiedResult::new(result)?;
         // The largest command of a log is no limit of the drive.
         let known = KnownConditions::of_result(result, servo.has_delay);
         let known = known.limit.filter(|_| !known.is_command_of_log);
