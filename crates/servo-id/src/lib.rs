@@ -17,7 +17,7 @@ pub mod csv;
 #[cfg(feature = "drive")]
 pub mod drive;
 pub mod export;
-#[cfg(feature = "program")]
+#[cfg(feature = "operation")]
 pub mod monitor;
 #[cfg(feature = "pages")]
 pub mod paper;
@@ -31,7 +31,7 @@ pub mod render;
 #[cfg(all(test, feature = "drive"))]
 #[path = "tests/scripted_line.rs"]
 mod scripted_line;
-#[cfg(feature = "program")]
+#[cfg(feature = "operation")]
 pub mod simulated_drive;
 
 pub use program::VERSION;

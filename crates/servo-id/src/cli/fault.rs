@@ -35,6 +35,7 @@ impl Fault {
     }
 
     /// The same, with what followed.
+    #[cfg(feature = "operation")]
     pub(super) fn and(mut self, what: impl fmt::Display) -> Self {
         let (Self::Input(text) | Self::Unmet(text) | Self::Interrupted(text) | Self::Other(text)) =
             &mut self;

@@ -35,6 +35,7 @@ pub(super) fn end_requested() -> &'static AtomicBool {
 }
 
 /// From now on, the interruption that ends the program does this first.
+#[cfg(feature = "operation")]
 pub(super) fn before_end(act: impl FnOnce() + Send + 'static) {
     *locked(&LAST_ACT) = Some(Box::new(act));
 }

@@ -4,6 +4,7 @@ mod call;
 mod commission;
 mod compare;
 mod completions;
+#[cfg(feature = "operation")]
 mod drive;
 mod export;
 mod fault;
@@ -67,6 +68,7 @@ enum Verb {
     /// Write an identified servo as a joint of a robot's model, in physical units.
     Export(export::Arguments),
     /// Operate a drive over its serial line.
+    #[cfg(feature = "operation")]
     Drive(drive::Arguments),
     /// Run one experiment on the simulated servo.
     Run(run::Arguments),
@@ -121,6 +123,7 @@ impl Arguments {
             Verb::Identify(arguments) => identify::run(&arguments),
             Verb::Commission(arguments) => commission::run(&arguments),
             Verb::Compare(arguments) => compare::run(&arguments),
+            #[cfg(feature = "operation")]
             Verb::Drive(arguments) => drive::run(&arguments),
             Verb::Tune(arguments) => tune::run(&arguments),
             Verb::Export(arguments) => export::run(&arguments),

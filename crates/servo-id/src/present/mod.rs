@@ -23,7 +23,7 @@ mod sensitivity;
 mod sweep;
 mod tuning;
 
-#[cfg(feature = "program")]
+#[cfg(feature = "operation")]
 pub(crate) use commissioning::why;
 pub use commissioning::{
     CommissionTraces, Commissioned, commissioning, found_servo, largest_motion, unseen_motion,

@@ -6,9 +6,7 @@
 
 use std::sync::LazyLock;
 
-use skrifa::instance::{LocationRef, Size};
-use skrifa::outline::{DrawSettings, OutlinePen};
-use skrifa::{FontRef, GlyphId, MetadataProvider};
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
 use zeno::{Command, Point};
 
 const FILE: &[u8] = include_bytes!("font/DejaVuSans-subset.ttf");
@@ -19,7 +17,7 @@ pub(super) const FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
 /// A circumflex on the letter before.
 pub(super) const CIRCUMFLEX: char = '\u{302}';
 
-static FACE: LazyLock<Option<FontRef<'static>>> = LazyLock::new(|| FontRef::new(FILE).ok());
+static FACE: LazyLock<Option<Face<'static>>> = LazyLock::new(|| Face::parse(FILE, 0).ok());
 
 /// Width of a text, points.
 pub(super) fn width(text: &str, size: u32) -> f64 {
@@ -28,7 +26,7 @@ pub(super) fn width(text: &str, size: u32) -> f64 {
         .chars()
         .map(|letter| advance(face, glyph(face, letter)))
         .sum();
-    units * f64::from(size) / units_per_em(face)
+    units * f64::from(size) / f64::from(face.units_per_em())
 }
 
 /// Outlines of a text that begins at a place, in units of `scale` to a point, downwards.
@@ -39,36 +37,25 @@ pub(super) fn outlines((x, y): (f64, f64), text: &str, size: u32, scale: f64) ->
     let mut pen = Pen {
         x: scale * x,
         y: scale * y,
-        scale: scale * f64::from(size) / units_per_em(face),
+        scale: scale * f64::from(size) / f64::from(face.units_per_em()),
         commands: Vec::new(),
     };
     for letter in text.chars() {
         let glyph = glyph(face, letter);
-        if let Some(outline) = face.outline_glyphs().get(glyph) {
-            let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
-            // An outline of the font's own is sound.
-            let _ = outline.draw(settings, &mut pen);
-        }
+        // A letter without an outline is a space.
+        let _ = face.outline_glyph(glyph, &mut pen);
         pen.x += pen.scale * advance(face, glyph);
     }
     pen.commands
 }
 
-fn units_per_em(face: &FontRef<'_>) -> f64 {
-    f64::from(
-        face.metrics(Size::unscaled(), LocationRef::default())
-            .units_per_em,
-    )
-}
-
-fn glyph(face: &FontRef<'_>, letter: char) -> GlyphId {
-    face.charmap().map(letter).unwrap_or_default()
+fn glyph(face: &Face<'_>, letter: char) -> GlyphId {
+    face.glyph_index(letter).unwrap_or_default()
 }
 
 /// Units to the next letter: none for a mark above the one before.
-fn advance(face: &FontRef<'_>, glyph: GlyphId) -> f64 {
-    let metrics = face.glyph_metrics(Size::unscaled(), LocationRef::default());
-    f64::from(metrics.advance_width(glyph).unwrap_or(0.0))
+fn advance(face: &Face<'_>, glyph: GlyphId) -> f64 {
+    f64::from(face.glyph_hor_advance(glyph).unwrap_or(0))
 }
 
 struct Pen {
@@ -86,7 +73,7 @@ impl Pen {
     }
 }
 
-impl OutlinePen for Pen {
+impl OutlineBuilder for Pen {
     fn move_to(&mut self, x: f32, y: f32) {
         self.commands.push(Command::MoveTo(self.point(x, y)));
     }
@@ -120,7 +107,7 @@ mod tests {
     fn every_letter_that_figures_use_is_in_the_font() {
         let face = FACE.as_ref().expect("the font is one");
         for letter in "aâĉbd\u{302}q\u{307}ε²⁻³±−×≠≤ω·–“”|%ˆ".chars() {
-            assert!(face.charmap().map(letter).is_some(), "{letter}");
+            assert!(face.glyph_index(letter).is_some(), "{letter}");
         }
     }
 
