@@ -662,11 +662,32 @@ function takeDropped(data) {
 
 // The beginning.
 
+/** The bytes of a text of digits to the base 85, five for four of them. */
+function unpacked(text) {
+  const values = new Uint8Array(128);
+  let count = 0;
+  for (let code = 35; code <= 122; code += 1) {
+    if (!'&<\\'.includes(String.fromCharCode(code))) {
+      values[code] = count;
+      count += 1;
+    }
+  }
+  const bytes = new Uint8Array(4 * Math.ceil(text.length / 5));
+  const view = new DataView(bytes.buffer);
+  for (let group = 0; 5 * group < text.length; group += 1) {
+    let value = 0;
+    for (let place = 5 * group; place < 5 * group + 5; place += 1) {
+      value = 85 * value + (place < text.length ? values[text.charCodeAt(place)] : 84);
+    }
+    view.setUint32(4 * group, value);
+  }
+  return bytes.subarray(0, Math.floor(4 * text.length / 5));
+}
+
 async function begin() {
   build();
   follow(location.hash);
-  const packed = Uint8Array.from(atob(byId('packed').textContent), (character) => character.charCodeAt(0));
-  const module = new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'));
+  const module = new Blob([unpacked(byId('packed').textContent)]).stream().pipeThrough(new DecompressionStream('gzip'));
   compiled = await WebAssembly.compile(await new Response(module).arrayBuffer());
   runner = new Helper();
   judge = new Helper();

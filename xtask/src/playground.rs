@@ -7,8 +7,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use base64::prelude::{BASE64_STANDARD, Engine as _};
-
 use crate::firmware::built;
 
 const TARGET: &str = "wasm32-unknown-unknown";
@@ -31,7 +29,7 @@ pub(crate) fn build(folder: &Path) -> Result<(), String> {
     for name in ["page.css", "worker.js", "draw.js", "page.js"] {
         page = filled(&page, &format!("/* {name} */\n"), &brief(&read(name)?))?;
     }
-    page = filled(&page, "PACKED_MODULE", &BASE64_STANDARD.encode(&packed))?;
+    page = filled(&page, "PACKED_MODULE", &as_text(&packed))?;
     if page.len() > MAX_PAGE {
         let length = page.len();
         return Err(format!(
@@ -140,6 +138,21 @@ fn packed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
         &mut packed,
     )?;
     Ok(packed)
+}
+
+/// Bytes as text that HTML leaves as it is: five digits to the base 85 for four bytes, of the last ones one more than there are.
+/// The page reads it back (`unpacked` in page.js).
+fn as_text(bytes: &[u8]) -> String {
+    let digits: Vec<char> = ('#'..='z').filter(|one| !"&<\\".contains(*one)).collect();
+    let group = |bytes: &[u8]| {
+        let mut four = [0; 4];
+        four[..bytes.len()].copy_from_slice(bytes);
+        let value = u32::from_be_bytes(four) as usize;
+        let digit = |place| digits[value / 85_usize.pow(place) % 85];
+        let text: String = (0..5).rev().map(digit).take(bytes.len() + 1).collect();
+        text
+    };
+    bytes.chunks(4).map(group).collect()
 }
 
 /// A part without indentation, empty lines and lines of comment.
