@@ -262,7 +262,26 @@ class OfOthers(Logs):
         command = re.search(r"-struct', '(\w+)'", self.refused(path, "run1"))
         self.assertEqual(command.group(1), "run1")
         path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM" + bytes(512))
-        self.refused(path, "7.3", "-v7")
+        with mock.patch.dict(sys.modules, {"h5py": None}):
+            self.refused(path, "7.3", "pip install h5py")
+
+    @needs("h5py")
+    def test_arrays_of_matlab_in_hdf5_are_columns(self):
+        from h5py import File
+
+        path = self.folder / "axis.mat"
+        with File(path, "w", userblock_size=512) as file:
+            for name, values in {"t": "time", "q": "position", "u": "command"}.items():
+                file[name] = self.log[values][None, :]
+            file["gains"] = [[1.0, 2.0]]
+            file["notes/text"] = [1.0]
+        with path.open("r+b") as file:
+            file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+        self.identified(path)
+        with File(path, "a") as file:
+            for name in ("t", "q", "u"):
+                del file[name]
+        self.refused(path, "notes: a structure")
 
     def test_arrays_of_numpy_are_columns(self):
         path = self.folder / "axis.npz"

@@ -42,6 +42,10 @@ pub struct Found {
     pub gaps: u64,
     /// Rows in ranges of time that were left out.
     pub left_out: u64,
+    /// Positions that were left out: single ones far from those before and after.
+    pub spikes: u64,
+    /// Lines that were left out: [damaged](Table::damaged).
+    pub damaged: u64,
     /// The separator of the columns of a text, by name.
     pub separator: Option<&'static str>,
     /// True for numbers with decimal commas.
@@ -134,10 +138,15 @@ impl Log {
             };
             return Err(in_file(fault));
         };
+        let mut spikes = 0;
         if settings.is_velocity {
+            spikes = leave_out_spikes(&mut rows).map_err(|fault| column(&fault))?;
             integrate(&mut rows);
         }
         let wrapped = unwrap(&mut rows, settings).map_err(|fault| column(&fault))?;
+        if !settings.is_velocity {
+            spikes = leave_out_spikes(&mut rows).map_err(|fault| column(&fault))?;
+        }
         let smallest_step = smallest_step(&rows);
         let even = EvenRows::new(rows, settings, &steps, sample_time, smallest_step);
         let mut log = Self {
@@ -149,6 +158,8 @@ impl Log {
                 clock: even.clock,
                 jitter: even.jitter,
                 left_out,
+                spikes,
+                damaged: table.damaged,
                 separator: table.separator,
                 decimal_commas: table.decimal_commas,
                 units_row: table.units_row.clone(),
@@ -322,6 +333,46 @@ fn smallest_step(rows: &[Row]) -> f64 {
     steps
         .filter(|step| *step > 0.0)
         .fold(f64::INFINITY, f64::min)
+}
+
+/// Leaves out the positions of single rows that are far from those before and after, and counts them.
+///
+/// # Errors
+/// More than an occasional one.
+fn leave_out_spikes(rows: &mut [Row]) -> Result<u64, String> {
+    /// Size of a spike, steps of the quicker motion, and the part of them that is quicker.
+    const SIZE: f64 = 10.0;
+    const QUICKER: usize = 10;
+    /// The most, part of the rows.
+    const MAX_SHARE: f64 = 0.005;
+    let measured = || (0..rows.len()).filter(|row| rows[*row].position.is_finite());
+    let steps = || {
+        let step = |(from, to): (usize, usize)| rows[to].position - rows[from].position;
+        measured().zip(measured().skip(1)).map(step)
+    };
+    let mut sizes: Vec<f64> = steps().map(f64::abs).collect();
+    let count = sizes.len();
+    let (_, usual, _) = sizes.select_nth_unstable_by(count - 1 - count / QUICKER, f64::total_cmp);
+    let usual = *usual;
+    let is_spike =
+        |back: f64, ahead: f64| back * ahead < 0.0 && back.abs().min(ahead.abs()) > SIZE * usual;
+    let spikes: Vec<usize> = (steps().zip(steps().skip(1)).zip(measured().skip(1)))
+        .filter(|((back, ahead), _)| usual > 0.0 && is_spike(*back, *ahead))
+        .map(|(_, row)| row)
+        .collect();
+    if spikes.len() as f64 > MAX_SHARE * count as f64 {
+        return Err(format!(
+            "it has {} spikes in {} samples, the first in line {}, far from the samples before and after: this is no \
+             motion; check the encoder's wires, or leave out its time with log.cut",
+            spikes.len(),
+            count + 1,
+            rows[spikes[0]].line
+        ));
+    }
+    for row in &spikes {
+        rows[*row].position = f64::NAN;
+    }
+    Ok(spikes.len() as u64)
 }
 
 /// Makes positions of rates: their integral, by trapezoids.

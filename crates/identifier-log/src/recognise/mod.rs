@@ -123,7 +123,6 @@ pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrec
     let counts_per_rev = position.counts_per_rev;
     settings.units.counts_per_rev = counts_per_rev;
     let motion_unit = settings.motion_unit();
-    position::check(table, &columns.position)?;
     let mut findings = Vec::new();
     let mut say = |about, text| findings.push(Finding { about, text });
     say("columns", columns.left_aside(table));

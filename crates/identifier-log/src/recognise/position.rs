@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::LogOptions;
 use super::columns::Chosen;
 use super::name::{self, Unit};
-use crate::log::{Jumps, LogError, Period, Table, TableColumn};
+use crate::log::{Jumps, Period, TableColumn};
 use crate::readings::{Positions, held, is_usual, is_whole};
 use crate::scenario::{LogUnits, PositionUnit};
 
@@ -91,41 +91,6 @@ impl Reading {
             unit => unit.name(),
         }
     }
-}
-
-/// Checks that a position has no spikes: single rows far from those before and behind.
-///
-/// # Errors
-/// How many there are, and where the first is.
-pub(super) fn check(table: &Table, chosen: &Chosen) -> Result<(), LogError> {
-    /// Size of a spike, steps of the quicker motion, and the part of them that is quicker.
-    const SIZE: f64 = 10.0;
-    const QUICKER: usize = 10;
-    let positions = held(&table.columns[chosen.index].continued());
-    let steps: Vec<f64> = positions.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
-    sizes.sort_unstable_by(f64::total_cmp);
-    let usual = sizes[sizes.len() - 1 - sizes.len() / QUICKER];
-    let is_spike =
-        |pair: &[f64]| pair[0] * pair[1] < 0.0 && pair[0].abs().min(pair[1].abs()) > SIZE * usual;
-    let spikes: Vec<usize> = (steps.windows(2).zip(2..))
-        .filter(|(pair, _)| usual > 0.0 && is_spike(pair))
-        .map(|(_, sample)| sample)
-        .collect();
-    let Some(first) = spikes.first() else {
-        return Ok(());
-    };
-    let fault = format!(
-        "column {} has {} in its first {} samples, the first in sample {first}, far from the samples before and \
-         after: this is no motion; check the encoder's wires and remove these samples",
-        chosen.column,
-        match spikes.len() {
-            1 => "a spike".to_owned(),
-            count => format!("{count} spikes"),
-        },
-        table.rows()
-    );
-    Err(LogError::of_file(&table.path, &fault))
 }
 
 /// The unit with its evidence; none where nothing shows it.

@@ -25,6 +25,10 @@ pub struct LogReading {
     pub bridged_samples: u64,
     /// Rows in ranges of time that were left out.
     pub left_out_rows: u64,
+    /// Positions that were left out: single ones far from those before and after.
+    pub spikes: u64,
+    /// Lines that were left out: of another width than all others.
+    pub damaged_lines: u64,
     /// Name of the separator between columns; none of columns in memory.
     pub separator: Option<&'static str>,
     /// True if its numbers have decimal commas.
@@ -65,6 +69,8 @@ impl LogReading {
             gaps: found.gaps,
             bridged_samples: found.bridged,
             left_out_rows: found.left_out,
+            spikes: found.spikes,
+            damaged_lines: found.damaged,
             separator: found.separator,
             decimal_commas: found.decimal_commas,
             units_row: found.units_row.clone(),

@@ -280,18 +280,30 @@ def _mat(path: Path) -> list[Series]:
 
     try:
         found = loadmat(path, squeeze_me=True)
-    except NotImplementedError as error:
-        raise Fault("this is a MAT-file of version 7.3: save it in MATLAB with save(file, '-v7')") from error
+        is_structure = {name: getattr(value, "dtype", np.dtype(float)).kind in "OV" for name, value in found.items()}
+    except NotImplementedError:
+        found, is_structure = _hdf5(path)
     try:
         return _table({name: value for name, value in found.items() if not name.startswith("__")})
     except Fault:
-        structures = [name for name, value in found.items() if getattr(value, "dtype", None) is not None and value.dtype.kind in "OV"]
+        structures = [name for name, value in is_structure.items() if value]
         if not structures:
             raise
         raise Fault(
             f"{', '.join(structures)}: a structure instead of arrays of numbers: save its fields in MATLAB with "
             f"save(file, '-struct', '{structures[0]}', '-v7')"
         ) from None
+
+
+def _hdf5(path: Path) -> tuple[dict[str, Any], dict[str, bool]]:
+    """The arrays of a MAT-file of version 7.3, which has their dimensions reversed, and which of its names are structures."""
+    try:
+        from h5py import Dataset, File
+    except ImportError as error:
+        raise Fault("this is a MAT-file of version 7.3, which needs h5py: pip install h5py") from error
+    with File(path) as file:
+        arrays = {name: np.squeeze(of[()].T) for name, of in file.items() if isinstance(of, Dataset) and of.dtype.kind in "biuf"}
+        return arrays, {name: name not in arrays for name in file if not name.startswith("#")}
 
 
 def _npz(path: Path) -> list[Series]:

@@ -86,6 +86,7 @@ impl Replay<'_> {
 pub(super) fn tables(paths: &[PathBuf]) -> Result<Vec<Table>, Fault> {
     let read = paths.iter().map(|path| Table::read(path));
     read.collect::<Result<_, _>>()
+        .and_then(Table::of_signals)
         .map_err(|error| Fault::Input(error.to_string()))
 }
 

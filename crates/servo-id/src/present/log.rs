@@ -49,6 +49,14 @@ impl fmt::Display for Sentence<'_, LogReading> {
         if self.0.left_out_rows > 0 {
             write!(f, "; {} rows were left out", self.0.left_out_rows)?;
         }
+        for (count, what) in [
+            (self.0.spikes, "positions far from those before and after"),
+            (self.0.damaged_lines, "lines of another width"),
+        ] {
+            if count > 0 {
+                write!(f, "; left out: {count} {what}")?;
+            }
+        }
         if let Some(separator) = self.0.separator
             && (separator != "comma" || self.0.decimal_commas)
         {

@@ -10,7 +10,7 @@ pub(super) fn uncommented(line: &[u8]) -> &[u8] {
 }
 
 /// A row without surrounding quotation marks and without the brackets of a matrix. `[` counts at the beginning, perhaps
-/// behind a name, and before a number. `]` and `;` count at the end.
+/// behind `name =`, and before a number. `]` and `;` count at the end.
 pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
     let quoted = line
         .strip_prefix(b"\"")
@@ -19,9 +19,9 @@ pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
         .filter(|inside| !inside.contains(&b'"'))
         .unwrap_or(line);
     let is_of_number = |byte: &u8| byte.is_ascii_digit() || b"+-.".contains(byte);
-    let is_name = |byte: &u8| byte.is_ascii_alphabetic() || b"_= ".contains(byte);
+    let is_name = |name: &[u8]| name.is_empty() || name.ends_with(b"=");
     let opened = memchr::memchr(b'[', line)
-        .filter(|place| line[..*place].iter().all(is_name))
+        .filter(|place| is_name(line[..*place].trim_ascii()))
         .map(|place| line[place + 1..].trim_ascii_start())
         .filter(|rest| rest.first().is_some_and(is_of_number));
     let mut bare = opened.unwrap_or(line);

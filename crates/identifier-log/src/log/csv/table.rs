@@ -34,6 +34,8 @@ pub struct Table {
     pub units_row: Option<String>,
     /// The rows at which a file begins, besides the first.
     pub begins: Vec<usize>,
+    /// Lines of numbers that were left out: few, and of another width than all others.
+    pub damaged: u64,
 }
 
 /// A column of a log's table.
@@ -152,6 +154,37 @@ impl Table {
         Ok(Cow::Owned(all))
     }
 
+    /// Tables of one column each as one: files of a signal each. One without a heading has the name of its file.
+    ///
+    /// # Errors
+    /// The file that is not as long as the first.
+    pub fn of_signals(files: Vec<Self>) -> Result<Vec<Self>, LogError> {
+        if files.len() < 2 || files.iter().any(|file| file.columns.len() != 1) {
+            return Ok(files);
+        }
+        let mut all = files[0].clone();
+        let columns = files.into_iter().map(|mut file| {
+            if file.rows() != all.rows() {
+                let fault = format!(
+                    "it has {} rows, but {} has {}: files of a signal each must be of one length",
+                    file.rows(),
+                    all.path.display(),
+                    all.rows()
+                );
+                return Err(LogError::in_file(&file.path, fault));
+            }
+            let mut column = file.columns.swap_remove(0);
+            if column.name.is_empty() {
+                let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+                column.name = name.split('.').next().unwrap_or_default().to_owned();
+            }
+            Ok(column)
+        });
+        all.columns = columns.collect::<Result<_, _>>()?;
+        all.has_heading = true;
+        Ok(vec![all])
+    }
+
     /// Rows.
     #[must_use]
     pub fn rows(&self) -> usize {
@@ -196,12 +229,51 @@ impl Table {
     }
 }
 
+impl Table {
+    /// Names the columns of a table in which each signal has a column of times before it, and keeps one of the times.
+    ///
+    /// # Errors
+    /// The signal with other times.
+    fn name_pairs(&mut self) -> Result<(), LogError> {
+        let is_pair = |pair: &[TableColumn]| {
+            let [x, y] = pair else { return false };
+            !x.name.is_empty() && y.name.is_empty() && !x.unit.is_empty() && !y.unit.is_empty()
+        };
+        if self.columns.len() < 4 || !self.columns.chunks(2).all(is_pair) {
+            return Ok(());
+        }
+        let times = self.columns[0].values.clone();
+        for pair in self.columns.chunks_mut(2) {
+            let differs = |(own, of): (&f64, &f64)| own.is_finite() && own.total_cmp(of).is_ne();
+            if let Some(row) = pair[0].values.iter().zip(&times).position(differs) {
+                let column = Column::Named(pair[0].name.clone());
+                let line = self.lines[row];
+                let fault = format!(
+                    "its times are not those of the first column (line {line}): export all signals with the same times"
+                );
+                return Err(LogError::in_column(&self.path, &column, fault));
+            }
+            pair[1].name = std::mem::take(&mut pair[0].name);
+        }
+        let mut place = 0;
+        self.columns.retain(|_| {
+            place += 1;
+            place == 1 || place % 2 == 0
+        });
+        self.columns[0].name = "time".to_owned();
+        Ok(())
+    }
+}
+
 /// A table that is being read.
 struct Reader<'a> {
     name: &'a Path,
     dialect: Dialect,
     decimals: Decimals,
     table: Table,
+    /// The first line of another width, what is wrong with it, and the rows that are narrower than the others.
+    damaged: Option<LogError>,
+    narrow: Vec<usize>,
 }
 
 impl<'a> Reader<'a> {
@@ -216,6 +288,8 @@ impl<'a> Reader<'a> {
             dialect,
             decimals: Decimals::default(),
             table,
+            damaged: None,
+            narrow: Vec::new(),
         }
     }
 
@@ -254,6 +328,8 @@ impl<'a> Reader<'a> {
             }
             self.add(&row, line)?;
         }
+        self.leave_out_damaged()?;
+        self.table.name_pairs()?;
         if self.table.lines.is_empty() {
             let fault = match heading.len() {
                 0 => "the file is empty: a log has a row of column names and one row per sample",
@@ -329,9 +405,16 @@ impl<'a> Reader<'a> {
             .get(width)
             .is_some_and(|last| last.trim_ascii().is_empty());
         if found > width && !(found == width + 1 && ends_empty) {
-            return Err(self.fault(line, self.too_wide(row)));
+            self.table.damaged += 1;
+            if self.damaged.is_none() {
+                self.damaged = Some(self.fault(line, self.too_wide(row)));
+            }
+            return Ok(());
         }
         let place = self.table.lines.len();
+        if found + 1 < width {
+            self.narrow.push(place);
+        }
         if place == Table::MAX_ROWS {
             let fault = format!("the log has more than {place} rows: split it");
             return Err(self.fault(line, fault));
@@ -364,6 +447,35 @@ impl<'a> Reader<'a> {
                 }
             };
             column.values.push(value);
+        }
+        Ok(())
+    }
+
+    /// Leaves out lines that are wider or narrower than the others, where they are few. Of a log in which many are narrower the
+    /// cells behind them are empty.
+    ///
+    /// # Errors
+    /// The first that is wider, of many.
+    fn leave_out_damaged(&mut self) -> Result<(), LogError> {
+        /// The most, part of the lines.
+        const MAX_SHARE: f64 = 0.02;
+        let rows = self.table.rows() as f64;
+        let is_few = |lines: u64| lines as f64 <= MAX_SHARE * rows;
+        if let Some(first) = self.damaged.take_if(|_| !is_few(self.table.damaged)) {
+            return Err(first);
+        }
+        if is_few(self.table.damaged + self.narrow.len() as u64) {
+            self.table.damaged += self.narrow.len() as u64;
+            for row in self.narrow.drain(..).rev() {
+                self.table.lines.remove(row);
+                for column in &mut self.table.columns {
+                    column.values.remove(row);
+                    column.others.retain(|(of, _)| *of != row);
+                    for (of, _) in &mut column.others {
+                        *of -= usize::from(*of > row);
+                    }
+                }
+            }
         }
         Ok(())
     }
@@ -478,6 +590,65 @@ mod tests {
                 .iter()
                 .all(|value| value.is_nan())
         );
+    }
+
+    /// A table of many rows with some lines in the middle.
+    fn with_lines(lines: &[&str]) -> Result<Table, String> {
+        let rows = |from: usize| -> String {
+            (from..from + 100)
+                .map(|k| format!("{k},{},{}\n", k + 1, k + 2))
+                .collect()
+        };
+        let text = format!("t,q,u\n{}{}\n{}", rows(0), lines.join("\n"), rows(100));
+        Table::of_text("log.csv".as_ref(), std::io::Cursor::new(text))
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn few_lines_of_another_width_are_left_out_and_many_are_a_fault() {
+        let damaged = ["1,2,3,4,5", "7", "1;2;3", "1,2,3,4"];
+        let found = with_lines(&damaged).expect("a table");
+        assert_eq!((found.rows(), found.damaged), (200, 3));
+        assert_eq!(found.columns[2].values[101..102], [103.0]);
+        assert_eq!((found.lines[99], found.lines[100]), (101, 106));
+        let many = ["1,2,3,4,5"; 5];
+        let refused = with_lines(&many).expect_err("many");
+        assert!(refused.contains("log.csv:102:"), "{refused}");
+        // Cells that are not there are empty ones.
+        let found = with_lines(&["7"; 5]).expect("a table");
+        assert_eq!((found.rows(), found.damaged), (205, 0));
+    }
+
+    #[test]
+    fn a_column_of_times_before_each_signal_is_the_time_of_all() {
+        let found = table("q [0x6064],,u,\nX,Y,X,Y\n0.0,5,0.0,1\n1.0,6,1.0,2\n2.0,7,,\n");
+        let names: Vec<_> = found.columns.iter().map(|one| &*one.name).collect();
+        assert_eq!(names, ["time", "q [0x6064]", "u"]);
+        assert_eq!(values(&found)[..2], [[0.0, 1.0, 2.0], [5.0, 6.0, 7.0]]);
+        assert!(found.columns[2].values[2].is_nan());
+        let text = "q,,u,\nX,Y,X,Y\n0,5,0,1\n1,6,1.5,2\n";
+        let refused = Table::of_text("log.csv".as_ref(), text.as_bytes()).expect_err("two clocks");
+        assert!(refused.to_string().contains("line 4"), "{refused}");
+    }
+
+    #[test]
+    fn files_of_a_signal_each_are_one_table() {
+        let file = |name: &str, text: &'static str| {
+            Table::of_text(name.as_ref(), text.as_bytes()).expect("a table")
+        };
+        let (q, tau) = (
+            file("a/q.txt", "1\n2\n3\n"),
+            file("a/tau.txt", "tau_m\n4\n5\n6\n"),
+        );
+        let found = Table::of_signals(vec![q.clone(), tau.clone()]).expect("a table");
+        assert_eq!(found.len(), 1);
+        let names: Vec<_> = found[0].columns.iter().map(|one| &*one.name).collect();
+        assert_eq!(names, ["q", "tau_m"]);
+        assert_eq!(values(&found[0]), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        let short = file("time.txt", "1\n2\n");
+        let refused = Table::of_signals(vec![q.clone(), tau, short]).expect_err("shorter");
+        assert!(refused.to_string().contains("2 rows"), "{refused}");
+        assert_eq!(Table::of_signals(vec![q]).map(|one| one.len()), Ok(1));
     }
 
     #[test]

@@ -145,17 +145,15 @@ impl Cases {
             named(&cells(&one_way, 6), &command),
             Named("one direction"),
         );
-        let spiked: Vec<f64> = of
-            .position
-            .iter()
-            .zip(0..)
-            .map(|(q, k)| if k % 97 == 5 { q + 0.5 } else { *q })
-            .collect();
-        self.add(
-            "spikes",
-            named(&cells(&spiked, 6), &command),
-            Named("spikes"),
-        );
+        for (name, every, expected) in [
+            ("spikes", 97, Named("spikes")),
+            ("an occasional spike", 411, Gain(GAIN)),
+        ] {
+            let spike = |k: usize| if k % every == 5 { 0.5 } else { 0.0 };
+            let positions = of.position.iter().zip(0..);
+            let spiked: Vec<f64> = positions.map(|(q, k)| q + spike(k)).collect();
+            self.add(name, named(&cells(&spiked, 6), &command), expected);
+        }
         self.add(
             "half a second",
             lines(&of.text(), |k, line| (k < 500).then(|| line.to_owned())),
