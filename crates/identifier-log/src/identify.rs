@@ -5,7 +5,7 @@ use identifier_core::parameters::{Parameter, PerParameter};
 use identifier_core::stability::SampledLoopError;
 use log_fit::{GoesOn, Logged};
 
-use crate::analysis::{Ending, EstimationMethod, Seen, WholeRecord};
+use crate::analysis::{Ending, EstimationMethod, RoughAnswer, Seen, WholeRecord};
 use crate::experiment::{NO_ESTIMATE, Outcome, Sample};
 use crate::found_servo::FoundServo;
 use crate::log::Log;
@@ -13,6 +13,7 @@ use crate::predictions::predict_logs;
 use crate::replay::{Agreement, Played, Player, Stopped};
 use crate::result::{Estimate, LogReading, ReplayNotes, SettlingTime, Summary};
 use crate::scenario::{Fault, Options};
+use crate::verdict::VerdictReason;
 use crate::with_velocity;
 
 /// A servo identified from its logs.
@@ -56,8 +57,8 @@ pub fn identify(
     options.check_terms_of_fit()?;
     let options = options.clone().fitted(logs, false);
     let (recorded, agreement, outcome) = with_velocity!(options, f64 => record(&options, logs))?;
-    let whole = recorded.fit(&options, &outcome, goes_on);
-    let found = whole.as_ref().map(WholeRecord::found);
+    let fitted = recorded.fit(&options, &outcome, goes_on);
+    let found = fitted.1.as_ref().map(WholeRecord::found);
     let predicted = predict_logs(&options, found.as_ref(), logs, predictions)?;
     let notes = ReplayNotes {
         agreement,
@@ -68,7 +69,7 @@ pub fn identify(
         options,
         recorded,
         outcome,
-        whole,
+        &fitted,
         predicted.largest_error,
         None,
     );
@@ -86,12 +87,12 @@ pub fn identify_run(
     unstable_loop: Option<SampledLoopError>,
     goes_on: GoesOn<'_>,
 ) -> Identified {
-    let whole = recorded.fit(options, &outcome, goes_on);
+    let fitted = recorded.fit(options, &outcome, goes_on);
     Identified::new(
         options.clone(),
         recorded,
         outcome,
-        whole,
+        &fitted,
         None,
         unstable_loop,
     )
@@ -102,7 +103,7 @@ impl Identified {
         options: Options,
         recorded: RecordedSamples,
         outcome: Outcome,
-        whole: Option<WholeRecord>,
+        (rough, whole): &(RoughAnswer, Option<WholeRecord>),
         prediction: Option<f64>,
         unstable_loop: Option<SampledLoopError>,
     ) -> Self {
@@ -111,13 +112,14 @@ impl Identified {
             samples,
             ..
         } = &recorded;
-        let seen =
-            (whole.as_ref()).and_then(|whole| Seen::new(&options, samples, references, whole));
-        let servo = (whole.as_ref()).map_or(NO_ESTIMATE, |whole| *whole.servo());
+        let whole = whole.as_ref();
+        let servo = whole.map_or(NO_ESTIMATE, |whole| *whole.servo());
         let course = |parameter: Parameter, _| Estimate::of_fit(parameter.value_in(&servo));
+        let seen = whole.and_then(|whole| Seen::new(&options, samples, references, whole));
+        let innovation = |whole| seen.as_ref().map(|seen| seen.innovation(whole));
         let summary = Ending {
             options: &options,
-            method: EstimationMethod::Fit(whole.as_ref()),
+            method: EstimationMethod::Fit(whole.map(|whole| (whole, innovation(whole))), rough),
             samples,
             travelled: recorded.travelled(),
             outcome,
@@ -130,12 +132,13 @@ impl Identified {
             unstable_loop,
         }
         .summary();
+        let is_rough = matches!(summary.verdict.reason, VerdictReason::Rough { .. });
         Self {
-            found: whole.as_ref().map(WholeRecord::found),
+            found: whole.map(WholeRecord::found),
             options,
             summary,
             recorded,
-            seen,
+            seen: seen.filter(|_| !is_rough),
         }
     }
 
@@ -199,16 +202,17 @@ impl RecordedSamples {
         self.samples.push(sample.logged());
     }
 
-    /// The fit of all of it; none where it ended early or nothing explains it.
+    /// The rough answer and the fit of all of it; none where it ended early or nothing explains it.
     fn fit(
         &self,
         options: &Options,
         outcome: &Outcome,
         goes_on: GoesOn<'_>,
-    ) -> Option<WholeRecord> {
-        (outcome.abort.is_none())
-            .then(|| WholeRecord::identify(options, &self.samples, goes_on))
-            .flatten()
+    ) -> (RoughAnswer, Option<WholeRecord>) {
+        if outcome.abort.is_some() {
+            return (RoughAnswer::default(), None);
+        }
+        WholeRecord::identify(options, &self.samples, goes_on)
     }
 
     /// The distance travelled, forth and back, rad.

@@ -6,6 +6,7 @@ mod cause;
 pub mod fit;
 mod identify;
 pub mod parallel;
+mod scales;
 
 pub use cause::Cause;
 pub use fit::GoesOn;
@@ -13,3 +14,4 @@ pub use identify::{
     Course, Entered, Estimated, Examined, FreeRun, Identified, Lacking, Logged, MAX_SAMPLES,
     ModelDemand, Recording, SEPARATED, effects, examine, free_run, identify,
 };
+pub use scales::{TimeScale, surest};

@@ -79,7 +79,7 @@ impl Recorded {
             required: Vec::new(),
             max_effects: MOST,
         };
-        let found = identify(&recording, &demand, &|| true);
+        let found = identify(&recording, &recording.scales(), &demand, &|| true);
         found.map_or_else(Vec::new, |found| {
             found.entered.iter().map(|entered| entered.cause).collect()
         })

@@ -6,20 +6,22 @@ use log_fit::Logged;
 
 use super::assessment::Assessment;
 use super::evidence::{self, Known};
+use super::rough::RoughAnswer;
 use super::sensor_noise::NoiseMeter;
 use super::whole_record::WholeRecord;
 use crate::experiment::{Outcome, TermEstimate};
 use crate::result::{
-    Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
+    Estimate, Estimates, FitNotes, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };
 use crate::scenario::{CommandUnit, Options};
-use crate::verdict::{Motion, State, Status, Verdict, VerdictReason};
+use crate::verdict::{Motion, Residual, State, Status, Verdict, VerdictReason};
 
 /// How the estimates came about.
 #[derive(Debug)]
 pub enum EstimationMethod<'a> {
-    /// By a fit to the whole record; none: nothing explains the record.
-    Fit(Option<&'a WholeRecord>),
+    /// By a fit to the whole record, with what it leaves from one sample to the next; none: nothing explains the record. Its time
+    /// scales have the rough answer.
+    Fit(Option<(&'a WholeRecord, Option<Residual>)>, &'a RoughAnswer),
     /// By an estimator that was shown sample by sample, and how the record judges its estimates.
     Recursive(Option<Assessment>),
 }
@@ -68,14 +70,16 @@ impl Ending<'_> {
             options,
             method,
             mut outcome,
-            servo,
+            mut servo,
             course,
             ..
         } = self;
-        let (is_whole, whole, refit) = match method {
-            EstimationMethod::Fit(whole) => (true, whole, None),
-            EstimationMethod::Recursive(refit) => (false, None, refit),
+        let (rough, fitted, refit) = match method {
+            EstimationMethod::Fit(fitted, rough) => (Some(rough), fitted, None),
+            EstimationMethod::Recursive(refit) => (None, None, refit),
         };
+        let is_whole = rough.is_some();
+        let mut whole = fitted.map(|(whole, _)| whole);
         if let Some(whole) = whole {
             outcome.terms.clone_from(&whole.terms);
         }
@@ -117,14 +121,29 @@ impl Ending<'_> {
         [evidence.fit, evidence.judged_by] = if is_whole { [fit, None] } else { [None, fit] };
         evidence.prediction = self.prediction;
         evidence.not_a_servo = is_whole && whole.is_none();
-        let verdict = Verdict::on(&evidence);
+        evidence.innovation = fitted.and_then(|(_, innovation)| innovation);
+        evidence.command_was_computed = options.inner.is_some();
+        evidence.gain_of_scales = rough.and_then(RoughAnswer::gain_of_fit);
+        let mut verdict = Verdict::on(&evidence);
+        let mut refused = None;
+        let instead = rough.and_then(|rough| rough.instead(&verdict, &evidence));
+        if let Some((rough, rough_verdict)) = instead {
+            refused = Some(std::mem::replace(&mut verdict, rough_verdict).reason);
+            servo = rough.servo;
+            for parameter in Parameter::ALL {
+                evidence.replace(parameter, &rough.servo, &rough.std_errors);
+            }
+            (whole, outcome.terms) = (None, Vec::new());
+        }
         let reason = evidence::reason(
             &verdict,
+            refused,
             options.motion_unit(),
             self.unstable_loop,
             &outcome,
         );
         let position_unit = options.motion_unit();
+        let scales_differ = matches!(verdict.reason, VerdictReason::ScalesDiffer { .. });
         let found = |unknown: Unknown| {
             let mut unknowns = evidence.unknowns();
             unknowns.find(|(known, _)| *known == unknown)
@@ -142,13 +161,21 @@ impl Ending<'_> {
                     of.uncertainty()
                 }),
                 state: match of {
-                    Some((_, of)) if !verdict.hides_all() => of.state(unknown),
+                    Some((_, of)) if !verdict.hides_all() => match of.state(unknown) {
+                        _ if unknown == Unknown::B && scales_differ => State::Unknown,
+                        State::Unknown => State::Unknown,
+                        _ if instead.is_some() => State::Rough,
+                        state => state,
+                    },
                     _ => State::Unknown,
                 },
                 unit: position_unit.of(unknown),
                 value: parameter.value_in(&servo),
                 is_estimated: estimated.contains(&parameter),
-                ..course(parameter, tolerance)
+                ..match instead {
+                    Some(_) => Estimate::of_fit(parameter.value_in(&servo)),
+                    None => course(parameter, tolerance),
+                }
             }
         };
         let seconds = |samples: u64| samples as f64 * options.sample_time();
@@ -168,7 +195,7 @@ impl Ending<'_> {
             load: estimate(Parameter::Load),
             terms: outcome.terms.iter().map(term).collect(),
         };
-        let covariance = (assessment.as_ref())
+        let covariance = (assessment.as_ref().filter(|_| instead.is_none()))
             .map(|found| estimates.covariance(|one, other| found.covariance(one, other)));
         let ratios = (position_unit.axis().ok()).map(|axis| estimates.ratios(axis));
         let finding = assessment.as_ref().and_then(|found| found.finding.clone());
@@ -186,6 +213,7 @@ impl Ending<'_> {
             verdict,
             reason,
             rejection_reason: outcome.rejection_reason,
+            refused,
             cause: finding.filter(|finding| finding.or.is_none()),
             covariance,
             position_unit,
@@ -201,9 +229,13 @@ impl Ending<'_> {
                 .collect(),
             residual: assessment.as_ref().and_then(|found| found.residual),
             noise,
-            outcome,
-            fit: whole.map(|whole| whole.notes.clone()),
+            fit: is_whole.then(|| {
+                let none = FitNotes::of_samples(outcome.samples);
+                whole.map_or(none, |whole| whole.notes.clone())
+            }),
+            scales: rough.map_or_else(Vec::new, |rough| rough.scales.clone()),
             replay: ReplayNotes::default(),
+            outcome,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The evidence for the estimates of a run, as the core's verdict asks for it.
 
-use crate::verdict::{Evidence, MissingEffect, Motion, UnknownEvidence, Verdict};
+use crate::verdict::{Evidence, MissingEffect, Motion, UnknownEvidence, Verdict, VerdictReason};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::stability::{SampledLoop, SampledLoopError};
 
@@ -86,9 +86,10 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
     evidence
 }
 
-/// The verdict in words, with what else a user should know.
+/// The verdict in words, with why a fit was refused, if one was, and what else a user should know.
 pub(super) fn reason(
     verdict: &Verdict,
+    refused: Option<VerdictReason>,
     unit: MotionUnit,
     unstable_loop: Option<SampledLoopError>,
     outcome: &Outcome,
@@ -101,6 +102,9 @@ pub(super) fn reason(
         return format!("aborted after {:.3} s: {cause}", abort.time);
     }
     let mut reason = verdict.reason.text(unit);
+    if let Some(refused) = refused {
+        reason.push_str(&format!("; for the exact fit: {}", refused.text(unit)));
+    }
     let slowed = outcome.events.slowed as f64 / outcome.samples.max(1) as f64;
     if slowed > MAX_SLOWED_SHARE {
         reason.push_str(&format!(

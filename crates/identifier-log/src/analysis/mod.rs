@@ -3,6 +3,7 @@
 mod assessment;
 mod ending;
 mod evidence;
+mod rough;
 mod scales;
 mod seen;
 mod sensor_noise;
@@ -11,6 +12,7 @@ mod whole_record;
 
 pub use assessment::{Assessment, Effort, VerifiedEstimate};
 pub use ending::{Ending, EstimationMethod};
+pub use rough::RoughAnswer;
 pub use seen::{Braking, FoundResponse, OpenLoop, Seen};
 pub use statistics::Statistics;
 pub(crate) use whole_record::WholeRecord;

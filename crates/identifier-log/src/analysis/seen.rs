@@ -8,6 +8,7 @@ use log_fit::Logged;
 use super::whole_record::WholeRecord;
 use crate::scaled_recording::ScaledRecording;
 use crate::scenario::Options;
+use crate::verdict::Residual;
 
 /// The residuals of a model over its log, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +27,17 @@ pub struct Seen {
     pub response: Vec<FoundResponse>,
     /// True if the reference is known, which is then the instrument of the response.
     pub has_reference: bool,
+}
+
+impl Seen {
+    /// What the fit of a record leaves from one sample to the next, beside the noise of the sensor.
+    pub(crate) fn innovation(&self, whole: &WholeRecord) -> Residual {
+        Residual {
+            rms: self.innovation,
+            resolution_rms: whole.found.statistics.noise * whole.scale.position,
+            correlation: self.correlation,
+        }
+    }
 }
 
 /// A model that runs free in windows, SI.

@@ -3,6 +3,7 @@
 use identifier_core::parameters::{ServoParameters, Terms, Unknown};
 use log_fit::fit::Effect;
 
+use super::rough::RoughAnswer;
 use super::scales::Scales;
 use crate::experiment::TermEstimate;
 use crate::found_servo::FoundServo;
@@ -59,24 +60,33 @@ impl WholeRecord {
         }
     }
 
-    /// Identifies the servo as far as it may go on; none where there is no motion, or no servo explains it.
+    /// Identifies the servo as far as it may go on, beside what its time scales say; none where there is no motion, or no
+    /// servo explains it.
     #[must_use]
-    pub fn identify(scenario: &Options, samples: &[Logged], goes_on: GoesOn<'_>) -> Option<Self> {
+    pub fn identify(
+        scenario: &Options,
+        samples: &[Logged],
+        goes_on: GoesOn<'_>,
+    ) -> (RoughAnswer, Option<Self>) {
         /// Effects that may enter.
         const MAX_EFFECTS: usize = 4;
         let terms = &scenario.stated.identifier.terms;
         let fitted = samples.len() as u64;
         let ScaledRecording { recording, scale } = ScaledRecording::new(scenario, samples);
+        let scales = recording.scales();
         let found = identify(
             &recording,
+            &scales,
             &ModelDemand {
                 known: scale.declared(terms),
                 required: required(terms.demanded),
                 max_effects: MAX_EFFECTS,
             },
             goes_on,
-        )?;
-        Some(scale.in_si(found, fitted))
+        );
+        let acting = found.as_ref().and_then(|found| found.acting.as_ref());
+        let rough = RoughAnswer::new(&scales, acting, &scale, scenario.inner.is_none());
+        (rough, found.map(|found| scale.in_si(found, fitted)))
     }
 }
 
@@ -100,13 +110,7 @@ impl Scale {
             let own = found.estimated.iter().find(|(one, _)| *one == effect);
             own.map_or(f64::INFINITY, |(_, error)| error * self.of(effect))
         };
-        let four = |of: &dyn Fn(Effect) -> f64| ServoParameters {
-            a: of(Effect::A),
-            b: of(Effect::B),
-            coulomb: of(Effect::Coulomb),
-            load: of(Effect::Load),
-        };
-        let servo = four(&value);
+        let servo = self.servo(&found.values);
         let estimated = || found.estimated.iter().map(|(effect, _)| *effect);
         let sizes_of_terms = Unknown::ALL
             .into_iter()
@@ -148,7 +152,12 @@ impl Scale {
         });
         WholeRecord {
             servo,
-            std_errors: four(&std_error),
+            std_errors: ServoParameters {
+                a: std_error(Effect::A),
+                b: std_error(Effect::B),
+                coulomb: std_error(Effect::Coulomb),
+                load: std_error(Effect::Load),
+            },
             terms: terms.collect(),
             low_speed_velocity: Some(value(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
             all: FoundServo::of_fit(&found.values, self),

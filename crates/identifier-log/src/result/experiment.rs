@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::verdict::{Residual, State, Status, Verdict};
+use crate::verdict::{Residual, State, Status, Verdict, VerdictReason};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
 use serde::{Serialize, Serializer};
 
-use super::{Finding, FitNotes, LogReading, Prediction, SensorNoise};
+use super::{Finding, FitNotes, LogReading, Prediction, ScaleEstimate, SensorNoise};
 use crate::experiment::Outcome;
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::physical::{Physical, Ratios, VoltageGains};
@@ -65,9 +65,19 @@ pub struct Summary {
     pub residual: Option<Residual>,
     /// Noise of the position sensor over the end of the run.
     pub noise: SensorNoise,
+    /// The reason that refused a fit in whose place the answer is rough; its number is `refused_code`.
+    #[serde(
+        rename = "refused_code",
+        serialize_with = "code",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub refused: Option<VerdictReason>,
     /// Findings of a fit to the whole record, for the estimator that makes one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fit: Option<FitNotes>,
+    /// The gain at every time scale of the record, for that estimator.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub scales: Vec<ScaleEstimate>,
     /// Logs and predictions of a replay.
     #[serde(flatten)]
     pub replay: ReplayNotes,
@@ -282,6 +292,10 @@ fn verdict<S: Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::
         code: verdict.reason.code(),
     };
     keys.serialize(serializer)
+}
+
+fn code<S: Serializer>(reason: &Option<VerdictReason>, serializer: S) -> Result<S::Ok, S::Error> {
+    reason.map(|reason| reason.code()).serialize(serializer)
 }
 
 fn if_estimated<S: Serializer>(estimate: &Estimate, serializer: S) -> Result<S::Ok, S::Error> {

@@ -17,6 +17,32 @@ pub struct FitNotes {
     pub effects: Vec<EnteredEffect>,
 }
 
+impl FitNotes {
+    /// Those of a record of which no servo was found.
+    pub(crate) const fn of_samples(samples: u64) -> Self {
+        Self {
+            samples,
+            command_recorded_late: None,
+            braking: None,
+            effects: Vec::new(),
+        }
+    }
+}
+
+/// The gain at a time scale.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ScaleEstimate {
+    /// Length of the windows over which the equation of motion is integrated, s.
+    #[serde(rename = "time_s")]
+    pub time: f64,
+    /// b there, rad/s² per command unit. A negative one is that of a command of the other sign.
+    pub b: f64,
+    /// Its standard error: chance, the next scales, and other models that predict as well.
+    pub std_error: f64,
+    /// The part of the acceleration of left-out windows that is predicted, at most 1.
+    pub explained: f64,
+}
+
 /// A value and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BrakingForce {

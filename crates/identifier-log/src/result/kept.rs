@@ -17,9 +17,12 @@ pub struct KeptResult {
     pub law: String,
     /// The name of the verdict's status.
     pub status: String,
-    /// The verdict's reason.
+    /// The verdict's reason, and its number.
     #[serde(default)]
     pub reason: String,
+    /// See `reason`.
+    #[serde(default)]
+    pub code: u8,
     /// Sample time, s.
     pub sample_time: f64,
     /// The unit of the position; none of an earlier version.
@@ -118,6 +121,7 @@ impl From<&Summary> for KeptResult {
             law: result.law.to_owned(),
             status: result.status().name().to_owned(),
             reason: result.reason.clone(),
+            code: result.verdict.reason.code(),
             sample_time: result.sample_time,
             position_unit: Some(result.position_unit.name().to_owned()),
             estimates: parameters.chain(terms).collect(),

@@ -15,7 +15,7 @@ pub use experiment::{
     Covariance, Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
 };
 pub use finding::Finding;
-pub use fit::{BrakingForce, EnteredEffect, FitNotes};
+pub use fit::{BrakingForce, EnteredEffect, FitNotes, ScaleEstimate};
 pub use form::{FormMargins, FormParameter, FormResult, FormStep};
 pub use kept::{KeptCovariance, KeptEstimate, KeptLog, KeptResidual, KeptResult, NoResult};
 pub use log::{LogReading, OpenLoopError, Prediction};

@@ -116,6 +116,17 @@ impl Tuned {
         Ok((tuned.map_err(|error| text(&error))?, known))
     }
 
+    /// The bandwidth of the same goal if the estimates had no errors, rad/s; none where that is nearly the same.
+    #[must_use]
+    pub fn bandwidth_without_errors(&self) -> Option<f64> {
+        let sure = IdentifiedServo {
+            covariance: [[0.0; 5]; 5],
+            ..self.servo
+        };
+        let bandwidth = self.settings.tune(&sure).ok()?.bandwidth;
+        (bandwidth > 1.05 * self.tuning.bandwidth).then_some(bandwidth)
+    }
+
     /// The same goal for a command without a limit; none where that changes nothing, or there are none.
     #[must_use]
     pub fn without_limit(&self) -> Option<Tuning> {

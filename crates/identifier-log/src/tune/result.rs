@@ -5,6 +5,7 @@ use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use super::effects::{Effects, Estimated};
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::result::{KeptEstimate, KeptResult};
+use crate::verdict::VerdictReason;
 
 /// The servo in the result of a run or a replay, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,7 +109,9 @@ impl IdentifiedResult {
         }
         /// The standard error of b, as a part of it, up to which a partially identified servo gets gains.
         const SURE: f64 = 0.04;
-        let is_partial = status == "partial" && b[1] <= SURE * b[0];
+        // A rough answer is one of b, whatever its error: the gains bear all of its interval.
+        let is_rough = result.code == VerdictReason::ROUGH;
+        let is_partial = status == "partial" && (is_rough || b[1] <= SURE * b[0]);
         let reservation = if status == "converged" || is_partial {
             let unsure = [("a", a), ("b", b), ("delay", delay)];
             let unsure = unsure
@@ -171,6 +174,8 @@ fn refused(key: &str, value: f64, allowed: &str) -> ResultError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tune::{Conditions, KnownConditions, Tuned};
+    use identifier_core::tuning::Goal;
 
     const RESULT: &str = r#"{
         "status": "converged", "reason": "it keeps still", "sample_time": 0.001,
@@ -244,6 +249,28 @@ mod tests {
             let reservation = read(&text).expect("a result").reservation;
             assert!(reservation.expect("a doubt").contains(part), "{to}");
         }
+    }
+
+    #[test]
+    fn a_rough_answer_gets_gains_for_all_of_its_interval() {
+        let rough = |code: u8| {
+            RESULT
+                .replace(r#""converged""#, &format!(r#""partial", "code": {code}"#))
+                .replace(r#""std_error": 0.5"#, r#""std_error": 25.0"#)
+        };
+        let of_fit = read(&rough(23)).expect("a result");
+        assert!(of_fit.reservation.is_some());
+        let result = read(&rough(50)).expect("a result");
+        assert_eq!(result.reservation, None);
+        let known = KnownConditions {
+            resolution: Some(1e-3),
+            limit: Some([-10.0, 10.0]),
+            ..KnownConditions::default()
+        };
+        let settings = Conditions::default().settings(Goal::Stiffest, &result, &known);
+        let tuned = Tuned::new(&result, None, &settings.expect("settings")).expect("gains");
+        let sure = tuned.bandwidth_without_errors().expect("a cost");
+        assert!(sure > 1.05 * tuned.tuning.bandwidth, "{sure}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-use identifier_core::parameters::{Term, Unknown};
+use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
 
 use super::{Cause, Residual};
@@ -28,6 +28,12 @@ pub struct Evidence {
     pub fit: Option<FitEvidence>,
     /// The evidence of the fit by which the estimates of another estimator are judged.
     pub judged_by: Option<FitEvidence>,
+    /// What that fit leaves of the log from one sample to the next, beside the noise of the sensor.
+    pub innovation: Option<Residual>,
+    /// b by the time scales of the record, of the command that acted by the fit, and its standard error.
+    pub gain_of_scales: Option<[f64; 2]>,
+    /// True if the command was computed by the servo's own loop as somebody stated it.
+    pub command_was_computed: bool,
     unknowns: [Option<UnknownEvidence>; Unknown::ALL.len()],
 }
 
@@ -122,6 +128,9 @@ impl Evidence {
             not_a_servo: false,
             fit: None,
             judged_by: None,
+            innovation: None,
+            gain_of_scales: None,
+            command_was_computed: false,
             unknowns: [None; Unknown::ALL.len()],
         }
     }
@@ -129,6 +138,22 @@ impl Evidence {
     /// Adds what is known of an unknown that is estimated.
     pub fn add(&mut self, unknown: Unknown, evidence: UnknownEvidence) {
         self.unknowns[unknown as usize] = Some(evidence);
+    }
+
+    /// Replaces an estimate by another with its standard error, where one was asked for.
+    pub fn replace(
+        &mut self,
+        parameter: Parameter,
+        servo: &ServoParameters,
+        std_errors: &ServoParameters,
+    ) {
+        if let Some(of) = &mut self.unknowns[Unknown::from(parameter) as usize] {
+            *of = UnknownEvidence {
+                estimate: parameter.value_in(servo),
+                std_error: Some(parameter.value_in(std_errors)),
+                ..UnknownEvidence::at(of.scale)
+            };
+        }
     }
 
     /// The unknowns that are estimated, b first: without it there is no servo.

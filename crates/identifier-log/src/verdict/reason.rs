@@ -101,6 +101,22 @@ pub enum VerdictReason {
         /// The most that chance explains, or that does not matter.
         limit: f64,
     },
+    /// The fit and the time scales have gains that exclude each other.
+    ScalesDiffer {
+        /// b of the fit.
+        fit: f64,
+        /// b of the time scales.
+        scales: f64,
+    },
+    /// The servo's own loop is not the one that was stated.
+    LoopDiffers,
+    /// The fit has no gain, but a time scale has.
+    Rough {
+        /// Length of its windows, s.
+        time: f64,
+        /// The part of the acceleration that it explains.
+        explained: f64,
+    },
     /// The model does not predict data that the estimates have not seen.
     NotPredicted {
         /// Error relative to the position's deviation.
@@ -111,8 +127,11 @@ pub enum VerdictReason {
 }
 
 impl VerdictReason {
+    /// The number of [`VerdictReason::Rough`].
+    pub(crate) const ROUGH: u8 = 50;
+
     /// Its number in results, the same in every version. 0 is converged; from 10 aborted, from 20 no information, from
-    /// 30 moving, from 40 unexplained.
+    /// 30 moving, from 40 unexplained, 50 rough.
     ///
     /// | code | reason |
     /// |---|---|
@@ -134,6 +153,9 @@ impl VerdictReason {
     /// | 41 | the model lacks an effect that has no name |
     /// | 42 | a refit gives another estimate |
     /// | 43 | the model does not predict other data |
+    /// | 44 | fit and time scales have gains that exclude each other |
+    /// | 45 | the servo's own loop is not the one that was stated |
+    /// | 50 | the fit has no gain, but a time scale has |
     #[must_use]
     pub const fn code(&self) -> u8 {
         match self {
@@ -155,6 +177,9 @@ impl VerdictReason {
             Self::Lacks { cause: None, .. } => 41,
             Self::RefitDiffers { .. } => 42,
             Self::NotPredicted { .. } => 43,
+            Self::ScalesDiffer { .. } => 44,
+            Self::LoopDiffers => 45,
+            Self::Rough { .. } => Self::ROUGH,
         }
     }
 
@@ -169,6 +194,11 @@ impl VerdictReason {
                 | Self::LongestDelay
                 | Self::NoEstimate { .. }
         )
+    }
+
+    /// True if the servo did not move enough for any answer.
+    pub(crate) const fn is_of_the_motion(&self) -> bool {
+        matches!(self, Self::TooShort { .. } | Self::NoMotion { .. })
     }
 
     /// The unknown that it concerns, if it concerns one.
@@ -324,6 +354,22 @@ impl VerdictReason {
                 unknown.name(),
                 Quantity(refit_difference, unit.of(unknown)),
                 Quantity(limit, unit.of(unknown))
+            ),
+            Self::ScalesDiffer { fit, scales } => write!(
+                f,
+                "the fit has a b of {}, but the equation of motion {}, and their intervals exclude each other",
+                Quantity(fit, unit.of(Unknown::B)),
+                Quantity(scales, unit.of(Unknown::B))
+            ),
+            Self::LoopDiffers => f.write_str(
+                "the command was computed by the servo's own loop as stated, and the log is not explained down to the \
+                 encoder: that loop has something else, such as a filter of its velocity",
+            ),
+            Self::Rough { time, explained } => write!(
+                f,
+                "rough: from windows of {} in which {:.0} % of the acceleration is explained",
+                Quantity(time, "s"),
+                100.0 * explained
             ),
             Self::NotPredicted { error, limit } => write!(
                 f,

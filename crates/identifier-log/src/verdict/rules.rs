@@ -115,6 +115,8 @@ impl Verdict {
             .or_else(|| {
                 not_excited(evidence).filter(|(status, _)| *status == Status::NoInformation)
             })
+            .or_else(|| loop_differs(evidence))
+            .or_else(|| scales_differ(evidence))
             .or_else(|| moving(evidence))
             .or_else(|| unexplained(evidence))
             .or_else(|| one_direction(evidence))
@@ -128,10 +130,14 @@ impl Verdict {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
-    /// Its interval of 95 % is within a quarter of it, or within what does not matter.
+    /// Two standard errors are within a quarter of it.
     Known,
+    /// It is uncertain, but beside the command that does not matter.
+    Small,
     /// Its interval is an answer, if a wide one.
     Bounded,
+    /// It is the answer of a time scale, where a fit has none.
+    Rough,
     /// This motion does not determine it.
     Unknown,
 }
@@ -147,7 +153,8 @@ impl UnknownEvidence {
         let limit = MAX_STD_ERROR.limit(unknown, self.estimate, self.scale);
         match self.uncertainty() {
             _ if self.at_bound => State::Unknown,
-            Some(error) if within(error, limit.max(KNOWN * size)) => State::Known,
+            Some(error) if within(error, KNOWN * size) => State::Known,
+            Some(error) if within(error, limit) => State::Small,
             Some(error) if within(2.0 * error, size.max(self.scale)) => State::Bounded,
             _ => State::Unknown,
         }
@@ -294,6 +301,32 @@ fn lacking(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
         })
     })?;
     Some((Status::Unexplained, reason))
+}
+
+/// True if the fit explains the log down to the sensor's noise.
+fn explains_all(evidence: &Evidence) -> bool {
+    let innovation = evidence.innovation;
+    innovation.is_none_or(|of| !of.is_large() || !of.is_autocorrelated())
+}
+
+/// The stated loop computes another command than the servo's: the log is not explained down to the encoder.
+fn loop_differs(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
+    let is_other = evidence.command_was_computed && !explains_all(evidence);
+    is_other.then_some((Status::Unexplained, VerdictReason::LoopDiffers))
+}
+
+/// The fit and the time scales have gains that exclude each other. A model that explains the log down to the encoder is not
+/// doubted.
+fn scales_differ(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
+    let [scales, error] = evidence.gain_of_scales?;
+    (!explains_all(evidence)).then_some(())?;
+    let (_, of) = evidence.unknowns().find(|(of, _)| *of == Unknown::B)?;
+    let apart = 2.0 * (of.std_error? + error);
+    let reason = VerdictReason::ScalesDiffer {
+        fit: of.estimate,
+        scales,
+    };
+    (!within(of.estimate - scales, apart)).then_some((Status::Unexplained, reason))
 }
 
 fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {

@@ -96,6 +96,12 @@ class Result:
         return np.array([[_number(entry(row, column)) for column in places] for row in places])
 
     @property
+    def scales(self) -> list[dict[str, float]]:
+        """b by the equation of motion over windows of ``time_s``, the shortest first, with its ``std_error`` and the part ``explained`` of
+        the acceleration. One rigid inertia has the same b at all of them. Empty for estimators other than the fit."""
+        return list(self.json.get("scales", []))
+
+    @property
     def residuals(self) -> npt.NDArray[np.float64]:
         """The measured position minus the model's in every sample, in ``position_unit``. The model of a fit runs free in windows, and is NaN
         until its start in one is known; of other laws it follows the measurement."""

@@ -42,7 +42,7 @@ impl<'a> Fitter<'a> {
     /// The largest error of an eccentric encoder, rad.
     const MAX_ECCENTRICITY: f64 = 0.05;
     /// The largest a, 1/sample.
-    const MAX_RATE: f64 = 0.5;
+    pub(crate) const MAX_RATE: f64 = 0.5;
 
     /// None where there is no motion.
     #[must_use]

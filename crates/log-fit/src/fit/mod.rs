@@ -3,7 +3,7 @@
 //!
 //! The recorded command drives the servo's model, and a Kalman filter keeps it with the recorded position. Levenberg
 //! and Marquardt's search minimizes its innovations ([`Fitter::search`]). The noise is the innovations' scale, and the
-//! start is the equation of motion in its weak form ([`Fitter::beginnings`]). The model is trusted over the horizon at
+//! start is [found elsewhere](crate::Recording::scales). The model is trusted over the horizon at
 //! which the estimates scatter least ([`Fitter::best_horizon`]).
 //!
 //! Prediction errors and the search for their minimum: Ljung, System Identification, 2nd edition 1999, sections 3.2,
@@ -27,7 +27,6 @@ mod statistics;
 mod sums;
 mod twisting;
 mod waves;
-mod weak_form;
 
 pub use effect::{Column, Effect, Values};
 pub use fitter::{Fitter, GoesOn};

@@ -2,63 +2,17 @@
 
 use super::fitter::Fitter;
 use super::search::Search;
-use super::weak_form::{Start, starts};
 use super::{Effect, Horizon, Values};
 
-/// Starts that are searched from.
-const TRIED: usize = 3;
-
-/// First estimates, and the horizons at which they are searched from one after the other.
+/// A start, and the horizons with which it is searched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beginning {
-    values: Values,
-    has_gravity: bool,
-    horizons: [Horizon; 2],
+    pub(crate) values: Values,
+    pub(crate) has_gravity: bool,
+    pub(crate) horizons: [Horizon; 2],
 }
 
 impl Fitter<'_> {
-    /// The starts that explain most, of different gains; of a servo with gravity or without.
-    pub fn beginnings(&self, has_gravity: bool) -> impl Iterator<Item = Beginning> {
-        /// Starts whose gains differ by less than this factor are one.
-        const SAME: f64 = 1.22;
-        /// Horizons of the search, widths of the start's weights, and the least of each, samples.
-        const HORIZONS: [[f64; 2]; 2] = [[2.0, 6.0], [8.0, 25.0]];
-        let found = starts(self.record, &self.statistics, has_gravity);
-        let mut tried: [Option<Start>; TRIED] = [None; TRIED];
-        for place in 0..TRIED {
-            let others = found.iter().flatten().filter(|start| {
-                let gain = start.values.get(Effect::B);
-                gain > 0.0
-                    && tried.iter().flatten().all(|other| {
-                        let ratio = gain / other.values.get(Effect::B);
-                        !(1.0 / SAME..SAME).contains(&ratio)
-                    })
-            });
-            let best = others.max_by(|one, other| one.explained.total_cmp(&other.explained));
-            tried[place] = best.copied();
-        }
-        let most = self.record.len() as f64 / 6.0;
-        let horizon = move |start: &Start, [widths, least]: [f64; 2]| {
-            (widths * start.width).max(least).min(most)
-        };
-        // The last is the same for all, so that their likelihoods are of one filter.
-        let widest = (tried.iter().flatten())
-            .map(|start| horizon(start, HORIZONS[1]))
-            .fold(0.0, f64::max);
-        tried.into_iter().flatten().map(move |start| {
-            let mut values = start.values;
-            let [low, high] = self.bounds(&values, Effect::Delay);
-            values.set(Effect::Delay, values.get(Effect::Delay).clamp(low, high));
-            let first = horizon(&start, HORIZONS[0]).min(widest);
-            let horizons = [first, widest].map(|white| Horizon { white, walk: None });
-            Beginning {
-                values,
-                has_gravity,
-                horizons,
-            }
-        })
-    }
-
     /// The estimates to which a beginning leads, and their −2 ln L; none if every search diverges.
     #[must_use]
     pub fn search_from(&self, beginning: &Beginning) -> Option<(Values, f64)> {

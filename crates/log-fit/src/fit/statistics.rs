@@ -15,21 +15,6 @@ pub struct RecordStatistics {
     pub bandwidth: f64,
 }
 
-/// Means over a window of the record, with the weights (1 − x²)³.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Window {
-    pub(super) acceleration: f64,
-    pub(super) velocity: f64,
-    pub(super) command: f64,
-    pub(super) command_change: f64,
-    /// Mean direction of the motion.
-    pub(super) direction: f64,
-    /// The part of the window in which the servo moved.
-    pub(super) moving: f64,
-    /// Means of the angle's sine and cosine; zero on an axis without angle.
-    pub(super) wave: [f64; 2],
-}
-
 /// ∫(1 − x²)³, ∫(d/dx (1 − x²)³)² and ∫(d²/dx² (1 − x²)³)² from −1 to 1.
 const KERNEL: [f64; 3] = [0.914_286, 2.659_75, 29.257_1];
 
@@ -43,71 +28,25 @@ fn window_noise(half_width: usize) -> [f64; 2] {
     ]
 }
 
-/// Shows every window of a half width, a third of it apart.
-pub(super) fn windows(
-    record: &Record<'_>,
-    half_width: usize,
-    noise: f64,
-    observe: &mut impl FnMut(&Window),
-) {
+/// Shows the mean velocity and acceleration of every window of a half width, a third of it apart. The weights are
+/// (1 − x²)³.
+fn windows(record: &Record<'_>, half_width: usize, observe: &mut impl FnMut([f64; 2])) {
     let width = half_width as f64;
-    // A direction is distinguished from noise by the means over a quarter of the half width to either side.
-    let partial_regression = (half_width / 4).max(1);
-    let threshold =
-        partial_regression as f64 * (2.8 * noise / libm::sqrt(partial_regression as f64) + 0.35);
-    let positions = record.positions;
+    let around = (half_width / 4).max(1);
     let step = (half_width / 3).max(1);
     for (first, end) in record.motions() {
-        let mut centre = first + half_width + partial_regression + 1;
-        while centre + half_width + partial_regression + 1 < end {
-            let mut sum = 0.0;
-            let mut window = Window {
-                acceleration: 0.0,
-                velocity: 0.0,
-                command: 0.0,
-                command_change: 0.0,
-                direction: 0.0,
-                moving: 0.0,
-                wave: [0.0; 2],
-            };
-            // Sum of the positions ahead of a sample less that behind.
-            let begin = centre - half_width + 1;
-            let mut moved: f64 = (1..=partial_regression)
-                .map(|k| positions[begin + k] - positions[begin - k])
-                .sum();
-            for sample in begin..centre + half_width {
+        let mut centre = first + half_width + around + 1;
+        while centre + half_width + around + 1 < end {
+            let (mut sum, mut velocity, mut acceleration) = (0.0, 0.0, 0.0);
+            for sample in centre - half_width + 1..centre + half_width {
                 let x = (sample as f64 - centre as f64) / width;
                 let weight = (1.0 - x * x) * (1.0 - x * x) * (1.0 - x * x);
                 sum += weight;
                 let [before, after] = [record.increment(sample - 1), record.increment(sample)];
-                let [earlier, command] = [record.commands[sample - 1], record.commands[sample]];
-                window.acceleration += weight * (after - before);
-                window.velocity += weight * 0.5 * (before + after);
-                window.command += weight * 0.5 * (earlier + command);
-                window.command_change += weight * (command - earlier);
-                if let Some([sine, cosine]) = record.angles.get(sample) {
-                    window.wave[0] += weight * sine;
-                    window.wave[1] += weight * cosine;
-                }
-                if moved.abs() > threshold {
-                    window.direction += weight * moved.signum();
-                    window.moving += weight;
-                }
-                moved += positions[sample + 1 + partial_regression]
-                    - positions[sample + 1]
-                    - positions[sample]
-                    + positions[sample - partial_regression];
+                acceleration += weight * (after - before);
+                velocity += weight * 0.5 * (before + after);
             }
-            let per = 1.0 / sum;
-            observe(&Window {
-                acceleration: window.acceleration * per,
-                velocity: window.velocity * per,
-                command: window.command * per,
-                command_change: window.command_change * per,
-                direction: window.direction * per,
-                moving: window.moving * per,
-                wave: window.wave.map(|sum| sum * per),
-            });
+            observe([velocity / sum, acceleration / sum]);
             centre += step;
         }
     }
@@ -150,11 +89,11 @@ impl RecordStatistics {
         };
         while half_width < record.len() / 10 {
             let (mut count, mut v, mut vv, mut aa) = (0.0, 0.0, 0.0, 0.0);
-            windows(record, half_width, noise, &mut |window| {
+            windows(record, half_width, &mut |[velocity, acceleration]| {
                 count += 1.0;
-                v += window.velocity;
-                vv += window.velocity * window.velocity;
-                aa += window.acceleration * window.acceleration;
+                v += velocity;
+                vv += velocity * velocity;
+                aa += acceleration * acceleration;
             });
             if count < 4.0 {
                 break;

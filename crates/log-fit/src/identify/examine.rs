@@ -75,7 +75,9 @@ pub fn examine(
     };
     let fitter = &on_time;
     let own = recording.about_middle(&law.values);
-    let mut model = follow(fitter, &own, &law.free, || super::start(&earliest, false))?;
+    let mut model = follow(fitter, &own, &law.free, || {
+        super::start(&earliest, &recording.scales(), false)
+    })?;
     let noise = model.fitted.sums.noise().sqrt();
     let correlation = model.fitted.sums.correlation();
     let mut answers = Vec::new();

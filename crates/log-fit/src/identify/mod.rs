@@ -14,14 +14,14 @@ mod normal_blocks;
 mod partial_regression;
 mod recording;
 mod scan;
+mod start;
 mod uncertainty;
 
 #[cfg(test)]
 mod tests;
 
 use crate::fit::{
-    Beginning, Effect, Fitter, GoesOn, Horizon, QUANTISATION_SIGMA, RecordStatistics, Search,
-    Values, likeliest,
+    Effect, Fitter, GoesOn, Horizon, QUANTISATION_SIGMA, Record, RecordStatistics, Search, Values,
 };
 
 use candidate::Range;
@@ -29,9 +29,11 @@ use effect_selection::EffectSelection;
 use jitter::Jitter;
 use load_steps::LoadSteps;
 use model::Model;
+use start::start;
 
 use crate::cause::Cause;
 use crate::parallel;
+use crate::scales::{TimeScale, scales, surest};
 
 pub use model::Entered;
 
@@ -77,6 +79,8 @@ pub struct Identified {
     /// The braking force of a motion in one direction, friction and load together, and its standard error: c − d ahead,
     /// c + d back.
     pub braking: Option<[f64; 2]>,
+    /// What the time scales say of the command that acted by this model; none where the model has no one inertia.
+    pub acting: Option<TimeScale>,
     /// True if it was stopped before its end: this is what was known then.
     pub was_stopped: bool,
 }
@@ -92,10 +96,11 @@ pub struct ModelDemand {
     pub max_effects: usize,
 }
 
-/// Identifies the servo of a record; none where there is no motion or nothing explains it. Where it may not go on, the result is
-/// the best model until then.
+/// Identifies the servo of a record, beginning from what its [time scales](Recording::scales) say; none where there is no
+/// motion or nothing explains it. Where it may not go on, the result is the best model until then.
 pub fn identify(
     recording: &Recording<'_>,
+    scales: &[TimeScale],
     demand: &ModelDemand,
     goes_on: GoesOn<'_>,
 ) -> Option<Identified> {
@@ -104,10 +109,10 @@ pub fn identify(
         goes_on,
         ..Fitter::new(&record)?
     };
-    let without = start(&earliest, false);
+    let without = start(&earliest, scales, false);
     // A pendulum that nothing holds cannot be told as a servo without gravity.
     let has_gravity = without.is_none();
-    let start = without.or_else(|| start(&earliest, true))?;
+    let start = without.or_else(|| start(&earliest, scales, true))?;
     let mut demand = demand.clone();
     let mut values = demand.known;
     for effect in Effect::BASE {
@@ -238,15 +243,34 @@ pub fn identify(
         horizon: model.fitted.horizon,
         reverses: direction.is_none(),
         braking,
+        acting: acting(&record, fitter.statistics.noise, values),
         was_stopped: !goes_on(),
     })
 }
 
-/// The first estimates.
-fn start(fitter: &Fitter<'_>, has_gravity: bool) -> Option<Values> {
-    let beginnings: Vec<Beginning> = fitter.beginnings(has_gravity).collect();
-    let searched = parallel::map(&beginnings, |one| fitter.search_from(one));
-    likeliest(searched.flatten())
+/// The surest time scale of a record with the command that acted by a model, and without the forces that it knows.
+fn acting(record: &Record<'_>, noise: f64, values: &Values) -> Option<TimeScale> {
+    /// The effects with which positions are not those of one inertia.
+    const OTHERS: [Effect; 8] = [
+        Effect::InertiaSine,
+        Effect::InertiaCosine,
+        Effect::Compliance,
+        Effect::ResonanceFrequency,
+        Effect::LoadShare,
+        Effect::Backlash,
+        Effect::EccentricitySine,
+        Effect::EccentricityCosine,
+    ];
+    if OTHERS.iter().any(|effect| values.get(*effect) != 0.0) {
+        return None;
+    }
+    let commands = record.acting(values);
+    let acted = Record {
+        commands: &commands,
+        recorded: &[],
+        ..*record
+    };
+    surest(&scales(&acted, noise)).copied()
 }
 
 /// The braking force of a motion in one direction, in which friction and load are one force. A fit without friction

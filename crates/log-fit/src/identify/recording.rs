@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use crate::fit::{Effect, Matrix, Record, Values};
+use crate::fit::{Effect, Matrix, Record, RecordStatistics, Values};
+use crate::scales::{TimeScale, scales};
 
 /// A recorded motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -205,6 +206,14 @@ impl<'a> Recording<'a> {
                 self.angles.push([sine, cosine]);
             }
         }
+    }
+
+    /// What it says of its servo at every time scale, the shortest first; nothing without motion.
+    #[must_use]
+    pub fn scales(&self) -> Vec<TimeScale> {
+        let record = self.record();
+        let statistics = RecordStatistics::new(&record);
+        statistics.map_or_else(Vec::new, |found| scales(&record, found.noise))
     }
 
     /// The sample of the log that one of the record is, samples of the record.

@@ -75,7 +75,7 @@ fn identified_while(
         required: Vec::new(),
         max_effects,
     };
-    identify(recording, &demand, goes_on).expect("a servo")
+    identify(recording, &recording.scales(), &demand, goes_on).expect("a servo")
 }
 
 fn std_error(found: &Identified, wanted: Effect) -> f64 {

@@ -82,6 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         warnings.push(assumed.to_owned());
     }
     warnings.extend(conditions.assumptions(&known));
+    warnings.extend(present::cost_of_errors(&tuned));
     let page = present::tuning(
         &call::title("Tuning for", &arguments.result),
         &call::command(),

@@ -37,4 +37,4 @@ pub use formats::formats;
 pub use log::introduction;
 pub use paper::paper;
 pub use sweep::sweep;
-pub use tuning::{tuned_controller, tuning};
+pub use tuning::{cost_of_errors, tuned_controller, tuning};

@@ -8,7 +8,7 @@ use super::number::sentence;
 /// Steps in the order in which they are worth trying; none where nothing is to be done.
 #[must_use]
 pub(super) fn remedies(summary: &Summary) -> Vec<String> {
-    let reason = &summary.verdict.reason;
+    let reason = summary.refused.as_ref().unwrap_or(&summary.verdict.reason);
     let mut steps = own_remedies(reason);
     // A fit has all four parameters, whatever is asked for.
     if let Some(unknown) = reason.unknown().filter(|_| summary.fit.is_none())
@@ -129,6 +129,18 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
             format!("Run longer, until {} has settled.", unknown.name()),
             "If it does not, the model lacks something: see the residual.".to_owned(),
         ],
+        VerdictReason::ScalesDiffer { .. } => vec![
+            "Check that position and command belong to the same axis, and that the command is what acted.".to_owned(),
+            "See b by time scale in the picture: a b that changes is that of several masses, or of a command that \
+             passes through more than a gain."
+                .to_owned(),
+        ],
+        VerdictReason::LoopDiffers => vec![
+            "State what else the servo's own loop has: --cutoff of its velocity, --kff, --limit, --loop-time.".to_owned(),
+            "Or record the command that acts.".to_owned(),
+        ],
+        // Those of the fit that was refused.
+        VerdictReason::Rough { .. } => Vec::new(),
         VerdictReason::NotPredicted { .. } => vec![
             "Identify from motions like those to be predicted: speeds, loads, angles.".to_owned(),
         ],

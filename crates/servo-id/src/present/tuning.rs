@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use identifier_core::parameters::IdentifiedServo;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::{
     PredictedResponse, PredictedSample, StepMeasure, Tuning, TuningError, TuningSettings,
@@ -13,9 +14,23 @@ use identifier_log::tune::{Conditions, KnownConditions, Tuned};
 use super::number::{DASH, figure, plain, sentence};
 use super::sensitivity::sensitivity;
 use super::{Block, Column, Figure, Page, Section, Table, TimeSpan, Tone, Trace, Verdict};
+use crate::SIDES;
 
 /// The horizontal axis of a step.
 const SINCE: &str = "time since the step [s]";
+
+/// What the errors of the estimates cost, in a sentence without an end.
+#[must_use]
+pub fn cost_of_errors(tuned: &Tuned) -> Option<String> {
+    let b = IdentifiedServo::B;
+    let part = SIDES * tuned.servo.standard_error(b) / tuned.servo.parameters.b;
+    let bandwidth = tuned.bandwidth_without_errors()?;
+    Some(format!(
+        "b is known within ± {:.1} %: the bandwidth is {:.0} rad/s instead of {bandwidth:.0}",
+        100.0 * part,
+        tuned.tuning.bandwidth
+    ))
+}
 
 /// The page of a tuning; `warnings` are the reservations about its input.
 ///

@@ -241,7 +241,12 @@ fn a_servo_whose_effect_is_named_is_identified_once_the_remedy_is_followed() {
 #[test]
 fn a_verdict_becomes_converged_once_its_remedy_is_followed() {
     assert_followed("advice-verdicts", VERDICTS, |name, before| {
-        assert_eq!(before["code"].to_string(), name, "{before}");
+        // Where the answer is rough, the remedy is that of the refused fit.
+        let code = match before["code"] == 50 {
+            true => &before["refused_code"],
+            false => &before["code"],
+        };
+        assert_eq!(code.to_string(), name, "{before}");
     });
 }
 

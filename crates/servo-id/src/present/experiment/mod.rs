@@ -65,6 +65,9 @@ pub fn experiment(of: &Experiment<'_>) -> Page {
     }
     if !steps.is_empty() {
         let why = match of.summary.status() {
+            Status::Partial if of.summary.estimates.b.state == State::Rough => {
+                "The verb tune computes gains for all of the interval of b."
+            }
             Status::Partial => {
                 "The verb tune computes gains if two standard errors of b are within 8 %."
             }
@@ -87,6 +90,9 @@ fn verdict(summary: &Summary, rows: &[Estimated]) -> Verdict {
     let headline = match summary.status() {
         Status::Converged if known.is_empty() => "The servo is identified.".to_owned(),
         Status::Converged => format!("The servo is identified: {}.", known.join(", ")),
+        Status::Partial if summary.estimates.b.state == State::Rough => {
+            "A rough answer: no model explains the log to a count.".to_owned()
+        }
         Status::Partial => format!(
             "Within tolerance: {}. This motion does not determine the rest.",
             known.join(", ")

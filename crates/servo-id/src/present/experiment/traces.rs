@@ -5,6 +5,7 @@ use identifier_log::MotionUnit;
 use identifier_log::analysis::{Braking, FoundResponse, Seen};
 use identifier_log::experiment::Sample;
 use identifier_log::result::Summary;
+use identifier_log::verdict::State;
 
 use crate::present::estimates::Estimated;
 use crate::present::number::{capitalised, rough};
@@ -72,10 +73,12 @@ pub(super) fn figures(
 ) -> Vec<Figure> {
     let unit = summary.position_unit;
     if summary.fit.is_some() {
-        return seen.map_or_else(
+        let mut figures = seen.map_or_else(
             || vec![traces.positions(unit), traces.commands()],
             |seen| fitted(traces, seen, unit),
         );
+        figures.extend(over_time_scale(summary));
+        return figures;
     }
     let mut figures: Vec<Figure> = Parameter::ALL
         .into_iter()
@@ -159,6 +162,30 @@ fn fitted(traces: &ExperimentTraces, seen: &Seen, unit: MotionUnit) -> Vec<Figur
         figures.push(coherence.within(Some([0.0, 1.05])));
     }
     figures
+}
+
+/// b at every time scale beside the result. One inertia has the same at all of them.
+fn over_time_scale(summary: &Summary) -> Option<Figure> {
+    /// The least part of the acceleration that a scale explains for its b to be drawn.
+    const EXPLAINED: f64 = 0.5;
+    let drawn = || (summary.scales.iter()).filter(|scale| scale.explained > EXPLAINED);
+    let points: Vec<_> = drawn().map(|scale| (scale.time, scale.b)).collect();
+    let ends = [points.first()?.0, points.last()?.0];
+    let mut traces = vec![Trace {
+        band: drawn()
+            .map(|scale| BAND_STANDARD_ERRORS * scale.std_error)
+            .collect(),
+        ..Trace::new("b of the equation of motion, 95 %", points)
+    }];
+    let own = &summary.estimates.b;
+    if own.state != State::Unknown {
+        let line = ends.map(|time| (time, own.value));
+        traces.push(Trace::new("result", line.to_vec()));
+    }
+    let unit = summary.position_unit.of(Unknown::B);
+    let mut figure = Figure::new("b by time scale", "window [s]", unit, traces);
+    figure.horizontal.is_logarithmic = true;
+    Some(figure)
 }
 
 /// How well the estimates are known, beside their values.

@@ -1,0 +1,211 @@
+//! The rough answer of a record: what its time scales say, where its fit says less.
+
+use identifier_core::parameters::{ServoParameters, Unknown};
+use log_fit::fit::{Effect, Values};
+use log_fit::{TimeScale, surest};
+
+use crate::result::ScaleEstimate;
+use crate::scaled_recording::Scale;
+use crate::verdict::{Evidence, Status, Verdict, VerdictReason};
+
+/// What a record says at its time scales, SI.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RoughAnswer {
+    /// The gain at each, the shortest first.
+    pub(super) scales: Vec<ScaleEstimate>,
+    surest: Option<RoughServo>,
+    /// True if that is of the command that acted by the fit.
+    is_of_fit: bool,
+}
+
+/// A servo at the surest of some time scales, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RoughServo {
+    pub(super) servo: ServoParameters,
+    pub(super) std_errors: ServoParameters,
+    /// The length of its windows, s.
+    time: f64,
+    /// The part of the acceleration of left-out windows that it predicts.
+    explained: f64,
+}
+
+impl RoughServo {
+    /// True if its b is one. A negative b is that of a command of the other sign.
+    fn has_gain(&self) -> bool {
+        /// The largest standard error, part of b.
+        const MAX_ERROR: f64 = 0.25;
+        let error = self.std_errors.b / self.servo.b;
+        error > 0.0 && error <= MAX_ERROR
+    }
+}
+
+impl RoughAnswer {
+    /// That of the time scales of a record, and of the surest of those of the command that acted by its fit. A command that
+    /// was computed has none of the limits that nobody stated: it `was_measured`, or there is no answer.
+    pub(super) fn new(
+        found: &[TimeScale],
+        acting: Option<&TimeScale>,
+        scale: &Scale,
+        was_measured: bool,
+    ) -> Self {
+        /// The least standard error, part of an estimate: a servo is no rigid inertia behind the recorded command to less.
+        const LEAST_ERROR: f64 = 0.05;
+        let scales = found.iter().map(|of| ScaleEstimate {
+            time: scale.time * of.span,
+            b: of.values.get(Effect::B) * scale.of(Effect::B),
+            std_error: of.std_errors.get(Effect::B) * scale.of(Effect::B),
+            explained: of.explained,
+        });
+        let rough = |of: &TimeScale| {
+            let servo = scale.servo(&of.values);
+            let own = scale.servo(&of.std_errors);
+            let least = |error: f64, value: f64| error.hypot(LEAST_ERROR * value);
+            RoughServo {
+                std_errors: ServoParameters {
+                    a: least(own.a, servo.a),
+                    b: least(own.b, servo.b),
+                    coulomb: least(own.coulomb, servo.coulomb),
+                    load: least(own.load, servo.load),
+                },
+                servo,
+                time: scale.time * of.span,
+                explained: of.explained,
+            }
+        };
+        let surest = acting.or_else(|| surest(found)).filter(|_| was_measured);
+        Self {
+            scales: scales.collect(),
+            surest: surest.map(rough).filter(RoughServo::has_gain),
+            is_of_fit: acting.is_some(),
+        }
+    }
+
+    /// b and its standard error, of the command that acted by the fit.
+    pub(super) fn gain_of_fit(&self) -> Option<[f64; 2]> {
+        let surest = self.surest.as_ref().filter(|_| self.is_of_fit);
+        surest.map(|rough| [rough.servo.b, rough.std_errors.b])
+    }
+
+    /// The servo that stands in for a fit without a gain, or with one that is far less certain, and the verdict on it.
+    pub(super) fn instead(
+        &self,
+        verdict: &Verdict,
+        evidence: &Evidence,
+    ) -> Option<(&RoughServo, Verdict)> {
+        /// How much wider than the rough interval of b that of a refused fit may be.
+        const WIDER: f64 = 2.0;
+        let rough = self.surest.as_ref()?;
+        let error = rough.std_errors.b / rough.servo.b;
+        let gain = evidence.unknowns().find(|(of, _)| *of == Unknown::B);
+        let of_fit = gain.and_then(|(_, of)| Some(of.uncertainty()? / of.estimate));
+        let is_refused = match verdict.status {
+            Status::NoInformation if verdict.reason.is_of_the_motion() => false,
+            Status::NoInformation if verdict.hides_all() => true,
+            Status::NoInformation | Status::Partial | Status::Unexplained => {
+                of_fit.is_none_or(|of_fit| of_fit > WIDER * error)
+            }
+            _ => false,
+        };
+        let reason = VerdictReason::Rough {
+            time: rough.time,
+            explained: rough.explained,
+        };
+        let status = Status::Partial;
+        is_refused.then_some((rough, Verdict { status, reason }))
+    }
+}
+
+impl Scale {
+    /// The four parameters of some values, SI.
+    pub(super) fn servo(&self, values: &Values) -> ServoParameters {
+        let of = |effect: Effect| values.get(effect) * self.of(effect);
+        ServoParameters {
+            a: of(Effect::A),
+            b: of(Effect::B),
+            coulomb: of(Effect::Coulomb),
+            load: of(Effect::Load),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdict::{Motion, UnknownEvidence};
+
+    fn answer(b: f64, error: f64) -> RoughAnswer {
+        let zero = ServoParameters {
+            a: 0.0,
+            b: 0.0,
+            coulomb: 0.0,
+            load: 0.0,
+        };
+        RoughAnswer {
+            scales: Vec::new(),
+            surest: Some(RoughServo {
+                servo: ServoParameters { b, ..zero },
+                std_errors: ServoParameters { b: error, ..zero },
+                time: 0.05,
+                explained: 0.99,
+            }),
+            is_of_fit: true,
+        }
+    }
+
+    fn instead(rough: &RoughAnswer, samples: u64, own: f64, error: f64) -> Option<f64> {
+        let motion = Motion {
+            samples,
+            counts_travelled: 1e4,
+        };
+        let mut evidence = Evidence::from_motion(motion);
+        evidence.add(
+            Unknown::B,
+            UnknownEvidence {
+                estimate: own,
+                std_error: Some(error),
+                ..UnknownEvidence::at(own)
+            },
+        );
+        let verdict = Verdict::on(&evidence);
+        let stands = rough.instead(&verdict, &evidence);
+        stands.map(|(rough, verdict)| {
+            assert_eq!(
+                (verdict.status, verdict.reason.code()),
+                (Status::Partial, 50)
+            );
+            rough.servo.b
+        })
+    }
+
+    #[test]
+    fn it_stands_where_the_fit_has_no_gain_or_a_far_less_certain_one() {
+        let rough = answer(80.0, 4.0);
+        // Samples, b of the fit, its standard error, and whether the rough answer stands.
+        for (samples, own, error, stands) in [
+            (10_000, f64::NAN, f64::INFINITY, true),
+            (10_000, 80.0, f64::INFINITY, true),
+            (10_000, 80.0, 40.0, true),
+            (10_000, 80.0, 9.0, true),
+            (10_000, 80.0, 7.0, false),
+            (10_000, 80.0, 0.1, false),
+            (50, 80.0, 40.0, false),
+        ] {
+            let found = instead(&rough, samples, own, error);
+            assert_eq!(found, stands.then_some(80.0), "{samples} {own} {error}");
+        }
+    }
+
+    #[test]
+    fn a_gain_of_half_its_size_or_of_the_other_sign_is_none() {
+        for (b, error, is_one) in [
+            (80.0, 20.1, false),
+            (80.0, 19.9, true),
+            (-80.0, 1.0, false),
+            (0.0, 1.0, false),
+            (f64::NAN, 1.0, false),
+        ] {
+            let servo = answer(b, error).surest.expect("a servo");
+            assert_eq!(servo.has_gain(), is_one, "{b} {error}");
+        }
+    }
+}
