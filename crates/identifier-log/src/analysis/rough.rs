@@ -32,11 +32,14 @@ pub(super) struct RoughServo {
 impl RoughServo {
     /// True if its b is one. A negative b is that of a command of the other sign.
     fn has_gain(&self) -> bool {
-        /// The largest standard error, part of b.
-        const MAX_ERROR: f64 = 0.25;
-        let error = self.std_errors.b / self.servo.b;
-        error > 0.0 && error <= MAX_ERROR
+        is_gain(self.std_errors.b / self.servo.b)
     }
+}
+
+/// True for the standard error of a gain, part of it: an interval wider than half of it is none.
+fn is_gain(error: f64) -> bool {
+    const MAX_ERROR: f64 = 0.25;
+    error > 0.0 && error <= MAX_ERROR
 }
 
 impl RoughAnswer {
@@ -86,23 +89,20 @@ impl RoughAnswer {
         surest.map(|rough| [rough.servo.b, rough.std_errors.b])
     }
 
-    /// The servo that stands in for a fit without a gain, or with one that is far less certain, and the verdict on it.
+    /// The servo that stands in for a fit without a gain, and the verdict on it.
     pub(super) fn instead(
         &self,
         verdict: &Verdict,
         evidence: &Evidence,
     ) -> Option<(&RoughServo, Verdict)> {
-        /// How much wider than the rough interval of b that of a refused fit may be.
-        const WIDER: f64 = 2.0;
         let rough = self.surest.as_ref()?;
-        let error = rough.std_errors.b / rough.servo.b;
         let gain = evidence.unknowns().find(|(of, _)| *of == Unknown::B);
         let of_fit = gain.and_then(|(_, of)| Some(of.uncertainty()? / of.estimate));
         let is_refused = match verdict.status {
             Status::NoInformation if verdict.reason.is_of_the_motion() => false,
             Status::NoInformation if verdict.hides_all() => true,
             Status::NoInformation | Status::Partial | Status::Unexplained => {
-                of_fit.is_none_or(|of_fit| of_fit > WIDER * error)
+                !of_fit.is_some_and(is_gain)
             }
             _ => false,
         };
@@ -178,15 +178,14 @@ mod tests {
     }
 
     #[test]
-    fn it_stands_where_the_fit_has_no_gain_or_a_far_less_certain_one() {
+    fn it_stands_where_the_fit_has_no_gain() {
         let rough = answer(80.0, 4.0);
         // Samples, b of the fit, its standard error, and whether the rough answer stands.
         for (samples, own, error, stands) in [
             (10_000, f64::NAN, f64::INFINITY, true),
             (10_000, 80.0, f64::INFINITY, true),
-            (10_000, 80.0, 40.0, true),
-            (10_000, 80.0, 9.0, true),
-            (10_000, 80.0, 7.0, false),
+            (10_000, 80.0, 20.1, true),
+            (10_000, 80.0, 19.9, false),
             (10_000, 80.0, 0.1, false),
             (50, 80.0, 40.0, false),
         ] {

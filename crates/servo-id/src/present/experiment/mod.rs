@@ -91,7 +91,7 @@ fn verdict(summary: &Summary, rows: &[Estimated]) -> Verdict {
         Status::Converged if known.is_empty() => "The servo is identified.".to_owned(),
         Status::Converged => format!("The servo is identified: {}.", known.join(", ")),
         Status::Partial if summary.estimates.b.state == State::Rough => {
-            "A rough answer: no model explains the log to a count.".to_owned()
+            "A rough answer: the exact fit has none.".to_owned()
         }
         Status::Partial => format!(
             "Within tolerance: {}. This motion does not determine the rest.",
