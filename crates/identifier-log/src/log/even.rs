@@ -435,6 +435,27 @@ mod tests {
     }
 
     #[test]
+    fn stamps_that_are_cut_to_a_coarse_grid_are_rows_one_after_the_other() {
+        let (commands, positions) = moved(&even());
+        for grid in [3.0, 5.0, 10.0, 50.0].map(|steps| steps * STEP) {
+            let cut: Vec<f64> = even()
+                .iter()
+                .map(|time| (time / grid).round() * grid)
+                .collect();
+            let found = log(&cut, positions.clone(), commands.clone());
+            assert_eq!(
+                (found.rows().len(), found.segments().len()),
+                (ROWS, 1),
+                "{grid}"
+            );
+            assert!((found.sample_time / STEP - 1.0).abs() < 0.01, "{grid}");
+            let same =
+                |(row, position): (&crate::log::Row, &f64)| (row.position - position).abs() < 1e-12;
+            assert!(found.rows().iter().zip(&positions).all(same), "{grid}");
+        }
+    }
+
+    #[test]
     fn two_topics_are_joined_by_their_own_stamps() {
         let (commands, positions) = moved(&even());
         let mut times = Vec::new();

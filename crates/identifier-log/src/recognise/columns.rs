@@ -416,7 +416,10 @@ impl<'a> Candidates<'a> {
         let all = 0..self.table.columns.len();
         for measured in all.clone().filter(|index| is_one(position, *index)) {
             for command in all.clone().filter(|index| is_one(pushes, *index)) {
-                let is_kin = rates[command] == Some(measured) || rates[measured] == Some(command);
+                let is_of = |of: &[Option<usize>]| {
+                    of[command] == Some(measured) || of[measured] == Some(command)
+                };
+                let is_kin = is_of(&rates) || is_of(&copies);
                 let is_stated = position.is_some() && pushes.is_some();
                 if measured == command || (is_kin && !is_stated) {
                     continue;
@@ -471,12 +474,13 @@ impl<'a> Candidates<'a> {
             }
         }
         if trials.is_empty() {
-            let changing: Vec<_> = moving.iter().map(|index| self.name(*index)).collect();
+            let own = moving.iter().filter(|index| copies[**index].is_none());
+            let changing: Vec<_> = own.map(|index| self.name(*index)).collect();
             return Err(vec![Question {
                 flag: "command",
                 text: format!(
-                    "position and command must both change, but only these columns do: {}; record the command that \
-                     acts",
+                    "position and command must both change and not be copies, but only these columns are so: {}; record \
+                     the command that acts",
                     match changing.len() {
                         0 => "none".to_owned(),
                         _ => crate::nearest::shortened(&changing.join(", "), 120),

@@ -38,16 +38,20 @@ pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
     bare
 }
 
-/// A line with one space for every run of spaces and tabs, and none at its ends. Text within quotation marks is
-/// unchanged.
+/// A line with one space for every run of spaces and tabs, and none at its ends nor behind the colon of a name. A comma at the
+/// end of a word is a space. Text within quotation marks is unchanged.
 pub(super) fn squeezed(line: &[u8]) -> Vec<u8> {
     let mut squeezed = Vec::with_capacity(line.len());
     let mut quoted = false;
-    for &byte in line.trim_ascii() {
+    let line = line.trim_ascii();
+    let line = line.strip_suffix(b",").unwrap_or(line).trim_ascii_end();
+    let blank = |byte: &u8| *byte == b' ' || *byte == b'\t';
+    for (place, &byte) in line.iter().enumerate() {
         quoted ^= byte == b'"';
-        let is_space = !quoted && (byte == b' ' || byte == b'\t');
+        let ends_word = byte == b',' && line.get(place + 1).is_some_and(blank);
+        let is_space = !quoted && (blank(&byte) || ends_word);
         match is_space {
-            true if squeezed.last() == Some(&b' ') => {}
+            true if matches!(squeezed.last(), Some(b' ' | b':')) => {}
             true => squeezed.push(b' '),
             false => squeezed.push(byte),
         }

@@ -255,7 +255,17 @@ impl Table {
             }
             pair[1].name = std::mem::take(&mut pair[0].name);
         }
+        // A channel that ends earlier ends the log.
+        let whole = |row: &usize| self.columns.iter().all(|one| one.values[*row].is_finite());
+        let rows = (0..self.rows())
+            .rev()
+            .find(whole)
+            .map_or(0, |last| last + 1);
+        self.lines.truncate(rows);
         let mut place = 0;
+        for column in &mut self.columns {
+            column.values.truncate(rows);
+        }
         self.columns.retain(|_| {
             place += 1;
             place == 1 || place % 2 == 0
@@ -563,6 +573,7 @@ mod tests {
                 true,
             ),
             ("t:0,q:1.5,u:-2\nt:1,q:2.5,u:3\n", true),
+            ("t: 0 q: 1.5 u: -2\nt: 1 q: 2.5, u: 3,\n", true),
             ("log = [0 1.5 -2;\n1 2.5 3];\n", false),
             ("\"t\",\"q\",\"u\"\n\"0,1.5,-2\"\n\"1,2.5,3\"\n", true),
             ("t,q,u\nstarted\n0,1.5,-2,\n1,2.5,3,\n", true),
@@ -621,11 +632,11 @@ mod tests {
 
     #[test]
     fn a_column_of_times_before_each_signal_is_the_time_of_all() {
-        let found = table("q [0x6064],,u,\nX,Y,X,Y\n0.0,5,0.0,1\n1.0,6,1.0,2\n2.0,7,,\n");
+        let found = table("q [0x6064],,u,\nX,Y,X,Y\n0.0,5,0.0,1\n1.0,6,,\n2.0,7,2.0,3\n3.0,8,,\n");
         let names: Vec<_> = found.columns.iter().map(|one| &*one.name).collect();
         assert_eq!(names, ["time", "q [0x6064]", "u"]);
         assert_eq!(values(&found)[..2], [[0.0, 1.0, 2.0], [5.0, 6.0, 7.0]]);
-        assert!(found.columns[2].values[2].is_nan());
+        assert!(found.columns[2].values[1].is_nan());
         let text = "q,,u,\nX,Y,X,Y\n0,5,0,1\n1,6,1.5,2\n";
         let refused = Table::of_text("log.csv".as_ref(), text.as_bytes()).expect_err("two clocks");
         assert!(refused.to_string().contains("line 4"), "{refused}");
