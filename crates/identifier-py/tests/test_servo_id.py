@@ -108,8 +108,10 @@ class Identification(unittest.TestCase):
         self.assertTrue(of_file.converged, of_file.reason)
         self.assertIn("position", dict(of_file.findings))
         of_columns = servo_id.identify(columns(), sample_time=1e-3, counts_per_rev=10000)
-        self.assertEqual(of_file.estimates, of_columns.estimates)
-        self.assertEqual(of_file.std_errors, of_columns.std_errors)
+        # Stamps have the sample time to the last bit but one.
+        for name in of_file.estimates:
+            self.assertAlmostEqual(of_file.estimates[name], of_columns.estimates[name], delta=1e-12 * abs(of_file.estimates[name]))
+            self.assertAlmostEqual(of_file.std_errors[name], of_columns.std_errors[name], delta=1e-9 * of_file.std_errors[name])
         self.assertAlmostEqual(of_file.estimates["b"], 257.7, delta=2 * of_file.std_errors["b"])
 
     def test_the_surest_time_scale_has_the_gain_of_the_fit(self):
@@ -301,9 +303,9 @@ class Identification(unittest.TestCase):
             scaled = covariance / np.outer(errors, errors)
             self.assertGreaterEqual(np.linalg.eigvalsh(scaled).min(), -1e-9)
         own = np.mean([result.covariance[np.ix_(places, places)] for result in found], axis=0)
-        sizes = np.sqrt(np.diag(scatter))
-        own, scatter = own / np.outer(sizes, sizes), scatter / np.outer(sizes, sizes)
-        np.fill_diagonal(own, 1.0)
+        # It holds more than chance: what the log leaves open of other effects.
+        self.assertGreater((np.diag(own) / np.diag(scatter)).min(), 0.6)
+        own, scatter = (one / np.sqrt(np.outer(np.diag(one), np.diag(one))) for one in (own, scatter))
         # Of 40 pairs a correlation is known to 0.16 at most, one standard error.
         self.assertLess(np.abs(own - scatter).max(), 0.45, f"{own}\n{scatter}")
         self.assertGreater(np.abs(scatter - np.eye(4)).max(), 0.6)

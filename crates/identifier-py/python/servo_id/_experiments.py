@@ -50,7 +50,7 @@ def identify(
 
     ``log`` is a file as :func:`read_log` takes it, of which ``joint`` is identified, or a data frame or mapping of columns:
     ``position`` and ``command``, the total that acted, with ``time`` (s) or ``sample_time=``. Columns of other names are
-    recognised as those of a file. The columns and units of a file are found; ``result.findings`` says how. What a log does not
+    recognised as those of a file. The units of either are found; ``result.findings`` says how. What a log does not
     show is asked for by a ``ValueError`` that names the keyword.
 
     A servo that closes its own loop has a ``goal`` in place of a command, and that loop is ``kp``, ``kd``, ``limit``,
@@ -69,9 +69,9 @@ def identify(
         text, findings = _scenario.read(scenario), ()
         source = _source(log, joint, {})
     elif _has_roles(log, joint, options):
-        tables = scenario_of_columns(log, estimator or {"law": "fit"}, options)
-        text, findings = _scenario.read(tables), ()
+        scenario_of_columns(log, {}, options)
         source = _in_memory(log)
+        text, findings = _recognised(source, {role: role for role in log} | options, estimator)
     else:
         source = _source(log, joint, options)
         text, findings = _recognised(source, options, estimator)
