@@ -212,16 +212,14 @@ impl Ticks {
 
     /// The same rows, each the sample after the last: those of stamps that are cut to a grid.
     pub(super) fn row_by_row(&self, stamps: &[f64]) -> Self {
-        let steps = || stamps.windows(2).map(|pair| pair[1] - pair[0]);
-        let mut grid: Vec<f64> = steps().filter(|step| *step > 0.0).collect();
-        grid.sort_unstable_by(f64::total_cmp);
-        let usual = grid.get(grid.len() / 2).copied().unwrap_or(0.0);
-        // From one stamp of a grid to the next there is no gap.
+        // From one stamp of a coarse grid to the next there is no gap.
+        let most = usual_steps(stamps.iter().copied()).map_or(0.0, |[grid, _]| 1.5 * grid);
         let next = |(tick, step): (&Tick, f64)| match tick {
-            Tick::Begins if !(0.0..1.5 * usual).contains(&step) => Tick::Begins,
+            Tick::Begins if !(0.0..most).contains(&step) => Tick::Begins,
             _ => Tick::After(1),
         };
-        let before = std::iter::once(f64::INFINITY).chain(steps());
+        let steps = stamps.windows(2).map(|pair| pair[1] - pair[0]);
+        let before = std::iter::once(f64::INFINITY).chain(steps);
         Self::measured(
             self.of.iter().zip(before).map(next).collect(),
             stamps,

@@ -351,7 +351,7 @@ fn bits(
 #[cfg(test)]
 mod tests {
     use super::Clock;
-    use crate::log::{Log, Table};
+    use crate::log::{Log, LogError, Table};
     use crate::scenario::{Column, LogSettings};
 
     const STEP: f64 = 2e-3;
@@ -383,6 +383,10 @@ mod tests {
     }
 
     fn log(times: &[f64], positions: Vec<f64>, commands: Vec<f64>) -> Log {
+        read(times, positions, commands).expect("a log")
+    }
+
+    fn read(times: &[f64], positions: Vec<f64>, commands: Vec<f64>) -> Result<Log, LogError> {
         let of = |name: &str, column: Vec<f64>| (name.to_owned(), column);
         let columns = vec![
             of("t", times.to_vec()),
@@ -393,7 +397,7 @@ mod tests {
         let mut settings = LogSettings::with_position(Column::named("q"));
         settings.time = Some(Column::named("t"));
         settings.command = Some(Column::named("u"));
-        Log::new(&table, &settings, None).expect("a log")
+        Log::new(&table, &settings, None)
     }
 
     fn even() -> Vec<f64> {
@@ -432,6 +436,26 @@ mod tests {
             assert_eq!(found.rows().len(), ROWS);
             assert!((found.rows()[500].position - positions[500]).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_few_single_positions_far_from_the_others_are_left_out_and_many_are_a_fault() {
+        let (commands, positions) = moved(&even());
+        let with = |every: usize| {
+            let far = |(row, position): (usize, &f64)| match row % every {
+                7 => position + 30.0,
+                _ => *position,
+            };
+            let far = positions.iter().enumerate().map(far).collect();
+            read(&even(), far, commands.clone())
+        };
+        let found = with(500).expect("a log");
+        assert_eq!((found.found.spikes, found.found.bridged), (4, 4));
+        for (row, position) in found.rows().iter().zip(&positions) {
+            assert!((row.position - position).abs() < 0.05, "{row:?}");
+        }
+        let refused = with(100).expect_err("many").to_string();
+        assert!(refused.contains("20 spikes"), "{refused}");
     }
 
     #[test]

@@ -392,3 +392,73 @@ fn is_excited(unknown: Unknown, of: &UnknownEvidence) -> bool {
 fn within(value: f64, limit: f64) -> bool {
     value.abs() <= limit
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verdict::{Motion, Residual};
+
+    /// The verdict's code on a b of 1 ± 0.04, of a command that was computed or not, beside b of the time scales and what the fit
+    /// leaves of the log: deviations of the sensor's noise, and the correlation.
+    fn code(computed: bool, scales: Option<[f64; 2]>, left: Option<[f64; 2]>) -> u8 {
+        let mut evidence = Evidence::from_motion(Motion {
+            samples: 10_000,
+            counts_travelled: 1e4,
+        });
+        let of_b = UnknownEvidence {
+            estimate: 1.0,
+            std_error: Some(0.02),
+            ..UnknownEvidence::at(1.0)
+        };
+        evidence.add(Unknown::B, of_b);
+        evidence.command_was_computed = computed;
+        evidence.gain_of_scales = scales;
+        evidence.innovation = left.map(|[rms, correlation]| Residual {
+            rms,
+            resolution_rms: 1.0,
+            correlation,
+        });
+        Verdict::on(&evidence).reason.code()
+    }
+
+    #[test]
+    fn a_fit_that_does_not_explain_its_log_is_judged_by_loop_and_time_scales() {
+        let (other, alike) = (Some([2.0, 0.05]), Some([1.13, 0.05]));
+        for (computed, scales, left, expected) in [
+            (false, None, Some([3.0, 0.9]), 0),
+            (false, alike, Some([3.0, 0.9]), 0),
+            (false, other, Some([3.0, 0.9]), 44),
+            (false, Some([0.4, 0.05]), Some([3.0, 0.9]), 44),
+            (true, None, Some([3.0, 0.9]), 45),
+            (true, other, Some([3.0, 0.9]), 45),
+            // Down to the sensor's noise, or white.
+            (true, other, Some([1.4, 0.9]), 0),
+            (true, other, Some([3.0, 0.2]), 0),
+            (true, other, None, 0),
+        ] {
+            let found = code(computed, scales, left);
+            assert_eq!(found, expected, "{computed} {scales:?} {left:?}");
+        }
+    }
+
+    #[test]
+    fn what_does_not_matter_beside_the_command_is_small_and_not_known() {
+        for (estimate, error, expected) in [
+            (10.0, 1.2, State::Known),
+            (10.0, 1.3, State::Bounded),
+            (0.1, 0.4, State::Small),
+            (0.0, 0.4, State::Small),
+            (0.1, 0.6, State::Bounded),
+            (0.1, 60.0, State::Unknown),
+            (0.1, f64::INFINITY, State::Unknown),
+        ] {
+            let of = UnknownEvidence {
+                estimate,
+                std_error: Some(error),
+                ..UnknownEvidence::at(100.0)
+            };
+            let found = of.state(Unknown::Coulomb);
+            assert_eq!(found, expected, "{estimate} {error}");
+        }
+    }
+}

@@ -136,7 +136,7 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
                 .to_owned(),
         ],
         VerdictReason::LoopDiffers => vec![
-            "State what else the servo's own loop has: --cutoff of its velocity, --kff, --limit, --loop-time.".to_owned(),
+            "State what else the servo's own loop has: --cutoff or --velocity, --limit, --loop-time, --integrator.".to_owned(),
             "Or record the command that acts.".to_owned(),
         ],
         // Those of the fit that was refused.

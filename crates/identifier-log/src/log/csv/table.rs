@@ -256,11 +256,11 @@ impl Table {
             pair[1].name = std::mem::take(&mut pair[0].name);
         }
         // A channel that ends earlier ends the log.
-        let whole = |row: &usize| self.columns.iter().all(|one| one.values[*row].is_finite());
-        let rows = (0..self.rows())
-            .rev()
-            .find(whole)
-            .map_or(0, |last| last + 1);
+        let ends = self.columns.iter().filter_map(|one| {
+            let last = one.values.iter().rposition(|value| value.is_finite());
+            last.map(|last| last + 1)
+        });
+        let rows = ends.min().unwrap_or(0);
         self.lines.truncate(rows);
         let mut place = 0;
         for column in &mut self.columns {
@@ -476,14 +476,15 @@ impl<'a> Reader<'a> {
         }
         if is_few(self.table.damaged + self.narrow.len() as u64) {
             self.table.damaged += self.narrow.len() as u64;
-            for row in self.narrow.drain(..).rev() {
-                self.table.lines.remove(row);
-                for column in &mut self.table.columns {
-                    column.values.remove(row);
-                    column.others.retain(|(of, _)| *of != row);
-                    for (of, _) in &mut column.others {
-                        *of -= usize::from(*of > row);
-                    }
+            let narrow = std::mem::take(&mut self.narrow);
+            without(&mut self.table.lines, &narrow);
+            for column in &mut self.table.columns {
+                without(&mut column.values, &narrow);
+                column
+                    .others
+                    .retain(|(of, _)| narrow.binary_search(of).is_err());
+                for (of, _) in &mut column.others {
+                    *of -= narrow.partition_point(|row| row < of);
                 }
             }
         }
@@ -506,6 +507,15 @@ impl<'a> Reader<'a> {
         }
         fault
     }
+}
+
+/// Takes some rows, in their order, out of a column.
+fn without<T>(column: &mut Vec<T>, rows: &[usize]) {
+    let (mut row, mut next) = (0, rows.iter().peekable());
+    column.retain(|_| {
+        row += 1;
+        next.next_if_eq(&&(row - 1)).is_none()
+    });
 }
 
 /// A cell as text. One that is not UTF-8 is Latin-1, in which a byte is its character.
@@ -637,6 +647,10 @@ mod tests {
         assert_eq!(names, ["time", "q [0x6064]", "u"]);
         assert_eq!(values(&found)[..2], [[0.0, 1.0, 2.0], [5.0, 6.0, 7.0]]);
         assert!(found.columns[2].values[1].is_nan());
+        assert_eq!(found.rows(), 3);
+        // A channel that was off.
+        let found = table("q,,u,,z,\nX,Y,X,Y,X,Y\n0,5,0,1,,\n1,6,1,2,,\n");
+        assert_eq!((found.rows(), found.columns.len()), (2, 4));
         let text = "q,,u,\nX,Y,X,Y\n0,5,0,1\n1,6,1.5,2\n";
         let refused = Table::of_text("log.csv".as_ref(), text.as_bytes()).expect_err("two clocks");
         assert!(refused.to_string().contains("line 4"), "{refused}");

@@ -296,3 +296,38 @@ fn stated_goals_at_a_low_rate_are_identified() {
         );
     }
 }
+
+/// A goal servo whose loop filters its velocity, and the remedy of who does not state that.
+#[test]
+fn a_loop_that_is_stated_without_its_filter_is_another_until_the_filter_is_stated() {
+    let scenario = folder("unstated-filter-run").join("servo.toml");
+    let text = "[plant]\na = 4.0\nb = 25.0\ncoulomb = 20.0\n[encoder]\ncounts_per_rev = 16384\n\
+                [amplifier]\nlimit = 12.0\n[controller]\nkp = 36.0\nkd = 1.9\nki = 0.0\nsample_time = 0.001\n\
+                velocity_filter = { kind = \"low-pass\", cutoff = 120.0 }\n[excitation]\nkind = \"prbs\"\n\
+                amplitude = 1.0\nhold = 0.3\norder = 10\n[identifier]\nlaw = \"fit\"\n[run]\nduration = 10.0\n";
+    std::fs::write(&scenario, text).expect("written");
+    let motion = Motion::of(Path::new(&scenario));
+    let columns = [
+        ("time_s", cells(&motion.time, 4)),
+        ("goal_rad", cells(&motion.reference, 6)),
+        ("position_rad", cells(&motion.position, 7)),
+    ];
+    let columns = columns.each_ref().map(|(name, cells)| (*name, &cells[..]));
+    let log = log("unstated-filter", &super::text(",", &columns));
+    let stated = [
+        "--goal", "goal_rad", "--kp", "36", "--kd", "1.9", "--limit", "12",
+    ];
+    let call = |further: &[&str]| {
+        let call = [&["identify", &log, "--json", "-"], &stated[..], further].concat();
+        printed_json(&servo_id(&call))
+    };
+    let without = call(&[]);
+    assert_eq!(
+        (&without["status"], &without["code"]),
+        (&"unexplained".into(), &45.into())
+    );
+    let with = call(&["--cutoff", "120"]);
+    assert_eq!(with["status"], "converged", "{}", with["reason"]);
+    let b = with["estimates"]["b"]["value"].as_f64().expect("a number");
+    assert!((b / 25.0 - 1.0).abs() < 0.02, "{b}");
+}

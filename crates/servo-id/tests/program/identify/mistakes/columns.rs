@@ -85,6 +85,11 @@ impl Cases {
             named(&cells(&map(&of.time, |t| 7.0 * t), 6), &command),
             Named("a gain that differs"),
         );
+        self.add(
+            "position as command",
+            named(&position, &position),
+            Named("not be copies"),
+        );
         let none = vec!["0".to_owned(); of.time.len()];
         self.add(
             "no command",
