@@ -40,6 +40,16 @@ pub(crate) struct Scale {
     pub(crate) position: f64,
 }
 
+/// The servo of a number for each of its four effects.
+pub(crate) fn servo_of(number: impl Fn(Effect) -> f64) -> ServoParameters {
+    ServoParameters {
+        a: number(Effect::A),
+        b: number(Effect::B),
+        coulomb: number(Effect::Coulomb),
+        load: number(Effect::Load),
+    }
+}
+
 impl Scale {
     /// A recording in SI.
     pub(crate) const SI: Self = Self {

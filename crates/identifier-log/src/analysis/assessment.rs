@@ -5,7 +5,7 @@ use identifier_core::parameters::{ServoParameters, Unknown};
 use log_fit::fit::{Effect, RecordStatistics, Values};
 
 use super::Statistics;
-use super::scales::Scales;
+use super::usual_sizes::UsualSizes;
 use super::whole_record::WholeRecord;
 use crate::experiment::TermEstimate;
 use crate::result::Finding;
@@ -62,7 +62,7 @@ pub struct Assessment {
     /// The evidence of the fit.
     pub(super) fit: Option<FitEvidence>,
     /// The usual sizes beside which unknowns act.
-    pub(super) scales: Scales,
+    pub(super) scales: UsualSizes,
     covariance: ErrorCovariance,
 }
 
@@ -212,8 +212,8 @@ impl VerifiedEstimate<'_> {
 
 impl Scale {
     /// The usual sizes of a motion with a usual command.
-    pub(super) fn scales(&self, statistics: &RecordStatistics, command: f64) -> Scales {
-        Scales {
+    pub(super) fn scales(&self, statistics: &RecordStatistics, command: f64) -> UsualSizes {
+        UsualSizes {
             velocity: 0.5 * statistics.velocity * self.position / self.time,
             command,
         }

@@ -230,8 +230,11 @@ impl Ending<'_> {
             residual: assessment.as_ref().and_then(|found| found.residual),
             noise,
             fit: is_whole.then(|| {
-                let none = FitNotes::of_samples(outcome.samples);
-                whole.map_or(none, |whole| whole.notes.clone())
+                let none = || FitNotes {
+                    samples: outcome.samples,
+                    ..FitNotes::default()
+                };
+                whole.map_or_else(none, |whole| whole.notes.clone())
             }),
             scales: rough.map_or_else(Vec::new, |rough| rough.scales.clone()),
             replay: ReplayNotes::default(),

@@ -4,10 +4,10 @@ mod assessment;
 mod ending;
 mod evidence;
 mod rough;
-mod scales;
 mod seen;
 mod sensor_noise;
 mod statistics;
+mod usual_sizes;
 mod whole_record;
 
 pub use assessment::{Assessment, Effort, VerifiedEstimate};

@@ -1,11 +1,11 @@
 //! The rough answer of a record: what its time scales say, where its fit says less.
 
 use identifier_core::parameters::{ServoParameters, Unknown};
-use log_fit::fit::{Effect, Values};
+use log_fit::fit::Effect;
 use log_fit::{TimeScale, surest};
 
 use crate::result::ScaleEstimate;
-use crate::scaled_recording::Scale;
+use crate::scaled_recording::{Scale, servo_of};
 use crate::verdict::{Evidence, Status, Verdict, VerdictReason};
 
 /// What a record says at its time scales, SI.
@@ -60,17 +60,11 @@ impl RoughAnswer {
             explained: of.explained,
         });
         let rough = |of: &TimeScale| {
-            let servo = scale.servo(&of.values);
-            let own = scale.servo(&of.std_errors);
-            let least = |error: f64, value: f64| error.hypot(LEAST_ERROR * value);
+            let value = |effect| of.values.get(effect) * scale.of(effect);
+            let error = |effect| of.std_errors.get(effect) * scale.of(effect);
             RoughServo {
-                std_errors: ServoParameters {
-                    a: least(own.a, servo.a),
-                    b: least(own.b, servo.b),
-                    coulomb: least(own.coulomb, servo.coulomb),
-                    load: least(own.load, servo.load),
-                },
-                servo,
+                servo: servo_of(value),
+                std_errors: servo_of(|effect| error(effect).hypot(LEAST_ERROR * value(effect))),
                 time: scale.time * of.span,
                 explained: of.explained,
             }
@@ -112,19 +106,6 @@ impl RoughAnswer {
         };
         let status = Status::Partial;
         is_refused.then_some((rough, Verdict { status, reason }))
-    }
-}
-
-impl Scale {
-    /// The four parameters of some values, SI.
-    pub(super) fn servo(&self, values: &Values) -> ServoParameters {
-        let of = |effect: Effect| values.get(effect) * self.of(effect);
-        ServoParameters {
-            a: of(Effect::A),
-            b: of(Effect::B),
-            coulomb: of(Effect::Coulomb),
-            load: of(Effect::Load),
-        }
     }
 }
 

@@ -4,11 +4,11 @@ use identifier_core::parameters::{ServoParameters, Terms, Unknown};
 use log_fit::fit::Effect;
 
 use super::rough::RoughAnswer;
-use super::scales::Scales;
+use super::usual_sizes::UsualSizes;
 use crate::experiment::TermEstimate;
 use crate::found_servo::FoundServo;
 use crate::result::{BrakingForce, EnteredEffect, FitNotes};
-use crate::scaled_recording::{Scale, ScaledRecording, effect, term};
+use crate::scaled_recording::{Scale, ScaledRecording, effect, servo_of, term};
 use crate::scenario::Options;
 use crate::verdict::{Cause, FitEvidence};
 use log_fit::{GoesOn, Identified, Logged, ModelDemand, identify};
@@ -31,7 +31,7 @@ pub struct WholeRecord {
     /// Deviation of the sensor's noise, counts.
     pub(super) noise: f64,
     pub(super) notes: FitNotes,
-    pub(super) scales: Scales,
+    pub(super) scales: UsualSizes,
     /// In the units of its recording.
     pub(super) found: Identified,
     /// Those units.
@@ -110,7 +110,7 @@ impl Scale {
             let own = found.estimated.iter().find(|(one, _)| *one == effect);
             own.map_or(f64::INFINITY, |(_, error)| error * self.of(effect))
         };
-        let servo = self.servo(&found.values);
+        let servo = servo_of(value);
         let estimated = || found.estimated.iter().map(|(effect, _)| *effect);
         let sizes_of_terms = Unknown::ALL
             .into_iter()
@@ -152,12 +152,7 @@ impl Scale {
         });
         WholeRecord {
             servo,
-            std_errors: ServoParameters {
-                a: std_error(Effect::A),
-                b: std_error(Effect::B),
-                coulomb: std_error(Effect::Coulomb),
-                load: std_error(Effect::Load),
-            },
+            std_errors: servo_of(std_error),
             terms: terms.collect(),
             low_speed_velocity: Some(value(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
             all: FoundServo::of_fit(&found.values, self),

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 /// Findings of a fit to a whole record besides the estimates.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FitNotes {
     /// Samples that were fitted.
     pub samples: u64,
@@ -15,18 +15,6 @@ pub struct FitNotes {
     pub braking: Option<BrakingForce>,
     /// The effects that the record shows, in the order in which they entered. A load that steps and the delay follow.
     pub effects: Vec<EnteredEffect>,
-}
-
-impl FitNotes {
-    /// Those of a record of which no servo was found.
-    pub(crate) const fn of_samples(samples: u64) -> Self {
-        Self {
-            samples,
-            command_recorded_late: None,
-            braking: None,
-            effects: Vec::new(),
-        }
-    }
 }
 
 /// The gain at a time scale.

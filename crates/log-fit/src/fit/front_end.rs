@@ -239,41 +239,39 @@ impl FrontEnd {
     }
 }
 
-impl Record<'_> {
-    /// The mean command over each sample that accelerates the servo of some values as it does, if nothing else but friction
-    /// acts on it.
-    pub(crate) fn acting(&self, values: &Values) -> Vec<f64> {
-        let front_end = FrontEnd::new(values, &[]);
-        let of = |one: Effect| values.get(one);
-        let waves = [
-            (1.0, [of(Effect::GravitySine), of(Effect::GravityCosine)]),
-            (
-                values.order,
-                [of(Effect::RippleSine), of(Effect::RippleCosine)],
-            ),
-        ];
-        let gain_wave = [of(Effect::TorqueRippleSine), of(Effect::TorqueRippleCosine)];
-        let along = |[sine, cosine]: [f64; 2], wave: [f64; 2]| sine * wave[0] + cosine * wave[1];
-        let mut acting = Vec::with_capacity(self.len());
-        for motion in self.motions() {
-            let mut current = Current::default();
-            for sample in motion.0..motion.1 {
-                let mut parts = front_end.recorded(self, motion, sample);
-                front_end.process(self, &mut parts, &mut current);
-                let means = parts.iter().zip(front_end.lengths);
-                let command: f64 = means.map(|(part, length)| length * part.command).sum();
-                let passed = sample as f64 / self.len() as f64 - 0.5;
-                let gain = (1.0 + along(gain_wave, self.wave(sample, values.gain_order)))
-                    * (1.0 + of(Effect::GainDrift) * passed);
-                let forces: f64 = waves
-                    .iter()
-                    .map(|(order, sizes)| along(*sizes, self.wave(sample, *order)))
-                    .sum();
-                acting.push(gain * command + forces / of(Effect::B));
-            }
+/// The mean command over each sample of a record that accelerates the servo of some values as it does, if nothing else but
+/// friction and load acts on it.
+pub(crate) fn acting_commands(record: &Record<'_>, values: &Values) -> Vec<f64> {
+    let front_end = FrontEnd::new(values, &[]);
+    let of = |one: Effect| values.get(one);
+    let waves = [
+        (1.0, [of(Effect::GravitySine), of(Effect::GravityCosine)]),
+        (
+            values.order,
+            [of(Effect::RippleSine), of(Effect::RippleCosine)],
+        ),
+    ];
+    let gain_wave = [of(Effect::TorqueRippleSine), of(Effect::TorqueRippleCosine)];
+    let along = |[sine, cosine]: [f64; 2], wave: [f64; 2]| sine * wave[0] + cosine * wave[1];
+    let mut acting = Vec::with_capacity(record.len());
+    for motion in record.motions() {
+        let mut current = Current::default();
+        for sample in motion.0..motion.1 {
+            let mut parts = front_end.recorded(record, motion, sample);
+            front_end.process(record, &mut parts, &mut current);
+            let means = parts.iter().zip(front_end.lengths);
+            let command: f64 = means.map(|(part, length)| length * part.command).sum();
+            let passed = sample as f64 / record.len() as f64 - 0.5;
+            let gain = (1.0 + along(gain_wave, record.wave(sample, values.gain_order)))
+                * (1.0 + of(Effect::GainDrift) * passed);
+            let forces: f64 = waves
+                .iter()
+                .map(|(order, sizes)| along(*sizes, record.wave(sample, *order)))
+                .sum();
+            acting.push(gain * command + forces / of(Effect::B));
         }
-        acting
     }
+    acting
 }
 
 impl Lag {

@@ -16,12 +16,12 @@ mod fitter;
 mod front_end;
 mod gain;
 mod horizons;
+mod lateness;
 mod pass;
 mod record;
 mod repetition;
 mod search;
 mod spectrum;
-mod start;
 mod state;
 mod statistics;
 mod sums;
@@ -30,12 +30,13 @@ mod waves;
 
 pub use effect::{Column, Effect, Values};
 pub use fitter::{Fitter, GoesOn};
+pub(crate) use front_end::acting_commands;
 pub use gain::Horizon;
+pub use lateness::Lateness;
 pub use pass::{MAX_COLUMNS, ModelPass, Row};
 pub use record::Record;
 pub use search::{Fitted, Search};
 pub use spectrum::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
-pub use start::{Beginning, Lateness, likeliest};
 pub use statistics::RecordStatistics;
 pub use sums::{Covariances, Sums, segments};
 

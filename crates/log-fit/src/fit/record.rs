@@ -24,6 +24,22 @@ pub struct Record<'a> {
     pub recorded: &'a [f64],
 }
 
+#[cfg(test)]
+impl<'a> Record<'a> {
+    /// One motion of an axis without angle.
+    pub(crate) const fn of(positions: &'a [f64], commands: &'a [f64]) -> Self {
+        Self {
+            positions,
+            commands,
+            angles: &[],
+            radian: 0.0,
+            begins: &[0],
+            stride: 1,
+            recorded: &[],
+        }
+    }
+}
+
 impl Record<'_> {
     /// Samples.
     #[must_use]

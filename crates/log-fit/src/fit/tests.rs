@@ -194,16 +194,19 @@ fn is_the_derivative(pass: &ModelPass<'_>, values: &Values, effect: Effect) -> b
 /// A fit from values that are a third off.
 fn fitted(record: &Record<'_>, [a, b, c]: [f64; 3]) -> (Fitted, Lateness) {
     let mut fitter = Fitter::new(record).expect("a motion");
-    let beginning = Beginning {
-        values: (Values::NONE.with(Effect::A, 0.7 * a))
-            .with(Effect::B, 1.3 * b)
-            .with(Effect::Coulomb, 0.7 * c),
-        has_gravity: false,
-        horizons: [20.0, 100.0].map(|white| Horizon { white, walk: None }),
+    let mut values = (Values::NONE.with(Effect::A, 0.7 * a))
+        .with(Effect::B, 1.3 * b)
+        .with(Effect::Coulomb, 0.7 * c);
+    let coarse = Search {
+        steps: 6,
+        tolerance: 1e-5,
     };
-    let (values, _) = fitter.search_from(&beginning).expect("a start");
+    for white in [20.0, 100.0] {
+        let horizon = Horizon { white, walk: None };
+        let found = fitter.search(&values, &Effect::BASE, horizon, coarse);
+        values = found.expect("a start").0;
+    }
     let late = fitter.lateness(&values).expect("a long horizon");
-    let mut values = values;
     fitter.earliest = 0.0;
     if late.is_certain() {
         fitter.earliest = -late.samples.round();
@@ -503,15 +506,7 @@ fn a_strongly_damped_servo_that_turns_round_is_its_model() {
             left -= time;
         }
     }
-    let record = Record {
-        positions: &positions,
-        commands: &commands,
-        angles: &[],
-        radian: 0.0,
-        begins: &[0],
-        stride: 1,
-        recorded: &[],
-    };
+    let record = Record::of(&positions, &commands);
     let fitter = Fitter::new(&record).expect("a motion");
     let mut values = Values::NONE;
     for (effect, value) in [(Effect::A, a), (Effect::B, b), (Effect::Coulomb, c)] {

@@ -22,6 +22,7 @@ mod tests;
 
 use crate::fit::{
     Effect, Fitter, GoesOn, Horizon, QUANTISATION_SIGMA, Record, RecordStatistics, Search, Values,
+    acting_commands,
 };
 
 use candidate::Range;
@@ -264,7 +265,7 @@ fn acting(record: &Record<'_>, noise: f64, values: &Values) -> Option<TimeScale>
     if OTHERS.iter().any(|effect| values.get(*effect) != 0.0) {
         return None;
     }
-    let commands = record.acting(values);
+    let commands = acting_commands(record, values);
     let acted = Record {
         commands: &commands,
         recorded: &[],

@@ -188,15 +188,7 @@ mod tests {
             .map(|k| (3000.0 * phase(k).sin() + 900.0 * (0.37 * phase(k)).cos()).round())
             .collect();
         let commands: Vec<f64> = samples.map(|k| -phase(k).sin()).collect();
-        let record = Record {
-            positions: &positions,
-            commands: &commands,
-            angles: &[],
-            radian: 0.0,
-            begins: &[0],
-            stride: 1,
-            recorded: &[],
-        };
+        let record = Record::of(&positions, &commands);
         let fitter = Fitter::new(&record).expect("a motion");
         let values = Values::NONE.with(Effect::B, 0.04).with(Effect::A, 1e-3);
         let horizon = Horizon {

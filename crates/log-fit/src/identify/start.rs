@@ -1,29 +1,18 @@
 //! Where the search for the servo begins.
 
-use crate::fit::{Beginning, Effect, Fitter, Horizon, Values, likeliest};
+use crate::fit::{Effect, Fitter, Horizon, Search, Values};
 use crate::parallel;
 use crate::scales::TimeScale;
 
-/// Starts that are searched from.
-const TRIED: usize = 3;
-
-/// The first estimates, of a servo with gravity or without; none if every search diverges.
+/// The first estimates, of a servo with gravity or without, from the time scales that explain most and are surest of b; none if
+/// every search diverges.
 pub(super) fn start(
     fitter: &Fitter<'_>,
     scales: &[TimeScale],
     has_gravity: bool,
 ) -> Option<Values> {
-    let beginnings: Vec<Beginning> = beginnings(fitter, scales, has_gravity).collect();
-    let searched = parallel::map(&beginnings, |one| fitter.search_from(one));
-    likeliest(searched.flatten())
-}
-
-/// The time scales that explain most and are surest of b, of different gains.
-fn beginnings(
-    fitter: &Fitter<'_>,
-    scales: &[TimeScale],
-    has_gravity: bool,
-) -> impl Iterator<Item = Beginning> {
+    /// Starts that are searched from.
+    const TRIED: usize = 3;
     /// Starts whose gains differ by less than this factor are one.
     const SAME: f64 = 1.22;
     /// Horizons of the search, deviations of a window's weights, and the least of each, samples.
@@ -47,13 +36,21 @@ fn beginnings(
         tried.push(best);
     }
     let most = fitter.record.len() as f64 / 6.0;
-    let horizon =
-        move |width: f64, [widths, least]: [f64; 2]| (widths * width).max(least).min(most);
+    let horizon = |width: f64, [widths, least]: [f64; 2]| (widths * width).max(least).min(most);
     // The last is the same for all, so that their likelihoods are of one filter.
     let widest = (tried.iter())
         .map(|(.., width)| horizon(*width, HORIZONS[1]))
         .fold(0.0, f64::max);
-    tried.into_iter().map(move |(mut values, _, width)| {
+    let search = Search {
+        steps: 6,
+        tolerance: 1e-5,
+    };
+    let gravity: &[Effect] = match has_gravity {
+        true => &[Effect::GravitySine, Effect::GravityCosine],
+        false => &[],
+    };
+    let free = [&Effect::BASE[..], gravity].concat();
+    let searched = parallel::map(&tried, |&(mut values, _, width)| {
         for (effect, [low, high]) in [
             (Effect::A, [0.0, Fitter::MAX_RATE]),
             (Effect::Coulomb, [0.0, f64::INFINITY]),
@@ -62,11 +59,16 @@ fn beginnings(
             values.set(effect, values.get(effect).clamp(low, high));
         }
         let first = horizon(width, HORIZONS[0]).min(widest);
-        let horizons = [first, widest].map(|white| Horizon { white, walk: None });
-        Beginning {
-            values,
-            has_gravity,
-            horizons,
+        let mut likelihood = f64::INFINITY;
+        for white in [first, widest] {
+            let horizon = Horizon { white, walk: None };
+            if let Some((found, sums)) = fitter.search(&values, &free, horizon, search) {
+                values = found;
+                likelihood = sums.minus_two_log_likelihood();
+            }
         }
-    })
+        likelihood.is_finite().then_some((values, likelihood))
+    });
+    let likeliest = (searched.flatten()).min_by(|one, other| one.1.total_cmp(&other.1));
+    likeliest.map(|(values, _)| values)
 }

@@ -325,3 +325,25 @@ fn beside_a_quadratic_friction_that_brakes_within_a_sample_the_gain_is_right() {
     let off = found.values.get(Effect::B) / GAIN - 1.0;
     assert!(off.abs() < 1e-3, "{off} with {:?}", found.entered);
 }
+
+/// The time scales know nothing of a dead band before the motor, until the fit takes it off the command.
+#[test]
+fn the_scales_of_what_acted_have_the_gain_that_those_of_the_recorded_command_miss() {
+    let band = 0.15;
+    let law = |k: usize, error: f64, v: f64| {
+        let size = 0.3 + 0.2 * (k as f64 / 700.0).sin();
+        (size * (error - 30.0 * v).signum()).clamp(-1.0, 1.0)
+    };
+    let mut samples = controlled(SAMPLES, law, COULOMB, |_, _, _| 0.0, 400.0);
+    for sample in &mut samples {
+        sample.command += band * sample.command.signum();
+    }
+    let recording = Recording::new(&samples, 1.0, 10_000.0);
+    let found = identified_with(4, &recording);
+    let off = |scale: &TimeScale| (scale.values.get(Effect::B) / GAIN - 1.0).abs();
+    let acting = found.acting.as_ref().expect("a gain");
+    let raw = recording.scales();
+    let raw = surest(&raw).expect("a gain");
+    assert!(off(raw) > 0.1, "{raw:?}");
+    assert!(off(acting) < 0.02, "{acting:?}");
+}

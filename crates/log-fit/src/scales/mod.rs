@@ -200,13 +200,8 @@ mod tests {
     fn of(samples: usize, gain: f64, load: f64, sine: f64) -> Vec<TimeScale> {
         let (positions, commands, angles) = free(samples, gain, load, sine);
         let record = Record {
-            positions: &positions,
-            commands: &commands,
             angles: if sine == 0.0 { &[] } else { &angles },
-            radian: 0.0,
-            begins: &[0],
-            stride: 1,
-            recorded: &[],
+            ..Record::of(&positions, &commands)
         };
         scales(&record, 0.0)
     }
@@ -249,15 +244,7 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             *command = f64::from(state >> 8) / f64::from(1_u32 << 23) - 1.0;
         }
-        let record = Record {
-            positions: &positions,
-            commands: &commands,
-            angles: &[],
-            radian: 0.0,
-            begins: &[0],
-            stride: 1,
-            recorded: &[],
-        };
+        let record = Record::of(&positions, &commands);
         let found = scales(&record, 0.3);
         assert!(surest(&found).is_none(), "{:?}", surest(&found));
     }
