@@ -23,6 +23,12 @@ const SEARCH: Search = Search {
     tolerance: 1e-7,
 };
 
+/// The search for an effect that another may beat, and for a shift, which is an error itself.
+const BRIEF: Search = Search {
+    steps: 5,
+    tolerance: 1e-5,
+};
+
 pub(super) struct EffectSelection<'a> {
     pub(super) fitter: &'a Fitter<'a>,
     pub(super) range: &'a Range,
@@ -46,18 +52,33 @@ impl EffectSelection<'_> {
 
     /// Lets the effect of some answers enter that wins; false if none does.
     pub(super) fn enter(&self, model: &mut Model, answers: &[Answer]) -> bool {
+        /// Part of the best gain from which a brief search goes on.
+        const NEAR: f64 = 0.5;
         let promising = self.promising(answers, model);
         let price = (segments(self.fitter.record.len()) as f64).ln();
-        let fitted = parallel::map(&promising, |answer| self.with(model, answer));
-        let mut fits: Vec<(f64, Cause, Fitted, Vec<Effect>)> = Vec::new();
-        for (answer, with) in promising.iter().zip(fitted) {
-            let Some((fitted, free)) = with else {
-                continue;
-            };
+        let gain = |(fitted, free): &(Fitted, Vec<Effect>)| {
             let change = model.fitted.sums.minus_two_log_likelihood()
                 - fitted.sums.minus_two_log_likelihood();
-            let added = (free.len() - model.free.len()) as f64;
-            let gain = change / model.rows_per_row - added * price;
+            change / model.rows_per_row - (free.len() - model.free.len()) as f64 * price
+        };
+        let brief = parallel::map(&promising, |answer| self.with(model, answer, BRIEF));
+        let brief: Vec<_> = (promising.iter().zip(brief))
+            .filter_map(|(answer, with)| Some((answer, with?)))
+            .collect();
+        let most = (brief.iter()).fold(0.0, |most, (_, with)| f64::max(most, gain(with)));
+        let fitted = parallel::map(&brief, |(_, with)| {
+            let (fitted, free) = with;
+            let further = (gain(with) >= NEAR * most)
+                .then(|| self.inside(model, &fitted.values, free.clone(), SEARCH));
+            further.unwrap_or_else(|| Some(with.clone()))
+        });
+        let mut fits: Vec<(f64, Cause, Fitted, Vec<Effect>)> = Vec::new();
+        for ((answer, _), with) in brief.iter().zip(fitted) {
+            let Some(with) = with else {
+                continue;
+            };
+            let gain = gain(&with);
+            let (fitted, free) = with;
             let usual = TypicalMagnitudes::new(self.fitter, &fitted.values);
             if gain.is_finite() && answer.candidate.matters(&fitted.values, &usual) {
                 fits.push((gain, answer.candidate.cause, fitted, free));
@@ -81,13 +102,30 @@ impl EffectSelection<'_> {
     }
 
     /// A fit of the model with a candidate, and the effects that are free in it.
-    fn with(&self, model: &Model, answer: &Answer) -> Option<(Fitted, Vec<Effect>)> {
+    fn with(
+        &self,
+        model: &Model,
+        answer: &Answer,
+        search: Search,
+    ) -> Option<(Fitted, Vec<Effect>)> {
         let (values, free) =
             answer
                 .candidate
                 .enter(&model.fitted.values, &model.free, answer, self.range);
-        let fitted = self.fit(&values, &free, &model.fitted)?;
-        // An effect that the record would have beyond its bounds is another.
+        self.inside(model, &values, free, search)
+    }
+
+    /// A fit with more effects than a model; none if the record would have one of them beyond its bounds. That is another.
+    fn inside(
+        &self,
+        model: &Model,
+        values: &Values,
+        free: Vec<Effect>,
+        search: Search,
+    ) -> Option<(Fitted, Vec<Effect>)> {
+        let fitted = self
+            .fitter
+            .fit(values, &free, model.fitted.horizon, search)?;
         let errors = fitted.std_errors();
         let mut own = (model.free.len()..free.len()).map(|i| (free[i], errors[i]));
         // But a resonance without damping.
@@ -117,7 +155,8 @@ impl EffectSelection<'_> {
             })
             .take(MAX_REFINED)
             .collect();
-        let fits: Vec<_> = parallel::map(&refined, |answer| self.with(model, answer)).collect();
+        let fits: Vec<_> =
+            parallel::map(&refined, |answer| self.with(model, answer, BRIEF)).collect();
         for (answer, with) in refined.iter_mut().zip(fits) {
             let candidate = &answer.candidate;
             let Some((fitted, free)) = with else {

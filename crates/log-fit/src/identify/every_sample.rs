@@ -21,8 +21,7 @@ pub(super) fn refit<'a>(
 ) -> Option<(Fitter<'a>, Model)> {
     let of_blocks = (fitter, &model.fitted.values, model.fitted.horizon);
     let (finest, values, of_blocks) = of_samples(of_blocks, record, block);
-    let is_alike = |one: &Horizon| one.walk.is_some() == of_blocks.walk.is_some();
-    let horizons: Vec<Horizon> = finest.horizons().filter(is_alike).collect();
+    let horizons: Vec<Horizon> = finest.horizons_about(of_blocks).collect();
     let fits = parallel::map(&horizons, |&horizon| {
         finest.fit(&values, &model.free, horizon, SEARCH)
     });

@@ -225,8 +225,9 @@ fn a_load_that_no_command_holds_is_not_known() {
     }
 }
 
-/// A servo of 6 and of 24 thousand samples, pushed at random, and what was identified of it.
-fn pushed_longer(coulomb: f64) -> [Identified; 2] {
+/// A servo of 6 and of 24 thousand samples, pushed at random, and what was identified of it, with the samples to one of its
+/// record.
+fn pushed_longer(coulomb: f64) -> [(Identified, f64); 2] {
     // SplitMix64: Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
     let mixed = |k: usize| {
         let mut state = (k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -242,7 +243,8 @@ fn pushed_longer(coulomb: f64) -> [Identified; 2] {
         for (k, sample) in samples.iter_mut().enumerate() {
             sample.position += (5.0 * random(k + 1_000_000)).round();
         }
-        identified(&samples)
+        let recording = Recording::new(&samples, 1.0, 10_000.0);
+        (identified_with(4, &recording), recording.block)
     })
 }
 
@@ -256,7 +258,10 @@ fn an_interval_shrinks_with_the_root_of_the_time_and_holds_the_truth() {
             (Effect::Coulomb, coulomb),
             (Effect::Load, 0.0),
         ] {
-            let errors = [0, 1].map(|i| std_error(&found[i], effect));
+            let of_sample = |block: f64| block.powi(effect.unit()[1]);
+            let errors = found
+                .each_ref()
+                .map(|(found, block)| std_error(found, effect) * of_sample(*block));
             let ratio = errors[0] / errors[1];
             // A load adds up over a longer horizon, too.
             let most = if effect == Effect::Load { 40.0 } else { 4.0 };
@@ -264,8 +269,8 @@ fn an_interval_shrinks_with_the_root_of_the_time_and_holds_the_truth() {
                 (1.4..most).contains(&ratio),
                 "{effect:?} {coulomb}: {errors:?}"
             );
-            for (found, error) in found.iter().zip(errors) {
-                let off = found.values.get(effect) - truth;
+            for ((found, block), error) in found.iter().zip(errors) {
+                let off = found.values.get(effect) * of_sample(*block) - truth;
                 assert!(
                     off.abs() < 3.0 * error,
                     "{effect:?} {coulomb}: {off} ± {error}"
@@ -278,7 +283,7 @@ fn an_interval_shrinks_with_the_root_of_the_time_and_holds_the_truth() {
 /// What moves two estimates moves both: viscous friction takes over from Coulomb friction.
 #[test]
 fn errors_and_correlations_are_of_one_covariance() {
-    let [found, _] = pushed_longer(COULOMB);
+    let [(found, _), _] = pushed_longer(COULOMB);
     let free: Vec<Effect> = found.estimated.iter().map(|(effect, _)| *effect).collect();
     let correlation =
         |i: usize, j: usize| found.covariance[i][j] / (found.estimated[i].1 * found.estimated[j].1);
