@@ -14,4 +14,4 @@ pub use identify::{
     Course, Entered, Estimated, Examined, FreeRun, Identified, Lacking, Logged, MAX_SAMPLES,
     ModelDemand, Recording, SEPARATED, effects, examine, free_run, identify,
 };
-pub use scales::{TimeScale, surest};
+pub use scales::{Predicted, TimeScale, predicted, scales_of, surest};

@@ -16,6 +16,8 @@ pub struct RoughAnswer {
     surest: Option<RoughServo>,
     /// True if that is of the command that acted by the fit.
     is_of_fit: bool,
+    /// b of the command as recorded.
+    recorded: Option<f64>,
 }
 
 /// A servo at the surest of some time scales, SI.
@@ -69,9 +71,11 @@ impl RoughAnswer {
                 explained: of.explained,
             }
         };
-        let surest = acting.or_else(|| surest(found)).filter(|_| was_measured);
+        let recorded = surest(found);
+        let surest = acting.or(recorded).filter(|_| was_measured);
         Self {
             scales: scales.collect(),
+            recorded: recorded.map(|of| rough(of).servo.b),
             surest: surest.map(rough).filter(RoughServo::has_gain),
             is_of_fit: acting.is_some(),
         }
@@ -88,8 +92,16 @@ impl RoughAnswer {
         &self,
         verdict: &Verdict,
         evidence: &Evidence,
-    ) -> Option<(&RoughServo, Verdict)> {
-        let rough = self.surest.as_ref()?;
+    ) -> Option<(RoughServo, Verdict)> {
+        let mut rough = self.surest?;
+        // What acted by a fit that has no gain is a doubt.
+        let off = self
+            .recorded
+            .map_or(0.0, |recorded| recorded - rough.servo.b);
+        rough.std_errors.b = rough.std_errors.b.hypot(off);
+        if !rough.has_gain() {
+            return None;
+        }
         let gain = evidence.unknowns().find(|(of, _)| *of == Unknown::B);
         let of_fit = gain.and_then(|(_, of)| Some(of.uncertainty()? / of.estimate));
         let is_refused = match verdict.status {
@@ -130,6 +142,7 @@ mod tests {
                 explained: 0.99,
             }),
             is_of_fit: true,
+            recorded: None,
         }
     }
 
@@ -172,6 +185,18 @@ mod tests {
         ] {
             let found = instead(&rough, samples, own, error);
             assert_eq!(found, stands.then_some(80.0), "{samples} {own} {error}");
+        }
+    }
+
+    #[test]
+    fn what_acted_by_a_fit_without_a_gain_is_a_doubt() {
+        for (recorded, stands) in [(80.0, true), (95.0, true), (105.0, false), (-80.0, false)] {
+            let rough = RoughAnswer {
+                recorded: Some(recorded),
+                ..answer(80.0, 4.0)
+            };
+            let found = instead(&rough, 10_000, f64::NAN, f64::INFINITY);
+            assert_eq!(found, stands.then_some(80.0), "{recorded}");
         }
     }
 

@@ -24,7 +24,6 @@ pub struct Record<'a> {
     pub recorded: &'a [f64],
 }
 
-#[cfg(test)]
 impl<'a> Record<'a> {
     /// One motion of an axis without angle.
     pub(crate) const fn of(positions: &'a [f64], commands: &'a [f64]) -> Self {

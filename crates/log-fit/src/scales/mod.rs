@@ -10,7 +10,7 @@ mod solution;
 mod windows;
 
 use crate::fit::{Effect, Record, Values};
-use solution::{Blocks, MODELS, Solution};
+use solution::{Blocks, JUDGED, MODELS, Solution};
 use windows::{Bins, Column};
 
 /// The effects of the first columns, in their order.
@@ -33,24 +33,59 @@ pub struct TimeScale {
     chance: f64,
 }
 
+/// The answers of positions, counts, under the command from each to the next, with the places at which a motion begins.
+#[must_use]
+pub fn scales_of(positions: &[f64], commands: &[f64], begins: &[usize]) -> Vec<TimeScale> {
+    let record = Record {
+        begins,
+        ..Record::of(positions, commands)
+    };
+    scales(&record, 0.0)
+}
+
+/// How far a position is off that is predicted over a quarter of a window's length, counts rms of blocks that are left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Predicted {
+    /// Length of the windows, samples.
+    pub span: f64,
+    /// Windows that do not overlap by more than half.
+    pub windows: f64,
+    /// By the command, and without it.
+    pub driven: f64,
+    /// See `driven`.
+    pub alone: f64,
+}
+
+/// What commands predict of positions, both as of [`scales_of`], at all time scales, the shortest first.
+#[must_use]
+pub fn predicted(positions: &[f64], commands: &[f64], begins: &[usize]) -> Vec<Predicted> {
+    let record = Record {
+        begins,
+        ..Record::of(positions, commands)
+    };
+    over_scales(&record, |bins, count| {
+        let blocks = [false, true].map(|held| Blocks::new(bins, count, 0.0, held));
+        let box_length = (count * bins.samples) as f64;
+        let [driven, alone] = JUDGED.each_ref().map(|models| {
+            let missed = models.iter().filter_map(|model| {
+                let blocks = blocks[usize::from(model.is_held)].as_ref()?;
+                Some(blocks.solve(model)?.missed * blocks.mean_square())
+            });
+            missed.fold(f64::INFINITY, f64::min).sqrt() * box_length.powi(2)
+        });
+        let found = Predicted {
+            span: 4.0 * box_length,
+            windows: bins.count() as f64 / (2 * count) as f64,
+            driven,
+            alone,
+        };
+        (driven.is_finite() && alone.is_finite()).then_some(found)
+    })
+}
+
 /// The answers of a record at all time scales, the shortest first. `noise` is the deviation of a position, counts.
 pub(crate) fn scales(record: &Record<'_>, noise: f64) -> Vec<TimeScale> {
-    /// Bins of a box, of the finest bins and of those of all others.
-    const FINEST: [usize; 5] = [2, 3, 4, 6, 8];
-    const COARSER: [usize; 2] = [6, 8];
-    /// Windows that follow each other in a record, at least.
-    const MIN_WINDOWS: usize = 6;
-    let mut found: Vec<TimeScale> = Vec::new();
-    let mut bins = Bins::new(record);
-    let mut boxes = &FINEST[..];
-    while 4 * boxes[0] * MIN_WINDOWS < bins.count() {
-        let fitting = boxes
-            .iter()
-            .filter(|count| 4 * **count * MIN_WINDOWS < bins.count());
-        found.extend(fitting.filter_map(|&count| TimeScale::new(&bins, count, noise)));
-        bins = bins.halved();
-        boxes = &COARSER;
-    }
+    let mut found = over_scales(record, |bins, count| TimeScale::new(bins, count, noise));
     for place in 0..found.len() {
         let near = place.saturating_sub(1)..(place + 2).min(found.len());
         let [own, others] = [place..place + 1, near].map(|of| found[of].to_vec());
@@ -66,6 +101,27 @@ pub(crate) fn scales(record: &Record<'_>, noise: f64) -> Vec<TimeScale> {
             let error = found[place].std_errors.get(effect).hypot(drift);
             found[place].std_errors.set(effect, error);
         }
+    }
+    found
+}
+
+/// What is found in windows of all lengths, the shortest first.
+fn over_scales<T>(record: &Record<'_>, find: impl Fn(&Bins, usize) -> Option<T>) -> Vec<T> {
+    /// Bins of a box, of the finest bins and of those of all others.
+    const FINEST: [usize; 5] = [2, 3, 4, 6, 8];
+    const COARSER: [usize; 2] = [6, 8];
+    /// Windows that follow each other in a record, at least.
+    const MIN_WINDOWS: usize = 6;
+    let mut found = Vec::new();
+    let mut bins = Bins::new(record);
+    let mut boxes = &FINEST[..];
+    while 4 * boxes[0] * MIN_WINDOWS < bins.count() {
+        let fitting = boxes
+            .iter()
+            .filter(|count| 4 * **count * MIN_WINDOWS < bins.count());
+        found.extend(fitting.filter_map(|&count| find(&bins, count)));
+        bins = bins.halved();
+        boxes = &COARSER;
     }
     found
 }
@@ -96,6 +152,8 @@ impl TimeScale {
     fn new(bins: &Bins, count: usize, noise: f64) -> Option<Self> {
         /// A model predicts as well as the best if it misses no more than this part and this share more.
         const AS_WELL: [f64; 2] = [1.1, 1e-4];
+        /// Correlation of what is missed with a cause that is known, deviation.
+        const CORRELATION: f64 = 0.25;
         /// The part of what is missed without a spring that is missed at most with one.
         const SPRING: f64 = 0.5;
         let [plain, held] = [false, true].map(|held| Blocks::new(bins, count, noise, held));
@@ -127,6 +185,7 @@ impl TimeScale {
         for (column, effect) in PARAMETERS.into_iter().enumerate() {
             let off = rivals().map(|rival| (rival.values[column] - chosen.values[column]).abs());
             let error = off.fold(0.0, f64::max).hypot(chosen.std_errors[column]);
+            let error = error.hypot(CORRELATION * chosen.shifts[column]);
             std_errors.set(effect, error);
         }
         let start = |has_gravity: bool| {
@@ -233,6 +292,30 @@ mod tests {
             "{best:?}"
         );
         assert!((best.values.get(Effect::GravitySine) / 2.0 - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_force_that_is_not_known_is_in_the_error() {
+        let error_of = |has_angles: bool| {
+            let (positions, commands, angles) = free(4000, 3.0, 0.0, 2.0);
+            let record = Record {
+                angles: if has_angles { &angles } else { &[] },
+                ..Record::of(&positions, &commands)
+            };
+            let found = scales(&record, 0.0);
+            let best = *surest(&found).expect("a gain");
+            let error = best.std_errors.get(Effect::B);
+            let off = (best.values.get(Effect::B) - 3.0).abs();
+            assert!(off < 2.0 * error, "{off} {error}");
+            (error / 3.0, best.explained)
+        };
+        let [(known, _), (unknown, explained)] = [true, false].map(error_of);
+        // A quarter of what comes with the command if all that is missed does: as if it were as large as the command's part.
+        assert!(
+            unknown > 0.2 * (1.0 - explained).sqrt(),
+            "{unknown} {explained}"
+        );
+        assert!(known < 0.1 * unknown, "{known} {unknown}");
     }
 
     #[test]

@@ -7,6 +7,8 @@ use crate::fit::{MAX_UNKNOWNS, Matrix, Spectrum, Vector};
 #[derive(Debug, PartialEq)]
 pub(super) struct Model {
     columns: &'static [Column],
+    /// True if the command acts.
+    is_driven: bool,
     /// True if the servo is held where it does not move.
     pub(super) is_held: bool,
 }
@@ -29,7 +31,26 @@ pub(super) const MODELS: [Model; 9] = [
 ];
 
 const fn model(columns: &'static [Column], is_held: bool) -> Model {
-    Model { columns, is_held }
+    of(columns, is_held, true)
+}
+
+/// The models by which a command is judged, and the same without it. A column under a loop of its own moves as on a spring.
+pub(super) const JUDGED: [[Model; 3]; 2] = [judged(true), judged(false)];
+
+const fn judged(is_driven: bool) -> [Model; 3] {
+    [
+        of(&[C::Direction], false, is_driven),
+        of(&[C::Direction, C::Spring], false, is_driven),
+        of(&[C::Direction], true, is_driven),
+    ]
+}
+
+const fn of(columns: &'static [Column], is_held: bool, is_driven: bool) -> Model {
+    Model {
+        columns,
+        is_driven,
+        is_held,
+    }
 }
 
 /// What a model says.
@@ -40,6 +61,8 @@ pub(super) struct Solution {
     pub(super) values: [f64; Column::COUNT],
     /// Standard errors, by blocks left out in turn.
     pub(super) std_errors: [f64; Column::COUNT],
+    /// By how much each is off if what is missed of the acceleration comes with it.
+    pub(super) shifts: [f64; Column::COUNT],
     /// The part of the acceleration of left-out blocks that is not predicted.
     pub(super) missed: f64,
 }
@@ -62,6 +85,9 @@ pub(super) struct Blocks {
 }
 
 const WIDTH: usize = Column::COUNT + 1;
+
+/// Part of the diagonal of equations, against columns that are nearly one.
+const DAMPING: f64 = 1e-9;
 
 impl Blocks {
     /// Those of windows in which the servo moves; none if there are none.
@@ -111,12 +137,19 @@ impl Blocks {
         })
     }
 
+    /// The mean square of the windows' accelerations.
+    pub(super) fn mean_square(&self) -> f64 {
+        let squares = self.sums.iter().map(|block| block[WIDTH - 1][WIDTH - 1]);
+        squares.sum::<f64>() / self.windows as f64
+    }
+
     /// Fits a model; none if there are too few windows.
     pub(super) fn solve(&self, model: &'static Model) -> Option<Solution> {
         /// Windows to an unknown.
         const MIN_WINDOWS: usize = 4;
-        let columns: Vec<usize> = BASE
-            .iter()
+        let base = BASE.iter();
+        let base = base.filter(|column| model.is_driven || **column != C::Command);
+        let columns: Vec<usize> = base
             .chain(model.columns)
             .map(|column| *column as usize)
             .collect();
@@ -135,23 +168,29 @@ impl Blocks {
         for block in &equations {
             let mut others = total;
             others.add(block, -1.0);
-            let solution = others.solve(columns.len());
+            let solution = (others.spectrum(columns.len())).solve(&others.right, DAMPING);
             missed += block.missed(&solution, columns.len());
             left_out.push(solution);
         }
-        let solution = total.solve(columns.len());
-        let [mut values, mut std_errors] = [[0.0; Column::COUNT]; 2];
+        let spectrum = total.spectrum(columns.len());
+        let solution = spectrum.solve(&total.right, DAMPING);
+        let [mut values, mut std_errors, mut shifts] = [[0.0; Column::COUNT]; 3];
         let count = left_out.len() as f64;
         for (place, &column) in columns.iter().enumerate() {
             let mean = left_out.iter().map(|one| one[place]).sum::<f64>() / count;
             let squares: f64 = left_out.iter().map(|one| (one[place] - mean).powi(2)).sum();
             values[column] = solution[place];
             std_errors[column] = ((count - 1.0) / count * squares).sqrt();
+            let mut unit = Vector::default();
+            unit[place] = 1.0;
+            let inverse = spectrum.solve(&unit, DAMPING)[place];
+            shifts[column] = (missed * inverse.max(0.0)).sqrt();
         }
         Some(Solution {
             model,
             values,
             std_errors,
+            shifts,
             missed: missed / total.squares,
         })
     }
@@ -190,10 +229,8 @@ impl Equations {
         self.squares += weight * other.squares;
     }
 
-    fn solve(&self, count: usize) -> Vector {
-        /// Part of the diagonal, against columns that are nearly one.
-        const DAMPING: f64 = 1e-9;
-        Spectrum::new(&self.hessian, count).solve(&self.right, DAMPING)
+    fn spectrum(&self, count: usize) -> Spectrum {
+        Spectrum::new(&self.hessian, count)
     }
 
     /// The squares that a solution leaves.
