@@ -8,8 +8,8 @@
 use std::ops::Range;
 
 use super::clock::{Jitter, Tick, Ticks, usual_steps};
+use super::code_length::TimedMotion;
 use super::row::Row;
-use crate::readings::Signals;
 use crate::scenario::{LogSettings, TimeUnit};
 
 /// The clock of a log's rows.
@@ -62,7 +62,11 @@ impl EvenRows {
         let measured = rows.iter().filter(|row| is_whole(row));
         let stamps: Vec<f64> = measured.map(|row| row.time).collect();
         let blank = (rows.len() - stamps.len()) as f64;
-        let longest = settings.bridge.max(BRIDGED) + 1;
+        let longest = settings
+            .bridge
+            .max(BRIDGED)
+            .max(usual_gap(&stamps, steps[0]))
+            + 1;
         let is_cut = |from, to| settings.leaves_out_between(from, to);
         let clocks = |steps: &[f64]| -> Vec<Ticks> {
             let ticks = |step: &f64| Ticks::new(&stamps, *step, longest, &is_cut);
@@ -71,7 +75,7 @@ impl EvenRows {
         if blank > BLANK * rows.len() as f64 {
             let own = usual_steps(stamps.iter().copied())
                 .map_or(steps[0], |own| clocks(&own[..1])[0].step);
-            return Self::as_stamped(&rows, settings, stated.unwrap_or(own));
+            return Self::as_stamped(&rows, settings, longest, stated.unwrap_or(own));
         }
         rows.retain(is_whole);
         let gapless = |step: &f64| Ticks::gapless(&stamps, *step, longest, &is_cut);
@@ -82,7 +86,7 @@ impl EvenRows {
         clocks.retain(|ticks| ticks.doubled() <= MAX_SHARE * stamps.len() as f64);
         let likeliest = (clocks.iter()).min_by(|one, other| one.bits.total_cmp(&other.bits));
         let Some(first) = likeliest.cloned() else {
-            return Self::as_stamped(&rows, settings, stated.unwrap_or(steps[0]));
+            return Self::as_stamped(&rows, settings, longest, stated.unwrap_or(steps[0]));
         };
         let complete = first.row_by_row(&stamps);
         let same = stamps
@@ -125,7 +129,7 @@ impl EvenRows {
         }
         match best.1 {
             Some(ticks) => Self::on_clock(rows, ticks, stated),
-            None => Self::as_stamped(&rows, settings, stated.unwrap_or(first.step)),
+            None => Self::as_stamped(&rows, settings, longest, stated.unwrap_or(first.step)),
         }
     }
 
@@ -188,18 +192,32 @@ impl EvenRows {
     }
 
     /// The motion at even times, from rows with stamped times.
-    fn as_stamped(rows: &[Row], settings: &LogSettings, step: f64) -> Self {
+    fn as_stamped(rows: &[Row], settings: &LogSettings, longest: u32, step: f64) -> Self {
         let mut all = Self {
             sample_time: step,
             clock: Clock::Stamped,
             ..Self::default()
         };
-        let longest = f64::from(settings.bridge.max(BRIDGED)) + 1.5;
-        for piece in pieces(rows, settings, longest * step) {
+        for piece in pieces(rows, settings, (f64::from(longest) + 0.5) * step) {
             Piece::of(&rows[piece]).resampled(step, &mut all.rows);
         }
         all
     }
+}
+
+/// The samples that are missing again and again, as between the blocks of a logger that writes in between: one more is no break.
+fn usual_gap(stamps: &[f64], step: f64) -> u32 {
+    /// Part of the rows with a gap before them from which it is usual, and the longest.
+    const USUAL: f64 = 0.02;
+    const LONGEST: f64 = 20.0;
+    let mut gaps: Vec<f64> = stamps
+        .windows(2)
+        .map(|pair| ((pair[1] - pair[0]) / step).round())
+        .filter(|gap| *gap <= LONGEST)
+        .collect();
+    gaps.sort_unstable_by(f64::total_cmp);
+    let place = (1.0 - USUAL) * gaps.len() as f64;
+    gaps.get(place as usize).map_or(0, |gap| *gap as u32)
 }
 
 /// The rows between breaks. A break is a step back in time, or one of more than `longest` from one position to the
@@ -328,7 +346,7 @@ fn bits(
 ) -> f64 {
     /// Least and longest time to the next row, samples.
     const ALLOWED: [f64; 2] = [1e-3, 20.0];
-    let mut signals = Signals::default();
+    let mut motion = TimedMotion::default();
     for piece in pieces {
         for index in piece.clone() {
             let passed = if index + 1 < piece.end {
@@ -337,7 +355,7 @@ fn bits(
                 1.0
             };
             let row = &rows[index];
-            signals.add(
+            motion.add(
                 step * passed,
                 row.position,
                 row.command,
@@ -345,7 +363,7 @@ fn bits(
             );
         }
     }
-    signals.told(step, cell)
+    motion.bits(step, cell)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! such a break.
 
 mod clock;
+mod code_length;
 mod csv;
 mod error;
 mod even;

@@ -1,9 +1,7 @@
-//! Finds the measured column and its command. Readings compete by the bits that a command saves in the code of the
-//! column that it moves. No name excludes a reading; each contradiction to a name halves what its bits count.
-//!
-//! A servo integrates. The information of a command some rows ahead is four times as large at four times as many rows.
-//! A controller's fine output contains information about its own encoder only one row ahead. So the smaller saving of
-//! two neighbouring thinnings counts.
+//! Finds the measured column and its command. Readings compete by the bits that a command saves in the acceleration of the
+//! column that it moves, over [time scales](log_fit::predicted): what it predicts of blocks that are left out, beside what the
+//! column's own friction, damping and spring predict. No name excludes a reading; each contradiction to a name halves what its
+//! bits count.
 
 mod grid;
 mod line;
@@ -11,7 +9,6 @@ mod signals;
 
 pub(crate) use grid::{Positions, is_usual, is_whole};
 use line::line;
-use signals::{Effort, Told};
 pub(crate) use signals::{Order, Signals, held};
 
 /// A measured column, the column that may command it, and the contradictions to their names.
@@ -27,12 +24,8 @@ pub(crate) struct Trial {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reading {
     pub(crate) trial: Trial,
-    /// Bits that the command saves in the measured column.
+    /// Bits that the command saves in the acceleration of the measured column.
     pub(crate) bits: f64,
-    /// The effect of a unit of the command, measured units per s or s².
-    pub(crate) gain: f64,
-    /// True if the command goes against the motion, some rows ahead and four times as many.
-    pub(crate) is_reversed: bool,
 }
 
 /// Bits below which a command has left no trace in a column.
@@ -76,16 +69,16 @@ impl Contest {
         const MOST: usize = 12;
         const ROWS: usize = 4000;
         const SCREENED: usize = 1000;
-        /// Doubts beyond the least with which a trial is not screened.
+        /// Doubts beyond the least with which a trial is not weighed.
         const MAX_MORE: i32 = 3;
+        let least = trials
+            .iter()
+            .map(|trial| trial.reservation)
+            .min()
+            .unwrap_or(0);
+        trials.retain(|trial| trial.reservation <= least + MAX_MORE);
         if trials.len() > MOST {
-            let least = trials
-                .iter()
-                .map(|trial| trial.reservation)
-                .min()
-                .unwrap_or(0);
-            trials.retain(|trial| trial.reservation <= least + MAX_MORE);
-            let mut screened = weigh(&signals.thinned(SCREENED), &trials, Effort::SCREEN);
+            let mut screened = weigh(&signals.thinned(SCREENED), &trials);
             sort(&mut screened, |reading| {
                 score(reading.bits + HEARD, reading.trial.reservation)
             });
@@ -95,7 +88,7 @@ impl Contest {
                 .map(|reading| reading.trial)
                 .collect();
         }
-        let mut readings = weigh(&signals.thinned(ROWS), &trials, Effort::WHOLE);
+        let mut readings = weigh(&signals.thinned(ROWS), &trials);
         let before = readings.clone();
         for reading in &mut readings {
             // A command that another column moves is measured itself.
@@ -126,101 +119,73 @@ fn score(bits: f64, reservation: i32) -> f64 {
     bits.max(1.0) * 0.5_f64.powi(reservation)
 }
 
-fn weigh(signals: &Signals, trials: &[Trial], effort: Effort) -> Vec<Reading> {
-    let mut measured: Vec<usize> = Vec::new();
-    for trial in trials {
-        if let Err(place) = measured.binary_search(&trial.measured) {
-            measured.insert(place, trial.measured);
+/// The readings of some trials: the smaller saving at two time scales that follow each other, of those that save most. A
+/// column by itself is predicted by the order that does it better.
+fn weigh(signals: &Signals, trials: &[Trial]) -> Vec<Reading> {
+    let predicted = log_fit::parallel::map(trials, |trial| signals.predicted(trial));
+    let predicted: Vec<_> = predicted.collect();
+    let alone = |measured: usize, span: f64| {
+        let own = trials.iter().zip(&predicted);
+        let own = own.filter(|(trial, _)| trial.measured == measured);
+        let of_span =
+            own.flat_map(|(_, all)| all.iter().filter(|of| of.span.total_cmp(&span).is_eq()));
+        of_span.map(|of| of.alone).fold(f64::INFINITY, f64::min)
+    };
+    let readings = trials.iter().zip(&predicted).map(|(trial, all)| {
+        let saved = all.iter().map(|of| {
+            let ratio = alone(trial.measured, of.span) / of.driven.max(f64::MIN_POSITIVE);
+            of.windows * ratio.log2()
+        });
+        let saved: Vec<f64> = saved.collect();
+        let pairs = saved.windows(2).map(|pair| pair[0].min(pair[1]));
+        Reading {
+            trial: *trial,
+            bits: pairs.fold(0.0, f64::max),
         }
-    }
-    let weighed = log_fit::parallel::map(&measured, |column| {
-        let own = trials.iter().filter(|trial| trial.measured == *column);
-        weigh_column(signals, *column, own.copied(), effort)
-    });
-    weighed.flatten().collect()
-}
-
-/// The readings of one measured column.
-fn weigh_column(
-    signals: &Signals,
-    column: usize,
-    trials: impl Iterator<Item = Trial>,
-    effort: Effort,
-) -> Vec<Reading> {
-    let trials: Vec<Trial> = trials.collect();
-    let orders = [Order::Position, Order::Velocity];
-    let told = orders.map(|order| {
-        let own = trials.iter().filter(|trial| trial.order == order);
-        let own: Vec<Trial> = own.copied().collect();
-        let commands: Vec<usize> = own.iter().map(|trial| trial.command).collect();
-        (signals.tell(column, &commands, order, effort), own)
-    });
-    let alone: Vec<f64> = (0..told[0].0.alone.len().max(told[1].0.alone.len()))
-        .map(|place| {
-            let bits = |told: &Told| {
-                told.alone
-                    .get(place)
-                    .map_or(f64::INFINITY, |code| code.bits)
-            };
-            told.iter()
-                .map(|(told, _)| bits(told))
-                .fold(f64::INFINITY, f64::min)
-        })
-        .collect();
-    let readings = told.iter().flat_map(|(told, own)| {
-        own.iter().zip(&told.moved).filter_map(|(trial, codes)| {
-            let saved: Vec<f64> = (alone.iter().zip(codes))
-                .map(|(alone, code)| alone - code.bits)
-                .collect();
-            let pairs = saved.windows(2).enumerate().map(|(place, pair)| {
-                let better = place + usize::from(pair[1] > pair[0]);
-                (pair[0].min(pair[1]), better)
-            });
-            let only = (saved.len() == 1).then(|| (saved[0], 0));
-            let (bits, place) = pairs
-                .chain(only)
-                .max_by(|one, other| one.0.total_cmp(&other.0))?;
-            let beside = codes
-                .get(place + 1)
-                .or_else(|| codes.get(place.checked_sub(1)?));
-            Some(Reading {
-                trial: *trial,
-                bits: if bits.is_finite() { bits } else { 0.0 },
-                gain: codes[place].gain,
-                is_reversed: codes[place].gain < 0.0 && beside.is_none_or(|code| code.gain < 0.0),
-            })
-        })
     });
     readings.collect()
 }
 
-/// Columns that hold another one over again, and columns that hold another's rate: each with that other.
+/// Columns that hold another one over again, and columns that hold another's rate or the rate of that: each with that other.
 pub(crate) fn kin(signals: &Signals) -> (Vec<Option<usize>>, Vec<Option<usize>>) {
     const ROWS: usize = 4000;
     /// Part of the variance in which copies differ, and a rate from its position's.
     const COPY: f64 = 1e-5;
     const RATE: f64 = 0.05;
-    /// Units of a rate for one of its position's: the same, degrees, rpm, rpm of degrees.
-    const UNITS: [f64; 5] = [1.0, 0.017_453_3, 57.295_8, 9.549_3, 1.0 / 6.0];
+    /// By how much a unit may be off.
+    const UNIT: f64 = 0.1;
+    /// Units of a rate for one of its position's: the same, degrees, rpm, rpm of degrees, standard gravity.
+    const UNITS: [f64; 6] = [1.0, 0.017_453_3, 57.295_8, 9.549_3, 1.0 / 6.0, 0.101_972];
+    /// Rows over which a change is looked at, and the fewest changes.
+    const SPANS: [usize; 4] = [4, 16, 64, 256];
+    const MIN_CHANGES: usize = 100;
     let few = signals.thinned(ROWS);
     let columns = few.columns();
     let (mut copies, mut rates) = (vec![None; columns], vec![None; columns]);
     for column in 0..columns {
+        let integral = few.integrated(few.held(column));
+        let integrals = [few.integrated(&integral), integral];
         for other in (0..columns).filter(|other| *other != column) {
-            let (of, by) = (few.held(column), few.held(other));
-            if other < column && copies[other].is_none() && line(of, by).1 < COPY {
+            let by = &few.position(other)[..];
+            if other < column
+                && copies[other].is_none()
+                && line(few.held(column), few.held(other)).1 < COPY
+            {
                 copies[column].get_or_insert(other);
             }
-            let mut integral = 0.0;
-            let integrals: Vec<f64> = (of.iter().zip(few.dt()))
-                .map(|(rate, time)| {
-                    integral += rate * time;
-                    integral
+            // No span but has its own drift of an integral, and its own part of noise and delay.
+            let is_rate = SPANS.iter().any(|&span| {
+                let own = [by, &integrals[1], &integrals[0]];
+                let [first, rate, _] = own.map(|of| few.changes(of, span, 1));
+                let [second, _, acceleration] = own.map(|of| few.changes(of, span, 2));
+                let pairs = [(first, rate), (second, acceleration)];
+                let pairs = pairs.iter().filter(|(of, _)| of.len() > MIN_CHANGES);
+                pairs.map(|(of, by)| line(of, by)).any(|(gain, left)| {
+                    let is_unit = UNITS.iter().any(|unit| (gain * unit - 1.0).abs() < UNIT);
+                    is_unit && left < RATE * RATE
                 })
-                .collect();
-            let (gain, left) = line(by, &integrals);
-            let is_unit = UNITS.iter().any(|unit| (gain * unit - 1.0).abs() < 0.05);
-            if is_unit && left < RATE * RATE {
+            });
+            if is_rate {
                 rates[column].get_or_insert(other);
             }
         }
@@ -261,10 +226,11 @@ mod tests {
     }
 
     /// The best of all readings of some columns without names.
-    fn best(columns: Vec<Vec<f64>>, cells: &[f64]) -> Reading {
+    fn best(columns: Vec<Vec<f64>>, cells: &[f64]) -> (Reading, bool) {
         let rows = columns[0].len();
         let count = columns.len();
         let begins = (0..rows).map(|row| row == 0).collect();
+        let columns = [columns.clone(), columns];
         let signals = Signals::new(vec![STEP; rows], begins, columns, cells.to_vec());
         let mut trials = Vec::new();
         for measured in 0..count {
@@ -279,7 +245,8 @@ mod tests {
                 }
             }
         }
-        Contest::of(&signals, trials).0[0]
+        let best = Contest::of(&signals, trials).0[0];
+        (best, signals.is_reversed(&best.trial))
     }
 
     #[test]
@@ -297,20 +264,21 @@ mod tests {
             (position, reversed, Order::Position, -1.0, COUNT),
             (velocity, command, Order::Velocity, 1.0, 0.01),
         ] {
-            let found = best(vec![command, measured], &[0.01, cell]);
+            let (found, is_reversed) = best(vec![command, measured], &[0.01, cell]);
             assert_eq!(
                 (found.trial.measured, found.trial.order),
                 (1, order),
                 "{found:?}"
             );
-            assert!(found.bits > HEARD && found.gain * sign > 0.0, "{found:?}");
+            assert!(found.bits > HEARD, "{found:?}");
+            assert_eq!(is_reversed, sign < 0.0, "{found:?}");
         }
     }
 
     #[test]
     fn a_controller_s_fine_output_is_not_what_its_encoder_commands() {
         let [position, _, command, _] = servo(3000, true);
-        let found = best(vec![command, position], &[1e-6, COUNT]);
+        let (found, _) = best(vec![command, position], &[1e-6, COUNT]);
         assert_eq!(
             (found.trial.measured, found.trial.command),
             (1, 0),
@@ -324,7 +292,7 @@ mod tests {
         let foreign = (0..3000)
             .map(|row| libm::cos((row / 70) as f64 * 1.7))
             .collect();
-        let found = best(vec![foreign, position], &[0.01, COUNT]);
+        let (found, _) = best(vec![foreign, position], &[0.01, COUNT]);
         assert!(found.bits < HEARD, "{found:?}");
     }
 
@@ -332,10 +300,20 @@ mod tests {
     fn copies_and_rates_are_known() {
         let [position, velocity, command, _] = servo(3000, false);
         let degrees = position.iter().map(|q| q.to_degrees()).collect();
-        let columns = vec![position, velocity, command, degrees];
-        let begins = (0..3000).map(|row| row == 0).collect();
-        let signals = Signals::new(vec![STEP; 3000], begins, columns, vec![COUNT; 4]);
-        let (copies, rates) = kin(&signals);
+        // What an accelerometer shows, in g.
+        let accelerations = velocity.windows(2).map(|pair| pair[1] - pair[0]);
+        let mut accelerations: Vec<f64> = accelerations.map(|of| of / STEP / 9.806_65).collect();
+        accelerations.push(0.0);
+        let kin_of = |columns: Vec<Vec<f64>>| {
+            let begins = (0..3000).map(|row| row == 0).collect();
+            let cells = vec![COUNT; columns.len()];
+            let columns = [columns.clone(), columns];
+            kin(&Signals::new(vec![STEP; 3000], begins, columns, cells))
+        };
+        // An acceleration is one of its position without the velocity in between, too.
+        let alone = kin_of(vec![position.clone(), accelerations]);
+        assert_eq!(alone, (vec![None; 2], vec![None, Some(0)]));
+        let (copies, rates) = kin_of(vec![position, velocity, command, degrees]);
         assert_eq!(copies, [None, None, None, Some(0)]);
         assert_eq!((rates[1], rates[2]), (Some(0), None));
     }

@@ -1,6 +1,6 @@
 //! Finds the quantity of each column. Readings of the columns compete, and names weigh against them.
 
-use super::name::{Named, Quantity, Unit, of_column};
+use super::name::{Named, Quantity, Unit, is_role, of_column, words};
 use super::{log_options::LogOptions, question::Question};
 use crate::log::{Table, TableColumn, extremes, usual_steps};
 use crate::readings::{Contest, HEARD, Order, Reading, Signals, Trial, held, kin};
@@ -32,7 +32,7 @@ pub(super) struct Columns {
     /// That of a servo that takes goals, where its loop acts on it.
     pub(super) velocity: Option<Chosen>,
     pub(super) known_torque: Option<Chosen>,
-    /// The reading that explains nearly as much.
+    /// The reading that explains nearly as much, and further servos.
     pub(super) next: Option<String>,
 }
 
@@ -128,9 +128,12 @@ impl<'a> Candidates<'a> {
             },
         };
         let goal = find("goal", &stated.goal)?;
-        let position = find("position", &stated.position)?;
         let command = find("command", &stated.command)?;
         let velocity = find("velocity", &stated.velocity)?;
+        let (position, velocity) = match stated.measures_velocity() {
+            true => (velocity, None),
+            false => (find("position", &stated.position)?, velocity),
+        };
         let reference = find("reference", &stated.reference)?;
         let known_torque = find("known-torque", &stated.known_torque)?;
         let pushes = goal.as_ref().or(command.as_ref());
@@ -150,11 +153,11 @@ impl<'a> Candidates<'a> {
             goal.is_some() || (command.is_none() && pusher.named.quantity == Quantity::Reference);
         // The sign that is stated of the position is not in its column yet.
         let is_turned = stated.position_scale.is_some_and(|scale| scale < 0.0);
-        let is_against = found.reading.is_reversed != is_turned;
+        let is_against = found.is_reversed != is_turned;
         Ok(Columns {
             time: clock.chosen.clone(),
             is_velocity: found.reading.trial.order == Order::Velocity,
-            is_reversed: !is_goal && is_against && found.reading.bits > HEARD,
+            is_reversed: !is_goal && is_against,
             position: measured,
             command: (!is_goal).then(|| pusher.clone()),
             reference: if is_goal { Some(pusher) } else { reference },
@@ -373,9 +376,10 @@ impl<'a> Candidates<'a> {
         }
         steps.push(usual);
         let columns = self.table.columns.iter();
-        let columns: Vec<Vec<f64>> = columns.map(TableColumn::continued).collect();
-        let cells = columns.iter().map(|column| cell(column)).collect();
-        Signals::new(steps, begins, columns, cells)
+        let positions: Vec<Vec<f64>> = columns.clone().map(TableColumn::continued).collect();
+        let commands = columns.map(|column| column.values.clone()).collect();
+        let cells = positions.iter().map(|column| cell(column)).collect();
+        Signals::new(steps, begins, [positions, commands], cells)
     }
 
     /// Lets the readings of the columns but one `aside` compete, with a stated `position` and a stated command that
@@ -437,6 +441,7 @@ impl<'a> Candidates<'a> {
                 // A position that follows its goal looks like a velocity under a command.
                 let orders = match stated.goal {
                     Some(_) => &[Order::Position][..],
+                    None if stated.measures_velocity() => &[Order::Velocity],
                     None => &[Order::Position, Order::Velocity],
                 };
                 for &order in orders {
@@ -445,7 +450,7 @@ impl<'a> Candidates<'a> {
                         Quantity::Position | Quantity::Velocity => {
                             is_rate != (order == Order::Velocity)
                         }
-                        _ => stated.position_unit.is_some() && order == Order::Velocity,
+                        _ => false,
                     };
                     let of_position = if position.is_some() {
                         0
@@ -479,8 +484,8 @@ impl<'a> Candidates<'a> {
             return Err(vec![Question {
                 flag: "command",
                 text: format!(
-                    "position and command must both change and not be copies, but only these columns are so: {}; record \
-                     the command that acts",
+                    "position and command must both change and not be copies or rates of each other, but only these columns \
+                     change and are no copies: {}; record the command that acts",
                     match changing.len() {
                         0 => "none".to_owned(),
                         _ => crate::nearest::shortened(&changing.join(", "), 120),
@@ -490,10 +495,13 @@ impl<'a> Candidates<'a> {
         }
         let contest = Contest::of(&signals, trials);
         let none = || {
-            vec![
-                self.question("position", "measured position"),
-                self.question("command", "command that acted"),
-            ]
+            let open = [
+                (position, "position", "measured position"),
+                (pushes, "command", "command that acted"),
+            ];
+            let open = open.into_iter().filter(|(stated, ..)| stated.is_none());
+            let questions = open.map(|(_, flag, quantity)| self.question(flag, quantity));
+            questions.collect::<Vec<_>>()
         };
         let best = self.chosen_reading(&contest).ok_or_else(none)?;
         // Two columns that are nearly one explain alike and give nearly the same servo, and so do a position and its rate.
@@ -528,8 +536,9 @@ impl<'a> Candidates<'a> {
                 .map(|(flag, what, one, other)| self.either(flag, what, one, other))
                 .collect());
         }
-        if best.trial.reservation > NAMED && best.is_ambiguous() {
-            return Err(none());
+        let open = none();
+        if best.trial.reservation > NAMED && best.is_ambiguous() && !open.is_empty() {
+            return Err(open);
         }
         let other = contest.0.iter().find(|other| other.trial != best.trial);
         let next = other
@@ -548,9 +557,26 @@ impl<'a> Candidates<'a> {
                     best.score()
                 )
             });
+        let mut taken = vec![best.trial.measured, best.trial.command];
+        let others = contest.0.iter().filter(|other| {
+            let own = [other.trial.measured, other.trial.command];
+            let is_free = !own.iter().any(|column| taken.contains(column));
+            let is_servo = is_free && other.trial.reservation <= NAMED && !other.is_ambiguous();
+            if is_servo {
+                taken.extend(own);
+            }
+            is_servo
+        });
+        let further = others.map(|other| {
+            let [position, command] =
+                [other.trial.measured, other.trial.command].map(|column| self.name(column));
+            format!("another servo: --position {position} --command {command}")
+        });
+        let said: Vec<String> = next.into_iter().chain(further).collect();
         Ok(Found {
             reading: best,
-            next,
+            is_reversed: signals.is_reversed(&best.trial),
+            next: (!said.is_empty()).then(|| said.join("; ")),
         })
     }
 
@@ -558,7 +584,7 @@ impl<'a> Candidates<'a> {
     /// precedes a velocity, and the order in a name precedes the other, unless the motion clearly favours it.
     fn chosen_reading(&self, contest: &Contest) -> Option<Reading> {
         /// Bits for a reading over those of one that goes before it.
-        const CLEARLY: f64 = 8.0;
+        const CLEARLY: f64 = 3.0;
         let least = contest
             .0
             .iter()
@@ -580,7 +606,8 @@ impl<'a> Candidates<'a> {
             .0
             .iter()
             .find(|other| pair(other) == pair(&best) && other.trial.order != best.trial.order);
-        let clearer = other_order.filter(|other| other.bits > CLEARLY * best.bits.max(HEARD));
+        let clearer =
+            other_order.filter(|other| other.score() > CLEARLY * best.score().max(0.5 * HEARD));
         Some(clearer.copied().unwrap_or(best))
     }
 
@@ -590,16 +617,29 @@ impl<'a> Candidates<'a> {
         of.contains(&Quantity::Velocity) && of.contains(&Quantity::Position)
     }
 
-    /// True for names that end in the numbers of two joints.
-    fn are_of_other_joints(&self, one: usize, other: usize) -> bool {
-        let number = |index: usize| {
-            let name = &self.table.columns[index].name;
-            let digits = name
-                .rsplit(|c: char| !c.is_ascii_digit())
-                .find(|part| !part.is_empty());
-            digits.map(str::to_owned)
+    /// True for a command of another joint: its name ends in another number, or another column of its name but for one word
+    /// has the word of the measured one there.
+    fn are_of_other_joints(&self, measured: usize, command: usize) -> bool {
+        let words = |index: usize| words(&self.table.columns[index].name);
+        let [of, by] = [measured, command].map(words);
+        let number = |words: &[String]| {
+            let is_number = |word: &&String| word.starts_with(|c: char| c.is_ascii_digit());
+            words.iter().rfind(is_number).cloned()
         };
-        matches!((number(one), number(other)), (Some(one), Some(other)) if one != other)
+        if let [Some(one), Some(other)] = [number(&of), number(&by)] {
+            return one != other;
+        }
+        let mut others = (0..self.table.columns.len()).filter(|other| *other != measured);
+        others.any(|other| {
+            let other = words(other);
+            let mut differing = other.iter().zip(&by).filter(|(one, own)| one != own);
+            let first = differing
+                .next()
+                .filter(|(one, own)| !is_role(one) && !is_role(own));
+            other.len() == by.len()
+                && differing.next().is_none()
+                && first.is_some_and(|(one, own)| of.contains(one) && !of.contains(own))
+        })
     }
 
     fn question(&self, flag: &'static str, quantity: &str) -> Question {
@@ -627,6 +667,8 @@ impl<'a> Candidates<'a> {
 /// The winner of a contest, and what came next.
 struct Found {
     reading: Reading,
+    /// True if the command goes against the motion.
+    is_reversed: bool,
     next: Option<String>,
 }
 
@@ -703,15 +745,18 @@ impl TableColumn {
         back <= MAX_BACK * all || back >= (1.0 - MAX_BACK) * all
     }
 
-    /// True if it advances by nearly even steps.
+    /// True if it advances by nearly even steps, and begins again now and then.
     fn is_even(&self) -> bool {
         /// Largest step, usual ones, and part of the steps within it.
         const MAX_STEP: f64 = 3.0;
         const MIN_SHARE: f64 = 0.95;
+        /// Part of the steps that begin again.
+        const MAX_BACK: f64 = 0.01;
         /// Fewest steps.
         const MIN_STEPS: usize = 9;
         let mut steps: Vec<_> = self.steps().collect();
-        if steps.len() < MIN_STEPS || !self.advances() {
+        let back = steps.iter().filter(|step| **step < 0.0).count() as f64;
+        if steps.len() < MIN_STEPS || back > MAX_BACK * steps.len() as f64 {
             return false;
         }
         steps.sort_unstable_by(f64::total_cmp);

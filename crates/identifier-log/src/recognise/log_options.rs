@@ -79,8 +79,8 @@ pub struct LogOptions {
     /// Cut-off of the low-pass derivative that is its velocity, rad/s.
     #[cfg_attr(feature = "clap", arg(long, value_name = "W", requires = "goal"))]
     pub cutoff: Option<f64>,
-    /// Column of the measured velocity that it acts on.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN", requires = "goal"))]
+    /// Column of the measured velocity: that on which a servo's own loop acts, or without a position what the log measures.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub velocity: Option<String>,
     /// Column of the reference; `none` to ignore it.
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
@@ -100,6 +100,11 @@ pub struct LogOptions {
 }
 
 impl LogOptions {
+    /// True if a velocity is stated as what was measured.
+    pub(super) fn measures_velocity(&self) -> bool {
+        self.velocity.is_some() && self.position.is_none() && self.goal.is_none()
+    }
+
     /// The stated settings of a log with this column of the position. The other columns and the units of time and
     /// position are not among them.
     pub(super) fn settings(&self, position: Column) -> LogSettings {

@@ -60,6 +60,10 @@ const COMMANDS: &[&str] = &[
 ];
 /// Words that mark a position or a velocity as commanded.
 const COMMANDED: [&str; 4] = ["command", "commands", "commanded", "cmd"];
+/// Words that mark a value as measured.
+const MEASURED: &[&str] = &[
+    "actual", "act", "measured", "meas", "feedback", "fb", "filtered", "raw", "ist",
+];
 #[rustfmt::skip]
 const VELOCITIES: &[&str] = &[
     "velocity", "vel", "speed", "omega", "w", "v", "qd", "dq", "qdot", "rpm", "drehzahl", "geschwindigkeit",
@@ -73,7 +77,9 @@ const OTHERS: &[&str] = &[
 /// The quantity and unit of a column with a name, and perhaps a cell in a row of units.
 pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
     let (rest, stated) = bracketed(name);
+    let is_number = |word: &str| word.starts_with(|c: char| c.is_ascii_digit());
     let mut words = words(rest);
+    words.retain(|word| !is_number(word));
     let stated = if unit_cell.is_empty() {
         stated
     } else {
@@ -88,7 +94,10 @@ pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
             (unit, unit.is_none() && is_rate)
         }
         None if words.len() > 1 => {
-            let unit = words.last().and_then(|last| unit(last));
+            // M1 is a motor, no metre.
+            let is_numbered = |word: &String| rest.split(word.as_str()).skip(1).any(is_number);
+            let last = words.last().filter(|last| !is_numbered(last));
+            let unit = last.and_then(|last| unit(last));
             if unit.is_some() {
                 words.pop();
             }
@@ -155,6 +164,14 @@ pub(super) fn rate(name: &str, unit_cell: &str) -> Option<(PositionUnit, f64, &'
         .iter()
         .find(holds)
         .map(|(unit, scale, evidence, ..)| (*unit, *scale, *evidence))
+}
+
+/// True for a word that says of a value what it is for, not which joint has it.
+pub(super) fn is_role(word: &str) -> bool {
+    let word = word.to_lowercase();
+    [REFERENCES, &COMMANDED, MEASURED]
+        .iter()
+        .any(|words| words.contains(&word.as_str()))
 }
 
 fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {
@@ -227,25 +244,26 @@ fn bracketed(name: &str) -> (&str, Option<&str>) {
     }
 }
 
-/// The words of a name: divided where a letter follows none, and where a capital follows a small letter.
-fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
+/// The words and numbers of a name: divided where a letter follows none, and where a capital follows a small letter.
+pub(super) fn words(name: &str) -> Vec<String> {
+    let kind = |letter: char| match letter {
+        _ if letter.is_alphabetic() || "°%µ".contains(letter) => 'a',
+        _ if letter.is_ascii_digit() => '0',
+        _ => ' ',
+    };
+    let mut words: Vec<String> = Vec::new();
     let mut last = ' ';
     for letter in name.chars() {
-        let begins = letter.is_uppercase() && last.is_lowercase();
-        if !letter.is_alphabetic() && !"°%µ".contains(letter) {
+        let begins = kind(letter) != kind(last) || (letter.is_uppercase() && last.is_lowercase());
+        if begins {
             words.push(String::new());
-        } else {
-            if begins {
-                words.push(String::new());
-            }
-            if let Some(word) = words.last_mut() {
-                word.push(letter);
-            }
+        }
+        if let Some(word) = words.last_mut() {
+            word.push(letter);
         }
         last = letter;
     }
-    words.retain(|word| !word.is_empty());
+    words.retain(|word| word.chars().all(|letter| kind(letter) != ' '));
     words
 }
 
@@ -319,6 +337,7 @@ mod tests {
             ("b_rad_per_s2_per_command", Other, None),
             ("channel1", Unknown, None),
             ("A1", Unknown, None),
+            ("pos_M1", Position, None),
             ("V", Command, None),
             ("deg", Position, None),
         ] {

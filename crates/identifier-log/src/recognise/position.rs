@@ -31,7 +31,7 @@ const ANGLES: [PositionUnit; 3] = [
 ];
 
 /// The evidence of a unit that nothing shows.
-const UNSTATED: &str = "nobody states it: --position-unit";
+const UNSTATED: &str = "nobody states it, so no gravity is looked for: --position-unit";
 
 /// Reads the unit of a column. A unit that neither name nor content shows is the column's own.
 pub(super) fn read(

@@ -365,16 +365,20 @@ impl<'a> Reader<'a> {
         heading: &[csv::ByteRecord],
         line: u64,
     ) -> Result<(), LogError> {
+        // Either may end with a separator behind its last cell.
+        let bare = |row: &csv::ByteRecord| {
+            let last = row.iter().next_back();
+            row.len() - usize::from(last.is_some_and(|cell| cell.trim_ascii().is_empty()))
+        };
         let is_as_wide = |names: &&csv::ByteRecord| {
-            let ends_empty = row.iter().next_back().is_some_and(<[u8]>::is_empty);
-            names.len() == row.len() || (ends_empty && names.len() + 1 == row.len())
+            names.len() == row.len() || [names.len(), bare(names)].contains(&bare(row))
         };
         let mut words = heading.iter().rev().filter(is_as_wide);
         let (units, names) = match (words.next(), words.next()) {
             (Some(units), Some(names)) => (Some(units), Some(names)),
             (only, _) => (None, only),
         };
-        let width = names.map_or(row.len(), csv::ByteRecord::len);
+        let width = names.map_or(row.len(), |names| names.len().min(row.len()));
         if width > MAX_COLUMNS as usize {
             let fault = format!("the log has {width} columns: at most {MAX_COLUMNS} are allowed");
             return Err(self.fault(line, fault));

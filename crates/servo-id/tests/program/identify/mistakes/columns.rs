@@ -110,7 +110,7 @@ impl Cases {
         self.add(
             "another command",
             named(&position, &cells(&other, 5)),
-            Named("the delay is beyond"),
+            Named("explains the log nearly as well"),
         );
         let hiss: Vec<f64> = (0..of.time.len()).map(|k| 1e-2 * noise(k)).collect();
         self.add(

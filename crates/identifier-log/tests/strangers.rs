@@ -1,0 +1,203 @@
+//! Columns as strangers log them: what is read without a question, and what a question may ask.
+
+use std::path::Path;
+
+use identifier_log::log::{Log, Table};
+use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
+use identifier_log::scenario::Column;
+
+const STEP: f64 = 2e-3;
+const ROWS: usize = 3000;
+
+/// Numbers from −1 to 1 in no order.
+fn noise(k: usize) -> f64 {
+    let mixed = (k as u64 ^ (k as u64 >> 7)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ (mixed >> 31)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11;
+    mixed as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+/// Time, command, position and velocity of q̈ = 90 u − 6 q̇ − 4 sign q̇ in counts of 1 mrad; each seed has its own command.
+fn servo(seed: usize) -> [Vec<f64>; 4] {
+    damped(6.0, |row| 3.0 * noise(seed + row / 60))
+}
+
+/// The same with another damping, under a command by its row.
+fn damped(damping: f64, command_of: impl Fn(usize) -> f64) -> [Vec<f64>; 4] {
+    let [mut time, mut command, mut position, mut velocity] = [const { Vec::new() }; 4];
+    let (mut q, mut v) = (0.0_f64, 0.0_f64);
+    for row in 0..ROWS {
+        let u = command_of(row);
+        time.push(STEP * row as f64);
+        command.push(u);
+        position.push((1e3 * q).round() / 1e3);
+        velocity.push((1e3 * v).round() / 1e3);
+        for _ in 0..20 {
+            v += STEP / 20.0 * (90.0 * u - damping * v - 4.0 * (v / 0.01).clamp(-1.0, 1.0));
+            q += STEP / 20.0 * v;
+        }
+    }
+    [time, command, position, velocity]
+}
+
+fn table(columns: &[(&str, &[f64])]) -> Table {
+    let columns = columns.iter();
+    let columns = columns.map(|(name, values)| ((*name).to_owned(), values.to_vec()));
+    Table::of_columns("log", columns.collect()).expect("one length")
+}
+
+/// The same without a heading.
+fn bare(columns: &[&[f64]]) -> Table {
+    let rows = (0..columns[0].len()).map(|row| {
+        let cells: Vec<String> = columns.iter().map(|of| of[row].to_string()).collect();
+        cells.join(",") + "\n"
+    });
+    let text: String = rows.collect();
+    Table::of_text(Path::new("log"), std::io::Cursor::new(text)).expect("a table")
+}
+
+fn found(table: &Table, stated: &LogOptions) -> Recognised {
+    recognise(table, stated).expect("a log")
+}
+
+fn is(recognised: &Recognised, position: &str, command: &str) -> bool {
+    let named = |name: &str| Column::named(name);
+    recognised.settings.position == named(position)
+        && recognised.settings.command == Some(named(command))
+}
+
+#[test]
+fn what_is_stated_is_not_asked() {
+    let [time, command, position, _] = servo(0);
+    // Names that speak against both.
+    let table = table(&[("t", &time), ("temp", &position), ("speed", &command)]);
+    let open = |stated: &LogOptions| match recognise(&table, stated) {
+        Ok(_) => Vec::new(),
+        Err(Unrecognised::Unknown(questions)) => questions.iter().map(|one| one.flag).collect(),
+        Err(other) => panic!("{other}"),
+    };
+    let position = LogOptions {
+        position: Some("temp".to_owned()),
+        ..LogOptions::default()
+    };
+    assert_eq!(open(&LogOptions::default()), ["position", "command"]);
+    assert_eq!(open(&position), ["command"]);
+    let both = LogOptions {
+        command: Some("speed".to_owned()),
+        ..position
+    };
+    assert_eq!(open(&both), [""; 0]);
+}
+
+#[test]
+fn a_velocity_without_a_name_is_told_by_its_motion_and_may_be_stated() {
+    let [time, command, position, velocity] = servo(0);
+    let by_motion = table(&[("t", &time), ("y", &velocity), ("u", &command)]);
+    assert!(
+        found(&by_motion, &LogOptions::default())
+            .settings
+            .is_velocity
+    );
+    let stated = LogOptions {
+        velocity: Some("y".to_owned()),
+        ..LogOptions::default()
+    };
+    // Even where the motion is that of a position.
+    let other = table(&[("t", &time), ("y", &position), ("u", &command)]);
+    assert!(!found(&other, &LogOptions::default()).settings.is_velocity);
+    let found = found(&other, &stated);
+    assert!(found.settings.is_velocity && is(&found, "y", "u"));
+}
+
+/// Much damping makes the velocity follow the command, which is no reason to take a position for a velocity.
+#[test]
+fn a_position_under_much_damping_is_no_velocity() {
+    for damping in [20.0, 60.0, 180.0] {
+        let [time, command, position, _] = damped(damping, |row| 3.0 * noise(row / 60));
+        let table = table(&[("t", &time), ("y", &position), ("u", &command)]);
+        assert!(
+            !found(&table, &LogOptions::default()).settings.is_velocity,
+            "{damping}"
+        );
+    }
+}
+
+#[test]
+fn a_time_that_begins_again_is_found_without_a_name() {
+    let [time, command, position, _] = servo(0);
+    let again: Vec<f64> = time.iter().map(|time| time % (STEP * 1000.0)).collect();
+    let found = found(
+        &bare(&[&again, &position, &command]),
+        &LogOptions::default(),
+    );
+    assert_eq!(found.settings.time, Some(Column::Number(1)));
+    assert_eq!(found.settings.position, Column::Number(2));
+}
+
+#[test]
+fn a_separator_behind_the_last_name_is_no_column() {
+    let text = "time,position,command,\n0,0,1\n0.1,0.2,1\n0.2,0.5,-1\n";
+    let table = Table::of_text(Path::new("log"), std::io::Cursor::new(text)).expect("a table");
+    let names: Vec<&str> = table.columns.iter().map(|column| &*column.name).collect();
+    assert_eq!(names, ["time", "position", "command"]);
+}
+
+#[test]
+fn a_joint_is_driven_by_its_own_command_and_the_others_are_listed() {
+    let [time, left, position_left, _] = servo(0);
+    // Both are driven nearly alike.
+    let own = |row: usize| left[row] + 0.2 * noise(5000 + row / 60);
+    let [_, right, position_right, _] = damped(6.0, own);
+    // The command of the other explains more than its own, which is measured.
+    let measured: Vec<f64> = (0..ROWS)
+        .map(|row| left[row] + 2.0 * noise(row + 70_000))
+        .collect();
+    let columns: [(&str, &[f64]); 5] = [
+        ("t", &time),
+        ("leftPos", &position_left),
+        ("rightTorque", &right),
+        ("leftTorque", &measured),
+        ("rightPos", &position_right),
+    ];
+    let found = found(&table(&columns), &LogOptions::default());
+    assert!(is(&found, "leftPos", "leftTorque") || is(&found, "rightPos", "rightTorque"));
+    let of_left = LogOptions {
+        position: Some("leftPos".to_owned()),
+        ..LogOptions::default()
+    };
+    assert!(is(
+        &recognise(&table(&columns), &of_left).expect("a log"),
+        "leftPos",
+        "leftTorque"
+    ));
+    let others = found
+        .findings
+        .iter()
+        .map(|of| of.text.matches("another servo: ").count());
+    assert_eq!(others.sum::<usize>(), 1, "{:?}", found.findings);
+}
+
+/// A logger that writes eight rows to its card after every eight: a gap that comes again is no break.
+#[test]
+fn a_gap_that_comes_again_and_again_is_bridged_and_one_that_does_not_is_none() {
+    let [time, command, position, _] = servo(0);
+    let kept = |is_kept: &dyn Fn(usize) -> bool| {
+        let of = |values: &[f64]| -> Vec<f64> {
+            let rows = values.iter().enumerate();
+            rows.filter(|(row, _)| is_kept(*row))
+                .map(|(_, value)| *value)
+                .collect()
+        };
+        let table = table(&[
+            ("t", &of(&time)),
+            ("q", &of(&position)),
+            ("u", &of(&command)),
+        ]);
+        let settings = found(&table, &LogOptions::default()).settings;
+        Log::new(&table, &settings, None)
+            .expect("a log")
+            .segments()
+            .len()
+    };
+    assert_eq!(kept(&|row| row % 14 < 8), 1);
+    assert_eq!(kept(&|row| !(1000..1006).contains(&row)), 2);
+}
