@@ -1,9 +1,10 @@
 //! Support of the drive's tests: settings, a flash that can lose its power, a servo.
 #![allow(dead_code)]
 
-#[macro_use]
-pub(crate) mod drive;
 pub(crate) mod commission;
+pub(crate) mod drive;
+pub(crate) mod harms;
+pub(crate) mod line;
 
 use core::f64::consts::TAU;
 use std::cell::{Cell, RefCell};
@@ -11,7 +12,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use drive_link::{
-    Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+    Dither, Estimator, Homing, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
 };
 use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
@@ -19,11 +20,20 @@ use embedded_storage::nor_flash::{
 };
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{ControllerSettings, ParameterRangeSettings};
+use identifier_core::settings::{ControllerSettings, IdentifierSettings, ParameterRangeSettings};
 use virtual_servo::{Encoder, Plant, VirtualBrake};
 
 pub(crate) const SAMPLE_TIME: f64 = 1e-3;
 pub(crate) const COUNTS: f64 = 10_000.0;
+
+/// A switch at the lower end, and the origin in the middle of the travel.
+pub(crate) const HOMING: Homing = Homing {
+    seek: -3.0,
+    approach: 0.2,
+    clearance: 0.5,
+    index: false,
+    offset: 2.0,
+};
 
 pub(crate) fn settings() -> Settings {
     let mut core = identifier_core::Settings {
@@ -66,6 +76,21 @@ pub(crate) fn settings() -> Settings {
         servo_changes: ServoChanges::Ignored,
         brake: None,
     }
+}
+
+/// The same without a dither.
+pub(crate) fn still() -> Settings {
+    let mut still = settings();
+    still.dither.amplitude = 0.0;
+    still
+}
+
+/// Settings without knowledge of the servo, for the estimator that needs none.
+pub(crate) fn first_contact() -> Settings {
+    let mut wanted = settings();
+    wanted.closed_loop.law = Estimator::GaussNewton;
+    wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+    wanted
 }
 
 pub(crate) fn diagonal(entries: [f64; 4]) -> [[f64; 4]; 4] {
@@ -234,12 +259,12 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    pub(crate) fn new(servo: &ServoParameters) -> Self {
+    pub(crate) fn new(servo: &ServoParameters) -> &'static Self {
         Self::counting_from(0, servo)
     }
 
-    pub(crate) fn counting_from(first: i32, servo: &ServoParameters) -> Self {
-        Self {
+    pub(crate) fn counting_from(first: i32, servo: &ServoParameters) -> &'static Self {
+        Box::leak(Box::new(Self {
             first: Cell::new(first),
             plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
             encoder: Encoder::new(COUNTS),
@@ -261,7 +286,7 @@ impl Bench {
             brake: Cell::new(None),
             brake_power: Cell::new(false),
             waiting: RefCell::default(),
-        }
+        }))
     }
 
     /// The angle of the axis, rad.
