@@ -13,7 +13,7 @@ use identifier_core::settings::ControllerSettings;
 use support::commission::{ORDER, outcome, over, until};
 use support::drive::Drive;
 use support::{Bench, COUNTS, Flash, harms, settings};
-use virtual_servo::{Plant, VirtualBrake};
+use virtual_servo::VirtualBrake;
 
 /// A vertical axis whose load takes 30 % of the command.
 const VERTICAL: ServoParameters = ServoParameters {
@@ -166,10 +166,8 @@ fn a_load_that_is_known_is_held_from_the_first_sample() {
                 ki,
                 ..own
             });
-            let (bench, flash) = (Bench::new(&VERTICAL), Flash::blank());
-            bench.sample_time.set(sample_time);
-            *bench.plant.borrow_mut() = Plant::at_rest(&VERTICAL, sample_time);
-            let mut drive = Drive::boot(bench, &flash);
+            let bench = Bench::sampled(&VERTICAL, sample_time);
+            let mut drive = Drive::boot(bench, &Flash::blank());
             settings.protection.following_error = 40.0;
             identify(&mut drive, &settings);
             drive.done(Command::Start);

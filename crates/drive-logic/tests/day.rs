@@ -11,7 +11,6 @@ use identifier_core::parameters::ServoParameters;
 use support::drive::{Drive, SERVO};
 use support::line::{Random, Wires};
 use support::{Bench, Flash, settings};
-use virtual_servo::Plant;
 
 const RATE: u32 = 10_000;
 
@@ -227,9 +226,8 @@ const FAULTS: [(Fault, Cause); 4] = [
 /// Hours of a drive, each minute of which ends with a stop or a fault.
 fn hours(hours: f64) {
     let servo = ServoParameters { load: 0.0, ..SERVO };
-    let (bench, flash) = (Bench::new(&servo), Flash::blank());
-    *bench.plant.borrow_mut() = Plant::at_rest(&servo, 1.0 / f64::from(RATE));
-    let mut drive = Drive::boot(bench, &flash);
+    let bench = Bench::sampled(&servo, 1.0 / f64::from(RATE));
+    let mut drive = Drive::boot(bench, &Flash::blank());
     let mut settings = settings();
     settings.closed_loop.core.sample_time = 1.0 / f64::from(RATE);
     settings.closed_loop.law = Estimator::GaussNewton;

@@ -12,7 +12,8 @@ use drive_chip::{Bus, F4};
 use drive_logic::{LineListener, Sampler};
 
 use super::durations::Durations;
-use super::servo::{Pins, Servo};
+use super::support::Bench;
+use super::support::commission::SERVO;
 
 /// Time of a byte at 1 Mbaud, ns.
 pub(super) const BYTE: u64 = 10_000;
@@ -62,7 +63,7 @@ pub(super) struct Handlers {
 }
 
 pub(super) struct Machine {
-    pub(super) servo: Servo,
+    bench: &'static Bench,
     durations: Durations,
     mode: Cell<Mode>,
     handlers: RefCell<Option<&'static Handlers>>,
@@ -122,7 +123,7 @@ impl Machine {
     pub(super) fn new(rate: u32) -> Self {
         let period = 1_000_000_000 / u64::from(rate);
         Self {
-            servo: Servo::new(1.0 / f64::from(rate)),
+            bench: Bench::sampled(&SERVO, 1.0 / f64::from(rate)),
             durations: Durations::at(rate),
             mode: Cell::new(Mode::Run),
             handlers: RefCell::new(None),
@@ -161,6 +162,10 @@ impl Machine {
 
     pub(super) fn now(&self) -> u64 {
         self.now.get()
+    }
+
+    pub(super) fn is_driven(&self) -> bool {
+        self.bench.held.get().is_some()
     }
 
     pub(super) fn samples(&self) -> u64 {
@@ -360,17 +365,17 @@ impl Machine {
         let Some(handlers) = *self.handlers.borrow() else {
             return;
         };
-        let was_driven = self.servo.is_driven();
+        let was_driven = self.is_driven();
         if now >= self.note_at.get() && self.noted.get().is_none() {
             self.noted.set(Some(was_driven));
         }
         let mut sampler = handlers.sampler.borrow_mut();
-        sampler.interrupt(&mut Pins::of(&self.servo));
+        sampler.interrupt(&mut self.bench.pins());
         drop(sampler);
-        self.servo.advance();
+        self.bench.pass();
         let length = self.length();
         self.spend(length, Level::Sample);
-        if was_driven || self.servo.is_driven() {
+        if was_driven || self.is_driven() {
             self.last_driven.set(self.now.get());
         }
     }
@@ -378,7 +383,7 @@ impl Machine {
     /// Duration of a sample, ns.
     fn length(&self) -> u64 {
         let shares = match self.mode.get() {
-            _ if !self.servo.is_driven() => &self.durations.at_rest,
+            _ if !self.is_driven() => &self.durations.at_rest,
             Mode::Run => &self.durations.run,
             Mode::Commissioning => &self.durations.commissioning,
         };

@@ -289,6 +289,14 @@ impl Bench {
         }))
     }
 
+    /// A servo that is sampled at other times, s.
+    pub(crate) fn sampled(servo: &ServoParameters, sample_time: f64) -> &'static Self {
+        let bench = Self::new(servo);
+        bench.sample_time.set(sample_time);
+        *bench.plant.borrow_mut() = Plant::at_rest(servo, sample_time);
+        bench
+    }
+
     /// The angle of the axis, rad.
     pub(crate) fn position(&self) -> f64 {
         self.plant.borrow().position
