@@ -7,12 +7,12 @@ use core::f64::consts::TAU;
 use drive_link::{
     Command, Estimates, Fault, Kept, NotAllowed, Noticed, Refusal, Report, Settings, State, Why,
 };
-use drive_logic::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store};
+use drive_logic::{Lines, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store};
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::{ControllerSettings, IdentifierSettings, ParameterRangeSettings};
 use support::drive::{Drive, SERVO, snapshots};
 use support::harms::Harm;
-use support::{Bench, COUNTS, Flash, HEALTHY, STAGE, first_contact, harms, settings, still};
+use support::{Bench, COUNTS, Flash, STAGE, first_contact, harms, settings, still};
 
 #[test]
 fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
@@ -403,7 +403,7 @@ fn a_stuck_switch_is_found_before_motion_and_after_it_until_it_is_repaired() {
     assert_eq!(bench.held.get(), None);
     drive.done(Command::Clear);
     assert_eq!(drive.pass(5), [Report::Fault(Fault::LimitSwitchesStuck)]);
-    bench.lines.set(HEALTHY);
+    bench.lines.set(Lines::HEALTHY);
     drive.done(Command::Clear);
     drive.pass(5);
     assert_eq!(drive.state(), State::Disabled);
@@ -432,7 +432,7 @@ fn a_fault_in_the_queue_wins_over_a_start() {
     drive.done(Command::Start);
     drive.lines(|lines| lines.amplifier = false);
     drive.sample();
-    bench.lines.set(HEALTHY);
+    bench.lines.set(Lines::HEALTHY);
     // The supervisor has not read the event yet, and its next order must not move the servo.
     drive.done(Command::Stop);
     drive.pass(5);
@@ -452,7 +452,7 @@ fn reporting_never_blocks_and_no_fault_is_lost() {
     drive.lines(|lines| lines.amplifier = false);
     drive.sample();
     assert_eq!(bench.held.get(), None);
-    bench.lines.set(HEALTHY);
+    bench.lines.set(Lines::HEALTHY);
     let reports = drive.pass(3);
     assert!(reports.contains(&Report::Fault(Fault::AmplifierFault)));
     drive.done(Command::Clear);

@@ -14,7 +14,7 @@ use drive_logic::Lines;
 use identifier_core::parameters::ServoParameters;
 use support::commission::ORDER;
 use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, COUNTS, Flash, HEALTHY, SAMPLE_TIME, first_contact, settings, still};
+use support::{Bench, COUNTS, Flash, SAMPLE_TIME, first_contact, settings, still};
 
 /// A drive that runs with these settings.
 fn running(servo: &ServoParameters, settings: Settings) -> (Drive, &'static Bench) {
@@ -436,7 +436,7 @@ fn a_limit_switch_that_bounces_for_a_sample_is_no_fault_and_one_that_opens_is() 
         for _ in 0..5 {
             drive.lines(|lines| lines.low_switch = false);
             drive.pass(open);
-            bench.lines.set(HEALTHY);
+            bench.lines.set(Lines::HEALTHY);
             drive.pass(1);
         }
         let expected = fault.map_or(State::Running, State::Faulted);
@@ -892,10 +892,10 @@ fn a_start_or_a_commissioning_acts_once_and_never_late() {
             // It ends by itself.
             bench.lines.set(Lines {
                 low_switch: false,
-                ..HEALTHY
+                ..Lines::HEALTHY
             });
             drive.pass(500);
-            bench.lines.set(HEALTHY);
+            bench.lines.set(Lines::HEALTHY);
             assert_eq!(answer(&mut drive, id(5), Command::Clear), Ok(()));
             for old in [4, 2] {
                 assert_eq!(answer(&mut drive, id(old), begin), late);

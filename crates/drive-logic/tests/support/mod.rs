@@ -214,14 +214,6 @@ pub(crate) const STAGE: OutputStage = OutputStage {
     is_simulated: false,
 };
 
-/// Levels of the input lines without a fault.
-pub(crate) const HEALTHY: Lines = Lines {
-    supply: true,
-    amplifier: true,
-    low_switch: true,
-    high_switch: true,
-};
-
 /// A servo on the bench: the command that is held, its encoder and its output stage.
 pub(crate) struct Bench {
     pub(crate) plant: RefCell<Plant>,
@@ -275,7 +267,7 @@ impl Bench {
             stage_works: Cell::new(true),
             releases: Cell::new(true),
             held: Cell::new(None),
-            lines: Cell::new(HEALTHY),
+            lines: Cell::new(Lines::HEALTHY),
             late: Cell::new(false),
             home_switch: RefCell::new(0.0..0.0),
             index_at: Cell::new(None),
