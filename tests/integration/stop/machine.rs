@@ -14,6 +14,7 @@ use drive_logic::{LineListener, Sampler};
 use super::durations::Durations;
 use super::support::Bench;
 use super::support::commission::SERVO;
+use super::support::line::Random;
 
 /// Time of a byte at 1 Mbaud, ns.
 pub(super) const BYTE: u64 = 10_000;
@@ -67,7 +68,7 @@ pub(super) struct Machine {
     durations: Durations,
     mode: Cell<Mode>,
     handlers: RefCell<Option<&'static Handlers>>,
-    random: Cell<u32>,
+    random: RefCell<Random>,
     level: Cell<Level>,
     /// ns.
     now: Cell<u64>,
@@ -127,7 +128,7 @@ impl Machine {
             durations: Durations::at(rate),
             mode: Cell::new(Mode::Run),
             handlers: RefCell::new(None),
-            random: Cell::new(0x2545_f491 ^ rate),
+            random: RefCell::new(Random(0x2545_f491 ^ rate)),
             level: Cell::new(Level::Background),
             now: Cell::new(0),
             period,
@@ -182,12 +183,7 @@ impl Machine {
 
     /// A number that looks random, the same in every run.
     pub(super) fn below(&self, most: u32) -> u32 {
-        let mut next = self.random.get();
-        next ^= next << 13;
-        next ^= next >> 17;
-        next ^= next << 5;
-        self.random.set(next);
-        next % most
+        self.random.borrow_mut().below(most)
     }
 
     /// Puts a byte on the wire after those that are on it, and returns the time at which it begins.

@@ -1,4 +1,4 @@
-//! Support of the drive's tests: settings, a flash that can lose its power, a servo.
+//! Support of the drive's tests, and of the stops in `tests`: settings, a flash that can lose its power, a servo.
 #![allow(dead_code)]
 
 pub(crate) mod commission;
@@ -214,7 +214,8 @@ pub(crate) const STAGE: OutputStage = OutputStage {
     is_simulated: false,
 };
 
-/// A servo on the bench: the command that is held, its encoder and its output stage.
+/// A servo on the bench: the command that is held, its encoder and its output stage. It lives as long as the program, and so
+/// does what a drive on it needs.
 pub(crate) struct Bench {
     pub(crate) plant: RefCell<Plant>,
     pub(crate) encoder: Encoder,
