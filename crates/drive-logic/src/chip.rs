@@ -59,6 +59,14 @@ pub struct Lines {
 }
 
 impl Lines {
+    /// No fault.
+    pub const HEALTHY: Self = Self {
+        amplifier: true,
+        supply: true,
+        low_switch: true,
+        high_switch: true,
+    };
+
     /// # Errors
     /// The fault that keeps the servo from being moved.
     pub(crate) fn before_motion(self) -> Result<(), Fault> {

@@ -1,20 +1,18 @@
 //! Any input: settings of any numbers, bytes of any value, requests in any order, a flash of any
 //! content. The drive refuses or faults, and never moves without an order.
 
-#[macro_use]
 mod support;
-
-use std::collections::VecDeque;
 
 use commissioning::CommissionSettings;
 use drive_link::{
-    Command, Estimator, Homing, Line, Report, Request, Settings, State, TargetSource, frame,
+    Command, Estimator, Homing, Report, Request, Settings, State, TargetSource, frame,
 };
 use drive_logic::Conversation;
 use proptest::prelude::*;
 use support::commission::ORDER;
 use support::drive::{Drive, SERVO};
-use support::{Bench, Flash, SECTOR, settings};
+use support::line::Wires;
+use support::{Bench, Flash, HOMING, SECTOR, settings};
 
 /// The numbers of settings that a user may get wrong.
 fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
@@ -119,13 +117,7 @@ fn any_settings() -> impl Strategy<Value = Settings> {
     (changes, law(), of_run).prop_map(|(changes, law, (overruns, source, index))| {
         let mut wanted = settings();
         wanted.source = source;
-        wanted.homing = Some(Homing {
-            seek: -3.0,
-            approach: 0.2,
-            clearance: 0.5,
-            index,
-            offset: 2.0,
-        });
+        wanted.homing = Some(Homing { index, ..HOMING });
         wanted.closed_loop.law = law;
         wanted.protection.overruns = overruns;
         for (place, number, as_factor) in changes {
@@ -155,33 +147,12 @@ fn any_command() -> impl Strategy<Value = Command> {
 }
 
 /// The command that is held is within the output stage's range, and held only in a run.
-fn holds_what_it_may(drive: &Drive<'_>) -> Result<(), TestCaseError> {
+fn holds_what_it_may(drive: &Drive) -> Result<(), TestCaseError> {
     if let Some(command) = drive.bench.held.get() {
         prop_assert!(command.abs() <= 10.0, "{}", command);
-        prop_assert_eq!(drive.supervisor.state(), State::Running);
+        prop_assert_eq!(drive.state(), State::Running);
     }
     Ok(())
-}
-
-#[derive(Default)]
-struct Wire {
-    heard: VecDeque<u8>,
-}
-
-impl Line for Wire {
-    fn listen(&mut self) {}
-
-    fn receive(&mut self) -> Option<u8> {
-        self.heard.pop_front()
-    }
-
-    fn room(&self) -> usize {
-        2047
-    }
-
-    fn send(&mut self, bytes: &[u8]) {
-        assert!(bytes.len() <= 2047);
-    }
 }
 
 proptest! {
@@ -192,8 +163,7 @@ proptest! {
         homes in any::<bool>(),
         switch in (-1.0..1.0, 0.0..2.0),
     ) {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         if let Report::Done { .. } = drive.ask(Command::Configure(wanted)) {
             drive.done(Command::Watch(1));
             let limit = wanted.closed_loop.core.controller.expect("taken").limit;
@@ -241,8 +211,7 @@ proptest! {
             let changed = numbers.into_iter().nth(place).expect("nine");
             *changed = if as_factor { *changed * number } else { number };
         }
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         if let Report::Done { .. } = drive.ask(Command::Commission(order)) {
             let [low, high] = order.limits.travel;
             let counts = |radians: f64| (radians / order.resolution) as f32;
@@ -257,7 +226,7 @@ proptest! {
                     // Until it ends, and the gains before hold the servo.
                     let is_within = (least..=most).contains(&f64::from(command));
                     prop_assert!(command.is_finite() && command.abs() <= 10.0);
-                    prop_assert!(is_within || drive.supervisor.state() == State::Commissioning);
+                    prop_assert!(is_within || drive.state() == State::Commissioning);
                 }
             }
         }
@@ -274,10 +243,9 @@ proptest! {
         ),
         breaks in any::<prop::sample::Index>(),
     ) {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         let mut conversation = Conversation::new();
-        let mut wire = drive.polled(Wire::default());
+        let mut wire = drive.polled(Wires::default());
         let mut started = false;
         let breaks_at = breaks.index(steps.len());
         for (k, step) in steps.into_iter().enumerate() {
@@ -293,6 +261,7 @@ proptest! {
             if k == breaks_at {
                 bench.sensor_works.set(false);
             }
+            wire.line().to_say.clear();
             for _ in 0..5 {
                 drive.sampler.interrupt(&mut bench.pins());
                 bench.pass();
@@ -314,7 +283,7 @@ proptest! {
         let flash = Flash::blank();
         let bench = Bench::new(&SERVO);
         {
-            boot!(drive, &bench, &flash);
+            let mut drive = Drive::boot(bench, &flash);
             drive.done(Command::Save);
         }
         let mut bytes = flash.bytes.borrow().clone();
@@ -328,8 +297,7 @@ proptest! {
         }
         prop_assert_eq!(bytes.len(), 2 * SECTOR);
         let spoilt = Flash::with(bytes);
-        let mut channel = drive_logic::Channel::new();
-        let mut drive = Drive::as_it_comes(&mut channel, &bench, &spoilt, Ok(()));
+        let mut drive = Drive::as_it_comes(bench, &spoilt);
         let status = drive.status();
         if !status.configured {
             drive.refusal(Command::Start);

@@ -1,6 +1,5 @@
 //! A vertical axis with a holding brake, and the load at the start of a run.
 
-#[macro_use]
 mod support;
 
 use commissioning::Phase;
@@ -13,8 +12,8 @@ use identifier_core::reason::Reason;
 use identifier_core::settings::ControllerSettings;
 use support::commission::{ORDER, outcome, over, until};
 use support::drive::Drive;
-use support::{Bench, COUNTS, Flash, settings};
-use virtual_servo::{Plant, VirtualBrake};
+use support::{Bench, COUNTS, Flash, harms, settings};
+use virtual_servo::VirtualBrake;
 
 /// A vertical axis whose load takes 30 % of the command.
 const VERTICAL: ServoParameters = ServoParameters {
@@ -50,12 +49,11 @@ fn vertical(brake: Option<HoldingBrake>) -> Settings {
 }
 
 /// Has a run identify the load, so that the drive keeps it.
-fn identify(drive: &mut Drive<'_>, settings: &Settings) {
+fn identify(drive: &mut Drive, settings: &Settings) {
     let mut shaken = *settings;
     (shaken.dither.amplitude, shaken.brake) = (0.3, None);
     (shaken.protection.duration, shaken.protection.link_timeout) = (0.0, 0.0);
-    drive.done(Command::Configure(shaken));
-    drive.done(Command::Start);
+    drive.run(shaken);
     let samples = (2.0 / settings.closed_loop.core.sample_time) as u32;
     drive.pass(samples);
     drive.done(Command::Stop);
@@ -67,27 +65,25 @@ fn identify(drive: &mut Drive<'_>, settings: &Settings) {
 }
 
 /// A drive on a vertical axis that rests on its brake; the load is known.
-macro_rules! on_its_brake {
-    ($drive:ident, $bench:ident, $settings:expr) => {
-        let ($bench, flash) = (Bench::new(&VERTICAL), Flash::blank());
-        boot!($drive, &$bench, &flash);
-        identify(&mut $drive, &$settings);
-        let brake = VirtualBrake::closed(BRAKE.opens, BRAKE.closes);
-        $bench.brake.set(Some(brake));
-    };
+fn on_its_brake(settings: Settings) -> (Drive, &'static Bench) {
+    let (mut drive, bench) = Drive::on_bench(&VERTICAL);
+    identify(&mut drive, &settings);
+    let brake = VirtualBrake::closed(BRAKE.opens, BRAKE.closes);
+    bench.brake.set(Some(brake));
+    (drive, bench)
 }
 
 /// The lowest position in these samples, rad.
-fn lowest(drive: &mut Drive<'_>, samples: u32) -> f64 {
+fn lowest(drive: &mut Drive, samples: u32) -> f64 {
     let positions = (0..samples).map(|_| {
         drive.pass(1);
-        drive.bench.position()
+        drive.position()
     });
     positions.fold(f64::INFINITY, f64::min)
 }
 
 /// Runs samples until the stage is disabled: their number.
-fn until_disabled(drive: &mut Drive<'_>) -> u32 {
+fn until_disabled(drive: &mut Drive) -> u32 {
     let disabled = (1..3000).find(|_| {
         drive.pass(1);
         drive.bench.held.get().is_none()
@@ -96,34 +92,30 @@ fn until_disabled(drive: &mut Drive<'_>) -> u32 {
 }
 
 /// What happens to the axis, how, and the fault that holds afterwards.
-type Case = (&'static str, fn(&mut Drive<'_>), Option<Fault>);
+type Case = (&'static str, fn(&mut Drive), Option<Fault>);
 
 const CASES: [Case; 9] = [
     ("start", |_| {}, None),
     ("move", |drive| drive.done(Command::Target(2.0)), None),
-    ("stop", |drive| drive.done(Command::Stop), None),
+    ("stop", harms::stop, None),
     ("end of the time", |_| {}, None),
     ("link lost", |_| {}, Some(Fault::LinkLost)),
     (
         "limit switch",
-        |drive| drive.lines(|lines| lines.low_switch = false),
+        harms::low_switch_opens,
         Some(Fault::LimitSwitch),
     ),
     (
         "encoder lost",
-        |drive| drive.bench.sensor_works.set(false),
+        harms::encoder_fails,
         Some(Fault::EncoderLost),
     ),
     (
         "amplifier fault",
-        |drive| drive.lines(|lines| lines.amplifier = false),
+        harms::amplifier_fails,
         Some(Fault::AmplifierFault),
     ),
-    (
-        "supply low",
-        |drive| drive.lines(|lines| lines.supply = false),
-        Some(Fault::SupplyLow),
-    ),
+    ("supply low", harms::supply_sags, Some(Fault::SupplyLow)),
 ];
 
 #[test]
@@ -132,7 +124,7 @@ fn a_vertical_axis_falls_in_no_case_but_faults_of_what_holds_it() {
         let mut settings = vertical(Some(BRAKE));
         settings.protection.duration = if name == "end of the time" { 0.5 } else { 0.0 };
         settings.protection.link_timeout = if name == "link lost" { 0.5 } else { 0.0 };
-        on_its_brake!(drive, bench, settings);
+        let (mut drive, bench) = on_its_brake(settings);
         drive.done(Command::Start);
         let mut position = lowest(&mut drive, 400);
         if name != "start" {
@@ -153,7 +145,7 @@ fn a_vertical_axis_falls_in_no_case_but_faults_of_what_holds_it() {
             None if keeps_running => State::Running,
             None => State::Disabled,
         };
-        assert_eq!(drive.supervisor.state(), state, "{name}");
+        assert_eq!(drive.state(), state, "{name}");
         let is_cut = fault.is_some_and(|fault| [20, 10, 13].contains(&fault.number()));
         assert_eq!(fall > MAX_FALL, is_cut, "{row}");
         assert!(PAGE.contains(&row), "docs/faults.md has another row: {row}");
@@ -174,10 +166,8 @@ fn a_load_that_is_known_is_held_from_the_first_sample() {
                 ki,
                 ..own
             });
-            let (bench, flash) = (Bench::new(&VERTICAL), Flash::blank());
-            bench.sample_time.set(sample_time);
-            *bench.plant.borrow_mut() = Plant::at_rest(&VERTICAL, sample_time);
-            boot!(drive, &bench, &flash);
+            let bench = Bench::sampled(&VERTICAL, sample_time);
+            let mut drive = Drive::boot(bench, &Flash::blank());
             settings.protection.following_error = 40.0;
             identify(&mut drive, &settings);
             drive.done(Command::Start);
@@ -193,18 +183,17 @@ fn a_load_that_is_known_is_held_from_the_first_sample() {
 }
 
 /// A drive that holds the axis with its brake open.
-macro_rules! holding {
-    ($drive:ident, $bench:ident) => {
-        on_its_brake!($drive, $bench, vertical(Some(BRAKE)));
-        $drive.done(Command::Start);
-        $drive.pass(400);
-        assert!($bench.brake_power.get());
-    };
+fn holding() -> (Drive, &'static Bench) {
+    let (mut drive, bench) = on_its_brake(vertical(Some(BRAKE)));
+    drive.done(Command::Start);
+    drive.pass(400);
+    assert!(bench.brake_power.get());
+    (drive, bench)
 }
 
 #[test]
 fn a_stop_closes_the_brake_at_once_and_holds_for_as_long_as_it_closes() {
-    holding!(drive, bench);
+    let (mut drive, bench) = holding();
     drive.done(Command::Stop);
     drive.pass(1);
     assert!(!bench.brake_power.get(), "within a sample");
@@ -217,7 +206,7 @@ fn a_stop_closes_the_brake_at_once_and_holds_for_as_long_as_it_closes() {
     );
     assert_eq!(drive.refusal(Command::Commission(ORDER)), Refusal::Running);
     assert_eq!(until_disabled(&mut drive), CLOSES);
-    assert_eq!(drive.supervisor.state(), State::Disabled);
+    assert_eq!(drive.state(), State::Disabled);
     assert_eq!(drive.status().ended, Some(Ended::Stopped));
     // And once more.
     drive.done(Command::Start);
@@ -228,24 +217,15 @@ fn a_stop_closes_the_brake_at_once_and_holds_for_as_long_as_it_closes() {
 
 #[test]
 fn a_second_stop_or_a_fault_while_the_brake_closes_disables_at_once() {
-    type Second = (fn(&mut Drive<'_>), Option<Fault>);
+    type Second = (fn(&mut Drive), Option<Fault>);
     let second: [Second; 4] = [
-        (|drive| drive.done(Command::Stop), None),
-        (
-            |drive| drive.bench.sensor_works.set(false),
-            Some(Fault::EncoderLost),
-        ),
-        (
-            |drive| drive.lines(|lines| lines.amplifier = false),
-            Some(Fault::AmplifierFault),
-        ),
-        (
-            |drive| drive.lines(|lines| lines.high_switch = false),
-            Some(Fault::LimitSwitch),
-        ),
+        (harms::stop, None),
+        (harms::encoder_fails, Some(Fault::EncoderLost)),
+        (harms::amplifier_fails, Some(Fault::AmplifierFault)),
+        (harms::high_switch_opens, Some(Fault::LimitSwitch)),
     ];
     for (cause, fault) in second {
-        holding!(drive, bench);
+        let (mut drive, bench) = holding();
         drive.done(Command::Stop);
         drive.pass(20);
         assert!(bench.held.get().is_some());
@@ -254,14 +234,14 @@ fn a_second_stop_or_a_fault_while_the_brake_closes_disables_at_once() {
         assert!(until_disabled(&mut drive) <= 3, "{fault:?}");
         drive.pass(3);
         let state = fault.map_or(State::Disabled, State::Faulted);
-        assert_eq!(drive.supervisor.state(), state);
+        assert_eq!(drive.state(), state);
         assert_eq!(drive.status().ended, Some(Ended::Stopped), "the first end");
     }
 }
 
 #[test]
 fn a_stop_that_was_sent_again_is_no_second_stop_and_a_first_one_lets_go_of_no_held_axis() {
-    holding!(drive, bench);
+    let (mut drive, bench) = holding();
     let mut listener = drive.listener.take().expect("one line");
     let mut stop = |id| {
         let command = Command::Stop;
@@ -278,7 +258,7 @@ fn a_stop_that_was_sent_again_is_no_second_stop_and_a_first_one_lets_go_of_no_he
     drive.pass(1);
     assert_eq!(bench.held.get(), None);
     // After a limit switch.
-    holding!(drive, bench);
+    let (mut drive, bench) = holding();
     drive.lines(|lines| lines.low_switch = false);
     drive.pass(20);
     drive.done(Command::Stop);
@@ -288,18 +268,18 @@ fn a_stop_that_was_sent_again_is_no_second_stop_and_a_first_one_lets_go_of_no_he
     drive.pass(1);
     assert_eq!(bench.held.get(), None);
     drive.pass(3);
-    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LimitSwitch));
+    assert_eq!(drive.state(), State::Faulted(Fault::LimitSwitch));
 }
 
 #[test]
 fn every_fault_that_ends_a_run_at_once_closes_the_brake_in_the_same_sample() {
-    let causes: [fn(&mut Drive<'_>); 3] = [
-        |drive| drive.bench.sensor_works.set(false),
-        |drive| drive.lines(|lines| lines.amplifier = false),
-        |drive| drive.lines(|lines| lines.supply = false),
+    let causes: [fn(&mut Drive); 3] = [
+        harms::encoder_fails,
+        harms::amplifier_fails,
+        harms::supply_sags,
     ];
     for cause in causes {
-        holding!(drive, bench);
+        let (mut drive, bench) = holding();
         cause(&mut drive);
         until_disabled(&mut drive);
         assert!(!bench.brake_power.get());
@@ -308,7 +288,7 @@ fn every_fault_that_ends_a_run_at_once_closes_the_brake_in_the_same_sample() {
 
 #[test]
 fn motion_waits_until_the_brake_has_opened_and_the_loop_holds_before() {
-    on_its_brake!(drive, bench, vertical(Some(BRAKE)));
+    let (mut drive, bench) = on_its_brake(vertical(Some(BRAKE)));
     drive.done(Command::Start);
     drive.pass(1);
     let held = f64::from(bench.held.get().expect("held"));
@@ -338,7 +318,7 @@ fn steps_while_the_brake_opens_are_followed_afterwards() {
         source: TargetSource::Steps { step },
         ..vertical(Some(BRAKE))
     };
-    on_its_brake!(drive, bench, settings);
+    let (mut drive, bench) = on_its_brake(settings);
     drive.done(Command::Start);
     drive.pass(2);
     bench.steps.set(Some(50));
@@ -350,8 +330,7 @@ fn steps_while_the_brake_opens_are_followed_afterwards() {
 
 #[test]
 fn a_brake_that_takes_longer_than_a_second_is_refused() {
-    let (bench, flash) = (Bench::new(&VERTICAL), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&VERTICAL);
     for (name, opens, closes, given) in [
         ("brake.closes", 0.05, 1.5, 1.5),
         ("brake.opens", 1.001, 0.1, 1.001),
@@ -379,11 +358,11 @@ fn a_brake_that_takes_longer_than_a_second_is_refused() {
 fn settings_with_a_brake_survive_a_loss_of_power() {
     let (bench, flash) = (Bench::new(&VERTICAL), Flash::blank());
     {
-        boot!(drive, &bench, &flash);
+        let mut drive = Drive::boot(bench, &flash);
         drive.done(Command::Configure(vertical(Some(BRAKE))));
         drive.done(Command::Save);
     }
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     assert_eq!(drive.shown().brake, Some(BRAKE));
 }
 
@@ -391,27 +370,19 @@ fn settings_with_a_brake_survive_a_loss_of_power() {
 fn a_commissioning_holds_the_axis_from_its_start_to_the_closed_brake() {
     // The axis may fall as far as its motions go.
     let travel = ORDER.limits.travel[1];
-    type Cause = fn(&mut Drive<'_>);
+    type Cause = fn(&mut Drive);
     let ends: [(Option<Phase>, Cause, Option<Reason>); 4] = [
         (None, |_| {}, None),
-        (
-            Some(Phase::Fit),
-            |drive| drive.done(Command::Stop),
-            Some(Reason::Stopped),
-        ),
+        (Some(Phase::Fit), harms::stop, Some(Reason::Stopped)),
         (
             Some(Phase::Probe),
-            |drive| drive.lines(|lines| lines.low_switch = false),
+            harms::low_switch_opens,
             Some(Reason::LimitSwitch),
         ),
-        (
-            Some(Phase::Trial),
-            |drive| drive.done(Command::Stop),
-            Some(Reason::Stopped),
-        ),
+        (Some(Phase::Trial), harms::stop, Some(Reason::Stopped)),
     ];
     for (phase, cause, reason) in ends {
-        on_its_brake!(drive, bench, vertical(Some(BRAKE)));
+        let (mut drive, bench) = on_its_brake(vertical(Some(BRAKE)));
         drive.done(Command::Commission(ORDER));
         // Before the first motion.
         assert!(-lowest(&mut drive, 40) < MAX_FALL);
@@ -443,7 +414,7 @@ fn a_commissioning_holds_the_axis_from_its_start_to_the_closed_brake() {
 
 #[test]
 fn a_commissioning_in_place_of_a_run_waits_for_the_brake() {
-    on_its_brake!(drive, bench, vertical(Some(BRAKE)));
+    let (mut drive, bench) = on_its_brake(vertical(Some(BRAKE)));
     drive.done(Command::Start);
     drive.pass(3);
     drive.done(Command::Commission(ORDER));
@@ -458,7 +429,7 @@ fn a_commissioning_in_place_of_a_run_waits_for_the_brake() {
     }
     over(&mut drive);
     drive.pass(10);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     drive.done(Command::Stop);
     assert!(-lowest(&mut drive, 400) < MAX_FALL);
 }

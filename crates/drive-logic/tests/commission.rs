@@ -1,6 +1,5 @@
 //! Orders to commission: the conditions for one, and all or nothing after any interruption.
 
-#[macro_use]
 mod support;
 
 use commissioning::{CommissionSettings, Phase};
@@ -8,23 +7,22 @@ use drive_link::{
     Command, Commissioning, Fault, NotAllowed, Origin, Outcome, Refusal, Report, Request, State,
     Why, frame,
 };
-use drive_logic::{Channel, LineListener};
+use drive_logic::LineListener;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Goal;
 use support::commission::{ORDER, SERVO, outcome, over, ready, until};
 use support::drive::Drive;
-use support::{Bench, Flash, SAMPLE_TIME, STAGE, settings};
+use support::harms::Harm;
+use support::{Bench, Flash, SAMPLE_TIME, STAGE, harms, settings};
 
 #[test]
 fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut channel = Channel::new();
-    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    let mut drive = Drive::as_it_comes(bench, &flash);
     let order = Command::Commission(ORDER);
     assert_eq!(drive.refusal(Command::Outcome), Refusal::NeverCommissioned);
     assert_eq!(drive.refusal(order), Refusal::NotConfigured);
-    drive.done(Command::Configure(settings()));
-    drive.done(Command::Start);
+    drive.run(settings());
     drive.pass(10);
     drive.lines(|lines| lines.amplifier = false);
     drive.pass(3);
@@ -39,59 +37,23 @@ fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
 #[test]
 fn contradictory_settings_are_refused_by_name_before_anything_is_kept_or_moves() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    let orders = [
-        ("sample_time", {
-            let mut order = ORDER;
-            order.sample_time *= 2.0;
-            order
-        }),
-        ("resolution", {
-            let mut order = ORDER;
-            order.resolution *= 2.0;
-            order
-        }),
-        ("limit_high", {
-            let mut order = ORDER;
-            order.limits.command[1] = 10.1;
-            order
-        }),
-        ("limit_low", {
-            let mut order = ORDER;
-            order.limits.command[0] = -10.1;
-            order
-        }),
-        ("travel", {
-            let mut order = ORDER;
-            order.limits.travel = [1.0, 2.0];
-            order
-        }),
-        ("travel", {
-            let mut order = ORDER;
-            order.limits.travel = [-1.8e40, 1.0];
-            order
-        }),
-        ("duration", {
-            let mut order = ORDER;
-            order.limits.duration = 1.8e40;
-            order
-        }),
-        ("speed", {
-            let mut order = ORDER;
-            order.limits.speed = 1.8e40;
-            order
-        }),
-        ("speed", {
-            let mut order = ORDER;
-            order.limits.speed = f64::NAN;
-            order
-        }),
+    let mut drive = Drive::boot(bench, &flash);
+    type Change = fn(&mut CommissionSettings);
+    let changes: [(&str, Change); 9] = [
+        ("sample_time", |order| order.sample_time *= 2.0),
+        ("resolution", |order| order.resolution *= 2.0),
+        ("limit_high", |order| order.limits.command[1] = 10.1),
+        ("limit_low", |order| order.limits.command[0] = -10.1),
+        ("travel", |order| order.limits.travel = [1.0, 2.0]),
+        ("travel", |order| order.limits.travel = [-1.8e40, 1.0]),
+        ("duration", |order| order.limits.duration = 1.8e40),
+        ("speed", |order| order.limits.speed = 1.8e40),
+        ("speed", |order| order.limits.speed = f64::NAN),
     ];
-    for (name, order) in orders {
-        match drive.refusal(Command::Commission(order)) {
-            Refusal::Setting(refused) => assert_eq!(refused.name, name, "{refused}"),
-            other => panic!("{name}: {other:?}"),
-        }
+    for (name, change) in changes {
+        let mut order = ORDER;
+        change(&mut order);
+        assert_eq!(drive.not_allowed(Command::Commission(order)).name, name);
     }
     drive.pass(10);
     assert_eq!(bench.held.get(), None);
@@ -101,23 +63,23 @@ fn contradictory_settings_are_refused_by_name_before_anything_is_kept_or_moves()
 #[test]
 fn a_flash_that_fails_to_keep_the_gains_in_force_prevents_a_start() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     flash.steps_left.set(3);
     let refused = drive.refusal(Command::Commission(ORDER));
     assert_eq!(refused, Refusal::NotKept);
     drive.pass(10);
     assert_eq!(bench.held.get(), None);
-    assert_eq!(drive.supervisor.state(), State::Disabled);
+    assert_eq!(drive.state(), State::Disabled);
     // And the drive is of use still.
     flash.steps_left.set(usize::MAX);
     drive.done(Command::Commission(ORDER));
-    assert_eq!(drive.supervisor.state(), State::Commissioning);
+    assert_eq!(drive.state(), State::Commissioning);
 }
 
 #[test]
 fn gains_with_a_feed_forward_hold_and_are_kept_where_they_are_ordered() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     let order = CommissionSettings {
         feed_forward: true,
         ..ORDER
@@ -127,21 +89,20 @@ fn gains_with_a_feed_forward_hold_and_are_kept_where_they_are_ordered() {
     let outcome = outcome(&mut drive);
     assert_eq!(outcome.commissioning.reason, None);
     let led = outcome.tuning.expect("gains").feed_forward;
-    let holds = |drive: &mut Drive<'_>| {
+    let holds = |drive: &mut Drive| {
         let core = drive.shown().closed_loop.core;
         core.controller.expect("a controller").feed_forward
     };
     assert!(led.is_some() && outcome.kept);
     assert_eq!(holds(&mut drive), led);
     let bytes = Flash::with(flash.bytes.borrow().clone());
-    boot!(again, &bench, &bytes);
+    let mut again = Drive::boot(bench, &bytes);
     assert_eq!(holds(&mut again), led);
 }
 
 #[test]
 fn an_axis_at_its_switch_is_not_moved() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.lines(|lines| lines.low_switch = false);
     drive.done(Command::Commission(ORDER));
     over(&mut drive);
@@ -151,56 +112,42 @@ fn an_axis_at_its_switch_is_not_moved() {
         reason: Some(Reason::LimitSwitchesStuck),
     };
     assert_eq!(outcome(&mut drive).commissioning, aborted);
-    let stuck = State::Faulted(Fault::LimitSwitchesStuck);
-    assert_eq!(drive.supervisor.state(), stuck);
+    assert_eq!(drive.state(), State::Faulted(Fault::LimitSwitchesStuck));
     assert_eq!(drive.shown(), settings());
 }
 
 #[test]
 fn each_fault_of_the_drive_ends_a_commissioning_under_its_own_number() {
-    type Harm = fn(&Drive<'_>);
     let harms: [(Fault, Harm); 6] = [
-        (Fault::SupplyLow, |drive| {
-            drive.lines(|lines| lines.supply = false)
-        }),
-        (Fault::AmplifierFault, |drive| {
-            drive.lines(|lines| lines.amplifier = false);
-        }),
-        (Fault::LimitSwitch, |drive| {
-            drive.lines(|lines| lines.high_switch = false);
-        }),
-        (Fault::EncoderLost, |drive| {
-            drive.bench.sensor_works.set(false);
-        }),
-        (Fault::ActuatorFailed, |drive| {
-            drive.bench.stage_works.set(false);
-        }),
+        (Fault::SupplyLow, harms::supply_sags),
+        (Fault::AmplifierFault, harms::amplifier_fails),
+        (Fault::LimitSwitch, harms::high_switch_opens),
+        (Fault::EncoderLost, harms::encoder_fails),
+        (Fault::ActuatorFailed, harms::stage_fails),
         // The host sends nothing more.
         (Fault::LinkLost, |_| {}),
     ];
     for (fault, harm) in harms {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, _) = Drive::on_bench(&SERVO);
         let mut listening = settings();
         listening.protection.link_timeout = 0.01;
         drive.done(Command::Configure(listening));
         drive.done(Command::Commission(ORDER));
         until(&mut drive, Phase::Probe);
-        harm(&drive);
+        harm(&mut drive);
         over(&mut drive);
         let ended = Commissioning {
             phase: Phase::Aborted,
             reason: Some(fault),
         };
         assert_eq!(outcome(&mut drive).commissioning, ended);
-        assert_eq!(drive.supervisor.state(), State::Faulted(fault));
+        assert_eq!(drive.state(), State::Faulted(fault));
     }
 }
 
 #[test]
 fn a_stop_that_overtakes_the_order_prevents_a_start() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.done(Command::Commission(ORDER));
     drive.done(Command::Stop);
     over(&mut drive);
@@ -233,7 +180,7 @@ fn an_order_that_is_not_given_leaves_no_mark() {
         (|listener| listener.disturbed(), Refusal::LineDisturbed),
     ];
     for (event, refusal) in events {
-        boot!(drive, &bench, &flash);
+        let mut drive = Drive::boot(bench, &flash);
         drive.pass(30);
         let mut listener = drive.listener.take().expect("one line");
         let answer = drive
@@ -244,7 +191,7 @@ fn an_order_that_is_not_given_leaves_no_mark() {
         assert_eq!(bench.held.get(), None);
     }
     {
-        boot!(drive, &bench, &flash);
+        let mut drive = Drive::boot(bench, &flash);
         assert_eq!(drive.status().commissioning, None);
         drive.pass(30);
         // The queue of orders is full.
@@ -254,7 +201,7 @@ fn an_order_that_is_not_given_leaves_no_mark() {
         let refused = drive.refusal(Command::Commission(ORDER));
         assert_eq!(refused, Refusal::Busy);
     }
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     assert_eq!(drive.status().commissioning, None);
     drive.pass(30);
     drive.done(Command::Commission(ORDER));
@@ -262,8 +209,7 @@ fn an_order_that_is_not_given_leaves_no_mark() {
 
 #[test]
 fn the_delay_of_the_stage_adds_to_the_one_that_is_given() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     // The largest possible bandwidth is proportional to the inverse of half a sample plus the delay.
     let mut most = |command_delay: f64| {
         let order = CommissionSettings {
@@ -289,8 +235,7 @@ fn the_delay_of_the_stage_adds_to_the_one_that_is_given() {
 
 #[test]
 fn a_refused_setting_of_a_commissioning_comes_with_its_range() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     for max_sensitivity in [0.5, 50.0] {
         let order = CommissionSettings {
             max_sensitivity,
@@ -319,8 +264,7 @@ fn commissioned_gains_keep_the_limit_that_was_configured() {
     let mut limited = settings();
     let controller = &mut limited.closed_loop.core.controller;
     controller.as_mut().expect("there is one").limit = limit;
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     drive.done(Command::Configure(limited));
     let mut order = ORDER;
     order.limits.command = [-6.0, 6.0];
@@ -338,31 +282,26 @@ fn commissioned_gains_keep_the_limit_that_was_configured() {
 #[test]
 fn without_gains_a_drive_waits_for_a_commissioning() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut channel = Channel::new();
-    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    let mut drive = Drive::as_it_comes(bench, &flash);
     assert_eq!(drive.status().gains, None, "an example is not of its servo");
     let mut without = settings();
     without.closed_loop.core.controller = None;
     drive.done(Command::Configure(without));
     assert_eq!(drive.status().gains, None);
-    match drive.refusal(Command::Start) {
-        Refusal::Setting(refused) => assert_eq!(refused.name, "controller"),
-        other => panic!("{other:?}"),
-    }
+    assert_eq!(drive.not_allowed(Command::Start).name, "controller");
     let mut wrong = without;
     wrong.protection.stop_time = f64::NAN;
-    match drive.refusal(Command::Configure(wrong)) {
-        Refusal::Setting(refused) => assert_eq!(refused.name, "stop_time"),
-        other => panic!("{other:?}"),
-    }
+    assert_eq!(
+        drive.not_allowed(Command::Configure(wrong)).name,
+        "stop_time"
+    );
     drive.done(Command::Commission(ORDER));
-    assert_eq!(drive.supervisor.state(), State::Commissioning);
+    assert_eq!(drive.state(), State::Commissioning);
 }
 
 #[test]
 fn gains_from_the_user_are_reported_as_such() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     let gains = drive.status().gains.expect("they were given");
     let core = settings().closed_loop.core;
     assert_eq!(Some(gains.controller), core.controller);
@@ -371,8 +310,7 @@ fn gains_from_the_user_are_reported_as_such() {
 
 #[test]
 fn a_repeated_order_is_done_once_and_another_is_refused() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     drive.done(Command::Commission(ORDER));
     drive.done(Command::Commission(ORDER));
     let mut other = ORDER;
@@ -381,7 +319,7 @@ fn a_repeated_order_is_done_once_and_another_is_refused() {
     assert_eq!(refused, Refusal::Running);
     assert_eq!(drive.refusal(Command::Save), Refusal::Running);
     assert_eq!(drive.refusal(Command::Target(0.1)), Refusal::NotRunning);
-    assert_eq!(drive.supervisor.state(), State::Commissioning);
+    assert_eq!(drive.state(), State::Commissioning);
 }
 
 #[test]
@@ -390,7 +328,7 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
     // Steps of saving the gains in force, and of removing the mark.
     let steps = {
         let (bench, flash) = (Bench::new(&SERVO), Flash::with(cold.clone()));
-        boot!(drive, &bench, &flash);
+        let mut drive = Drive::boot(bench, &flash);
         drive.done(Command::Commission(ORDER));
         let marked = flash.steps.get();
         drive.done(Command::Stop);
@@ -405,7 +343,7 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
     for cut in 0..steps.1 {
         let (bench, flash) = (Bench::new(&SERVO), Flash::with(cold.clone()));
         {
-            boot!(drive, &bench, &flash);
+            let mut drive = Drive::boot(bench, &flash);
             flash.steps_left.set(cut);
             if let Report::Done { .. } = drive.ask(Command::Commission(ORDER)) {
                 assert!(cut >= steps.0, "it began without a mark");
@@ -415,7 +353,7 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
         }
         let after = Flash::with(flash.bytes.borrow().clone());
         for boot in 0..2 {
-            boot!(drive, &bench, &after);
+            let mut drive = Drive::boot(bench, &after);
             assert_eq!(drive.shown(), settings(), "cut after {cut} of {steps:?}");
             let says = drive.status().commissioning;
             if boot == 0 && says.is_some() {
@@ -436,10 +374,10 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
 fn a_commissioning_cut_by_a_power_loss_is_reported_by_its_number_afterwards() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
     {
-        boot!(drive, &bench, &flash);
+        let mut drive = Drive::boot(bench, &flash);
         drive.done(Command::Commission(ORDER));
     }
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     let Outcome {
         commissioning,
         servo,

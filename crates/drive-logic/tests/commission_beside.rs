@@ -1,20 +1,18 @@
 //! A commissioning beside a running loop: the loop's gains hold the servo before, and afterwards unless it
 //! has found new ones.
 
-#[macro_use]
 mod support;
 
 use commissioning::Phase;
-use drive_link::{
-    Command, Commissioning, Ended, Estimator, Fault, Origin, Refusal, Report, Settings, State,
-};
-use drive_logic::Channel;
+use drive_link::{Command, Commissioning, Ended, Fault, Origin, Report, Settings, State};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
-use identifier_core::settings::IdentifierSettings;
-use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, until};
+use support::commission::{
+    HARMS, ORDER, PHASES, SERVO, cut_short, link_falls_silent, outcome, over, until,
+};
 use support::drive::{Drive, snapshots};
-use support::{Bench, Flash, settings};
+use support::harms::Harm;
+use support::{Bench, Flash, first_contact, harms, still};
 
 /// A servo whose load friction does not hold.
 const LOADED: ServoParameters = ServoParameters {
@@ -25,57 +23,43 @@ const LOADED: ServoParameters = ServoParameters {
 /// Command that a count of the encoder is, at most: k_p and the derivative's share of it.
 const A_COUNT: f32 = 0.06;
 
-/// A loop that nothing disturbs.
-fn quiet() -> Settings {
-    let mut quiet = settings();
+fn gauss_newton() -> Settings {
+    let mut quiet = first_contact();
     quiet.dither.amplitude = 0.0;
     quiet
 }
 
-fn gauss_newton() -> Settings {
-    let mut quiet = quiet();
-    quiet.closed_loop.law = Estimator::GaussNewton;
-    quiet.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
-    quiet
-}
-
 /// Starts a loop that holds the load, away from its start.
-fn run(drive: &mut Drive<'_>, settings: Settings) {
-    drive.done(Command::Configure(settings));
-    drive.done(Command::Start);
+fn run(drive: &mut Drive, settings: Settings) {
+    drive.run(settings);
     drive.pass(10);
     drive.done(Command::Target(-1.0));
     drive.pass(6000);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
 }
 
-fn held(drive: &Drive<'_>) -> f32 {
+fn held(drive: &Drive) -> f32 {
     drive.bench.held.get().expect("the servo is held")
 }
 
-fn position(drive: &Drive<'_>) -> f64 {
-    drive.bench.plant.borrow().position
-}
-
 /// The drive as a run of these settings, which obeys.
-fn assert_continues(drive: &mut Drive<'_>, settings: &Settings) {
-    assert_eq!(drive.supervisor.state(), State::Running);
+fn assert_continues(drive: &mut Drive, settings: &Settings) {
+    assert_eq!(drive.state(), State::Running);
     assert_eq!(drive.shown(), *settings);
     drive.pass(4000);
     drive.done(Command::Target(0.5));
     drive.pass(4000);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     // Targets are counted from where the loop was started.
-    let at = position(drive);
+    let at = drive.position();
     assert!((at - 0.5).abs() < 0.1, "{at}");
 }
 
 #[test]
 fn the_command_has_no_bump_when_the_commissioning_takes_over() {
     for target in [None, Some(3.0)] {
-        let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
-        boot!(drive, &bench, &flash);
-        run(&mut drive, quiet());
+        let (mut drive, bench) = Drive::on_bench(&LOADED);
+        run(&mut drive, still());
         if let Some(target) = target {
             drive.done(Command::Target(target));
             drive.pass(200);
@@ -89,24 +73,24 @@ fn the_command_has_no_bump_when_the_commissioning_takes_over() {
         let most = if target.is_some() { 0.2 } else { A_COUNT };
         assert!((after - before).abs() < most, "{before} {after}");
         drive.pass(1);
-        assert_eq!(drive.supervisor.state(), State::Commissioning);
+        assert_eq!(drive.state(), State::Commissioning);
         until(&mut drive, Phase::Probe);
     }
 }
 
 #[test]
 fn proved_gains_are_in_force_at_once_and_kept_when_the_servo_is_released() {
-    for settings in [quiet(), gauss_newton()] {
+    for settings in [still(), gauss_newton()] {
         let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
         let gains = {
-            boot!(drive, &bench, &flash);
+            let mut drive = Drive::boot(bench, &flash);
             run(&mut drive, settings);
             drive.done(Command::Watch(1));
             drive.done(Command::Commission(ORDER));
-            let begun_at = position(&drive);
+            let begun_at = drive.position();
             until(&mut drive, Phase::Trial);
             let reports = over(&mut drive);
-            assert_eq!(drive.supervisor.state(), State::Running);
+            assert_eq!(drive.state(), State::Running);
             let found = outcome(&mut drive);
             assert_eq!(found.commissioning.phase, Phase::Applied, "{found:?}");
             assert!(!found.kept, "writing would stop the processor");
@@ -130,11 +114,11 @@ fn proved_gains_are_in_force_at_once_and_kept_when_the_servo_is_released() {
             assert!((held(&drive) - last).abs() < 3.0 * A_COUNT, "{last}");
             let shown = snapshots(&drive.pass(2000));
             let end = shown.last().expect("it is shown");
-            assert!((position(&drive) - begun_at).abs() < 0.2);
-            assert!((f64::from(end.position) - position(&drive)).abs() < 0.01);
+            assert!((drive.position() - begun_at).abs() < 0.2);
+            assert!((f64::from(end.position) - drive.position()).abs() < 0.01);
             drive.done(Command::Target(-2.0));
             drive.pass(3000);
-            assert!((position(&drive) + 2.0).abs() < 0.02);
+            assert!((drive.position() + 2.0).abs() < 0.02);
 
             drive.done(Command::Stop);
             drive.pass(1);
@@ -144,7 +128,7 @@ fn proved_gains_are_in_force_at_once_and_kept_when_the_servo_is_released() {
             gains
         };
         let bench = Bench::new(&LOADED);
-        boot!(drive, &bench, &flash);
+        let mut drive = Drive::boot(bench, &flash);
         assert_eq!(drive.status().gains, Some(gains));
         assert_eq!(outcome(&mut drive).commissioning.phase, Phase::Applied);
     }
@@ -152,8 +136,7 @@ fn proved_gains_are_in_force_at_once_and_kept_when_the_servo_is_released() {
 
 #[test]
 fn gauss_newton_continues_from_the_commissioned_servo() {
-    let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&LOADED);
     let mut wanted = gauss_newton();
     wanted.dither.amplitude = 0.05;
     run(&mut drive, wanted);
@@ -200,58 +183,24 @@ fn gauss_newton_continues_from_the_commissioned_servo() {
     assert!(errors.is_some_and(|errors| errors.b > 0.0), "{status:?}");
 }
 
-/// A harm, the number of its reason, and the drive's state afterwards.
-type Harm = (fn(&mut Drive<'_>), u8, State);
-
-const HARMS: [Harm; 8] = [
-    (|drive| drive.done(Command::Stop), 170, State::Disabled),
-    (
-        |drive| {
-            let refused = drive.refusal(Command::Start);
-            assert_eq!(refused, Refusal::EndedCommissioning);
-        },
-        171,
-        State::Running,
-    ),
-    (
-        |drive| {
-            let refused = drive.refusal(Command::Configure(settings()));
-            assert_eq!(refused, Refusal::EndedCommissioning);
-        },
-        171,
-        State::Running,
-    ),
-    (
-        |drive| drive.lines(|lines| lines.high_switch = false),
-        11,
-        State::Faulted(Fault::LimitSwitch),
-    ),
-    (
-        |drive| drive.lines(|lines| lines.amplifier = false),
-        10,
-        State::Faulted(Fault::AmplifierFault),
-    ),
-    (|drive| drive.bench.late.set(true), 30, State::Disabled),
-    (
-        |drive| drive.bench.sensor_works.set(false),
-        20,
-        State::Faulted(Fault::EncoderLost),
-    ),
-    (
-        |drive| drive.bench.plant.borrow_mut().position += 4.0,
-        152,
-        State::Disabled,
-    ),
-];
-
 #[test]
 fn after_any_harm_in_any_phase_the_loop_continues_or_the_servo_is_released() {
+    let pushed: (Harm, u8, Option<Fault>) = (
+        |drive| drive.bench.plant.borrow_mut().position += 4.0,
+        152,
+        None,
+    );
     for phase in PHASES {
-        for (harm, number, state) in HARMS {
+        for (harm, number, fault) in HARMS.into_iter().chain([pushed]) {
             let case = format!("{number} in {phase:?}");
+            let state = match fault {
+                Some(fault) => State::Faulted(fault),
+                None if number == Reason::ModeChanged.number() => State::Running,
+                None => State::Disabled,
+            };
             let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
-            boot!(drive, &bench, &flash);
-            run(&mut drive, quiet());
+            let mut drive = Drive::boot(bench, &flash);
+            run(&mut drive, still());
             drive.done(Command::Commission(ORDER));
             until(&mut drive, phase);
             harm(&mut drive);
@@ -260,21 +209,13 @@ fn after_any_harm_in_any_phase_the_loop_continues_or_the_servo_is_released() {
                 held(&drive);
             }
             over(&mut drive);
-            let came_to = outcome(&mut drive);
-            let reason = came_to.commissioning.reason.map(Reason::number);
-            assert_eq!(reason, Some(number), "{case}");
-            let wanted = if phase == Phase::Trial {
-                Phase::RolledBack
-            } else {
-                Phase::Aborted
-            };
-            assert_eq!(came_to.commissioning.phase, wanted, "{case}");
-            assert_eq!(drive.supervisor.state(), state, "{case}");
-            assert_eq!(drive.shown(), quiet(), "{case}");
+            cut_short(&mut drive, phase, number);
+            assert_eq!(drive.state(), state, "{case}");
+            assert_eq!(drive.shown(), still(), "{case}");
             let origin = drive.status().gains.map(|gains| gains.origin);
             assert_eq!(origin, Some(Origin::Given), "{case}");
             if state == State::Running {
-                assert_continues(&mut drive, &quiet());
+                assert_continues(&mut drive, &still());
             } else {
                 assert_eq!(bench.held.get(), None, "{case}: it is released");
             }
@@ -284,18 +225,17 @@ fn after_any_harm_in_any_phase_the_loop_continues_or_the_servo_is_released() {
 }
 
 /// The change of the command in the first sample after a push by 0.01 rad.
-fn push(drive: &mut Drive<'_>) -> f32 {
+fn push(drive: &mut Drive) -> f32 {
     let before = held(drive);
-    drive.bench.hold_at(position(drive) + 0.01);
+    drive.bench.hold_at(drive.position() + 0.01);
     drive.sample();
     held(drive) - before
 }
 
 #[test]
 fn gains_that_were_not_validated_do_not_hold_the_servo_afterwards() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    run(&mut drive, quiet());
+    let (mut drive, _) = Drive::on_bench(&SERVO);
+    run(&mut drive, still());
     let given = push(&mut drive);
     drive.pass(2000);
     drive.done(Command::Commission(ORDER));
@@ -318,9 +258,8 @@ fn gains_that_were_not_validated_do_not_hold_the_servo_afterwards() {
 
 #[test]
 fn that_it_waits_for_the_loop_is_reported_once() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    run(&mut drive, quiet());
+    let (mut drive, _) = Drive::on_bench(&SERVO);
+    run(&mut drive, still());
     drive.done(Command::Commission(ORDER));
     until(&mut drive, Phase::Probe);
     drive.refusal(Command::Start);
@@ -333,7 +272,7 @@ fn that_it_waits_for_the_loop_is_reported_once() {
     // Its end, and that it holds the servo for the loop.
     assert_eq!(reports, 2);
     over(&mut drive);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
 }
 
 #[test]
@@ -342,9 +281,8 @@ fn the_travel_is_counted_from_the_start_of_the_loop_after_a_commissioning_too() 
         (-1.99, State::Running),
         (-2.01, State::Faulted(Fault::TravelLeft)),
     ] {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
-        let mut wanted = quiet();
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
+        let mut wanted = still();
         wanted.protection.following_error = 4.0;
         wanted.protection.speed = 1e4;
         wanted.protection.travel = [-2.0, 2.0];
@@ -355,10 +293,10 @@ fn the_travel_is_counted_from_the_start_of_the_loop_after_a_commissioning_too() 
         until(&mut drive, Phase::Rest);
         drive.refusal(Command::Start);
         over(&mut drive);
-        assert_eq!(drive.supervisor.state(), State::Running);
+        assert_eq!(drive.state(), State::Running);
         bench.hold_at(place);
         drive.pass(1);
-        assert_eq!(drive.supervisor.state(), state, "{place} rad");
+        assert_eq!(drive.state(), state, "{place} rad");
     }
 }
 
@@ -370,53 +308,37 @@ fn the_command_that_holds_the_load_after_a_commissioning_is_no_stall() {
         coulomb: 100.0,
         ..SERVO
     };
-    let (bench, flash) = (Bench::new(&heavy), Flash::blank());
-    boot!(drive, &bench, &flash);
-    run(&mut drive, quiet());
+    let (mut drive, _) = Drive::on_bench(&heavy);
+    run(&mut drive, still());
     assert!(held(&drive).abs() > 3.2, "{}", held(&drive));
     drive.done(Command::Commission(ORDER));
     until(&mut drive, Phase::Rest);
     drive.refusal(Command::Start);
     over(&mut drive);
     drive.pass(1000);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
 }
 
 #[test]
 fn everything_is_watched_after_its_end_until_the_loop_resumes() {
-    type Harm = fn(&mut Drive<'_>);
     let harms: [(Harm, Option<Fault>); 7] = [
-        (
-            |drive| drive.lines(|lines| lines.amplifier = false),
-            Some(Fault::AmplifierFault),
-        ),
-        (
-            |drive| drive.lines(|lines| lines.low_switch = false),
-            Some(Fault::LimitSwitch),
-        ),
-        (
-            |drive| drive.bench.stage_works.set(false),
-            Some(Fault::ActuatorFailed),
-        ),
-        (
-            |drive| drive.bench.sensor_works.set(false),
-            Some(Fault::EncoderLost),
-        ),
+        (harms::amplifier_fails, Some(Fault::AmplifierFault)),
+        (harms::low_switch_opens, Some(Fault::LimitSwitch)),
+        (harms::stage_fails, Some(Fault::ActuatorFailed)),
+        (harms::encoder_fails, Some(Fault::EncoderLost)),
         (|_| {}, Some(Fault::LinkLost)),
-        (|drive| drive.bench.late.set(true), None),
+        (harms::samples_are_late, None),
         (|drive| drive.bench.plant.borrow_mut().position += 2.0, None),
     ];
     for (harm, fault) in harms {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
-        let mut wanted = quiet();
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
+        let mut wanted = still();
         wanted.protection.link_timeout = if fault == Some(Fault::LinkLost) {
             0.2
         } else {
             0.0
         };
-        drive.done(Command::Configure(wanted));
-        drive.done(Command::Start);
+        drive.run(wanted);
         drive.pass(10);
         drive.done(Command::Commission(ORDER));
         until(&mut drive, Phase::Probe);
@@ -429,15 +351,14 @@ fn everything_is_watched_after_its_end_until_the_loop_resumes() {
         assert_eq!(bench.held.get(), None, "{fault:?}");
         drive.pass(2);
         let state = fault.map_or(State::Disabled, State::Faulted);
-        assert_eq!(drive.supervisor.state(), state, "{fault:?}");
+        assert_eq!(drive.state(), state, "{fault:?}");
     }
 }
 
 #[test]
 fn an_answer_of_the_solver_after_its_end_changes_nothing() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    run(&mut drive, quiet());
+    let (mut drive, _) = Drive::on_bench(&SERVO);
+    run(&mut drive, still());
     drive.done(Command::Commission(ORDER));
     until(&mut drive, Phase::Fit);
     drive.refusal(Command::Start);
@@ -449,19 +370,18 @@ fn an_answer_of_the_solver_after_its_end_changes_nothing() {
 
 #[test]
 fn no_command_of_it_is_beyond_the_order_s_limits() {
-    let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
-    boot!(drive, &bench, &flash);
-    run(&mut drive, quiet());
+    let (mut drive, bench) = Drive::on_bench(&LOADED);
+    run(&mut drive, still());
     let mut order = ORDER;
     order.limits.command = [-1.5, 2.0];
     // A push has the loop command more than that when the order comes.
-    bench.hold_at(position(&drive) - 0.3);
+    bench.hold_at(drive.position() - 0.3);
     drive.sample();
     assert!(held(&drive) > 2.0, "{}", held(&drive));
     drive.done(Command::Commission(order));
     for sample in 0..3000 {
         drive.pass(1);
-        if drive.supervisor.state() != State::Commissioning {
+        if drive.state() != State::Commissioning {
             break;
         }
         let command = f64::from(held(&drive));
@@ -472,58 +392,53 @@ fn no_command_of_it_is_beyond_the_order_s_limits() {
 
 #[test]
 fn a_silent_host_ends_it_as_it_ends_a_run() {
-    let mut listening = quiet();
+    let mut listening = still();
     listening.protection.link_timeout = 0.05;
     for phase in PHASES {
-        let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
-        boot!(drive, &bench, &flash);
-        drive.done(Command::Configure(listening));
-        drive.done(Command::Start);
+        let (mut drive, bench) = Drive::on_bench(&LOADED);
+        drive.run(listening);
         for _ in 0..200 {
             drive.ask(Command::KeepAlive);
             drive.pass(10);
         }
         drive.done(Command::Commission(ORDER));
         until(&mut drive, phase);
-        link_falls_silent(&mut drive, &bench, phase);
+        link_falls_silent(&mut drive, bench, phase);
         assert_eq!(drive.shown(), listening, "{phase:?}");
     }
 }
 
 #[test]
 fn every_end_hands_the_servo_back_without_a_bump_and_the_load_does_not_fall() {
-    let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
-    boot!(drive, &bench, &flash);
-    run(&mut drive, quiet());
+    let (mut drive, _) = Drive::on_bench(&LOADED);
+    run(&mut drive, still());
     drive.done(Command::Commission(ORDER));
-    let begun_at = position(&drive);
+    let begun_at = drive.position();
     until(&mut drive, Phase::Fit);
     drive.refusal(Command::Start);
     let mut last = held(&drive);
     let mut handed_back = false;
     for _ in 0..3000 {
-        let was = drive.supervisor.state();
+        let was = drive.state();
         drive.pass(1);
         let now = held(&drive);
-        if was == State::Commissioning && drive.supervisor.state() == State::Running {
+        if was == State::Commissioning && drive.state() == State::Running {
             assert!((now - last).abs() < 2.0 * A_COUNT, "{last} {now}");
             handed_back = true;
         }
         last = now;
     }
     assert!(handed_back);
-    let sagged = position(&drive) - begun_at;
+    let sagged = drive.position() - begun_at;
     assert!(sagged.abs() < 0.1, "{sagged}");
 }
 
 #[test]
 fn a_run_that_has_ended_meanwhile_is_not_restarted() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    let mut short = quiet();
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    let mut short = still();
     short.protection.duration = 1.0;
-    drive.done(Command::Configure(short));
-    drive.done(Command::Start);
+    drive.run(short);
     while bench.held.get().is_none() {
         drive.sample();
     }
@@ -539,15 +454,14 @@ fn a_run_that_has_ended_meanwhile_is_not_restarted() {
         reason: Some(Reason::ModeChanged),
     };
     assert_eq!(outcome(&mut drive).commissioning, ended);
-    assert_eq!(drive.supervisor.state(), State::Disabled);
+    assert_eq!(drive.state(), State::Disabled);
     drive.done(Command::Start);
 }
 
 #[test]
 fn a_stop_that_overtakes_the_order_stops_the_loop_and_prevents_a_start() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    run(&mut drive, quiet());
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    run(&mut drive, still());
     drive.done(Command::Commission(ORDER));
     drive.done(Command::Stop);
     over(&mut drive);
@@ -562,20 +476,20 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
     // The flash of a drive that was configured and saved.
     let cold = {
         let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
-        boot!(drive, &bench, &flash);
-        drive.done(Command::Configure(quiet()));
+        let mut drive = Drive::boot(bench, &flash);
+        drive.done(Command::Configure(still()));
         drive.done(Command::Save);
         flash.bytes.borrow().clone()
     };
     let commissioned = |flash: &Flash| {
         let bench = Bench::new(&LOADED);
-        boot!(drive, &bench, flash);
+        let mut drive = Drive::boot(bench, flash);
         let begun = flash.steps.get();
         drive.done(Command::Start);
         drive.pass(1000);
         drive.done(Command::Commission(ORDER));
         over(&mut drive);
-        assert_eq!(drive.supervisor.state(), State::Running);
+        assert_eq!(drive.state(), State::Running);
         // Up to here a loss of power finds the store untouched.
         assert_eq!(flash.steps.get(), begun);
         drive.done(Command::Stop);
@@ -583,16 +497,15 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
         (drive.shown(), flash.steps.get())
     };
     let (new, steps) = commissioned(&Flash::with(cold.clone()));
-    assert_ne!(new, quiet());
+    assert_ne!(new, still());
     let (mut old_holds, mut new_holds) = (0, 0);
     for cut in 0..=steps {
         let flash = Flash::with(cold.clone());
         flash.steps_left.set(cut);
         commissioned(&flash);
-        let mut channel = Channel::new();
         let bench = Bench::new(&LOADED);
         let after = Flash::with(flash.bytes.borrow().clone());
-        let mut drive = Drive::as_it_comes(&mut channel, &bench, &after, Ok(()));
+        let mut drive = Drive::as_it_comes(bench, &after);
         let status = drive.status();
         let origin = status.gains.map(|gains| gains.origin);
         if drive.shown() == new {
@@ -600,7 +513,7 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
             assert!(status.estimates.is_some(), "cut after {cut}");
             new_holds += 1;
         } else {
-            assert_eq!(drive.shown(), quiet(), "cut after {cut}: a mixture");
+            assert_eq!(drive.shown(), still(), "cut after {cut}: a mixture");
             assert_eq!(origin, Some(Origin::Given), "cut after {cut}");
             assert_eq!(status.estimates, None, "cut after {cut}");
             old_holds += 1;
@@ -612,9 +525,8 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
 #[test]
 fn a_stop_between_the_end_of_a_commissioning_and_its_run_is_not_lost() {
     for nth in 1..=2 {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
-        run(&mut drive, quiet());
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
+        run(&mut drive, still());
         drive.done(Command::Commission(ORDER));
         let mut ends = 0;
         while ends < nth {
@@ -630,7 +542,7 @@ fn a_stop_between_the_end_of_a_commissioning_and_its_run_is_not_lost() {
                 .iter()
                 .filter(|&report| is_end(report))
                 .count();
-            assert_eq!(drive.supervisor.state(), State::Commissioning);
+            assert_eq!(drive.state(), State::Commissioning);
         }
         // The background orders the run, if it may, before the interrupt obeys the stop.
         drive.done(Command::Stop);
@@ -639,6 +551,6 @@ fn a_stop_between_the_end_of_a_commissioning_and_its_run_is_not_lost() {
             drive.pass(1);
             assert_eq!(bench.held.get(), None, "end {nth}");
         }
-        assert_eq!(drive.supervisor.state(), State::Disabled);
+        assert_eq!(drive.state(), State::Disabled);
     }
 }

@@ -1,15 +1,13 @@
 //! A commissioning from rest: from an unknown servo to gains in force, with any harm in any phase.
 
-#[macro_use]
 mod support;
 
 use commissioning::{CommissionIsr, Phase};
-use drive_link::{
-    Command, Commissioning, Fault, MotionRecord, Origin, Progress, Refusal, Report, State,
-};
-use drive_logic::Channel;
+use drive_link::{Command, Commissioning, Fault, MotionRecord, Origin, Progress, Report, State};
 use identifier_core::reason::Reason;
-use support::commission::{ORDER, PHASES, SERVO, link_falls_silent, outcome, over, ready, until};
+use support::commission::{
+    HARMS, ORDER, PHASES, SERVO, cut_short, link_falls_silent, outcome, over, ready, until,
+};
 use support::drive::{Drive, snapshots};
 use support::{Bench, Flash, settings};
 
@@ -22,8 +20,7 @@ const APPLIED: Commissioning = Commissioning {
 fn an_unknown_servo_ends_with_gains_in_force_now_and_after_a_power_cycle() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     let gains = {
-        let mut channel = Channel::new();
-        let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+        let mut drive = Drive::as_it_comes(bench, &flash);
         let mut unknown = settings();
         unknown.closed_loop.core.controller = None;
         drive.done(Command::Configure(unknown));
@@ -56,12 +53,11 @@ fn an_unknown_servo_ends_with_gains_in_force_now_and_after_a_power_cycle() {
         drive.done(Command::Target(0.5));
         let last = *snapshots(&drive.pass(3000)).last().expect("it is shown");
         assert!((last.position - last.reference).abs() < 0.5, "{last:?}");
-        assert_eq!(drive.supervisor.state(), State::Running);
+        assert_eq!(drive.state(), State::Running);
         gains
     };
     let bench = Bench::new(&SERVO);
-    let mut channel = Channel::new();
-    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    let mut drive = Drive::as_it_comes(bench, &flash);
     let status = drive.status();
     assert_eq!(status.gains, Some(gains));
     assert_eq!(status.commissioning, Some(APPLIED));
@@ -74,8 +70,7 @@ fn an_unknown_servo_ends_with_gains_in_force_now_and_after_a_power_cycle() {
 
 #[test]
 fn its_progress_is_reported() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     drive.done(Command::Watch(10));
     drive.done(Command::Commission(ORDER));
     let reports = over(&mut drive);
@@ -112,7 +107,7 @@ fn its_progress_is_reported() {
 }
 
 /// The part of the record from a block on.
-fn part(drive: &mut Drive<'_>, first: u16) -> MotionRecord {
+fn part(drive: &mut Drive, first: u16) -> MotionRecord {
     match drive.ask(Command::MotionRecord(first)) {
         Report::MotionRecord { part, .. } => part,
         other => panic!("{other:?} is no record"),
@@ -121,8 +116,7 @@ fn part(drive: &mut Drive<'_>, first: u16) -> MotionRecord {
 
 #[test]
 fn its_record_is_there_once_it_is_over_and_during_the_next_run() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     assert_eq!(part(&mut drive, 0), MotionRecord::NONE);
     drive.done(Command::Commission(ORDER));
     until(&mut drive, Phase::FrequencyResponse);
@@ -152,73 +146,26 @@ fn its_record_is_there_once_it_is_over_and_during_the_next_run() {
     assert_eq!(part(&mut drive, 0), first);
 }
 
-/// A harm, the number of its reason, and its fault, if it is one.
-type Harm = (fn(&mut Drive<'_>), u8, Option<Fault>);
-
-const HARMS: [Harm; 7] = [
-    (|drive| drive.done(Command::Stop), 170, None),
-    (
-        |drive| {
-            let refused = drive.refusal(Command::Start);
-            assert_eq!(refused, Refusal::EndedCommissioning);
-        },
-        171,
-        None,
-    ),
-    (
-        |drive| {
-            let refused = drive.refusal(Command::Configure(settings()));
-            assert_eq!(refused, Refusal::EndedCommissioning);
-        },
-        171,
-        None,
-    ),
-    (
-        |drive| drive.lines(|lines| lines.high_switch = false),
-        11,
-        Some(Fault::LimitSwitch),
-    ),
-    (
-        |drive| drive.lines(|lines| lines.amplifier = false),
-        10,
-        Some(Fault::AmplifierFault),
-    ),
-    (|drive| drive.bench.late.set(true), 30, None),
-    (
-        |drive| drive.bench.sensor_works.set(false),
-        20,
-        Some(Fault::EncoderLost),
-    ),
-];
-
 #[test]
 fn after_any_harm_in_any_phase_the_gains_before_are_in_force_and_the_reason_is_reported() {
     for phase in PHASES {
         for (harm, number, fault) in HARMS {
             let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
             {
-                boot!(drive, &bench, &flash);
+                let mut drive = Drive::boot(bench, &flash);
                 drive.done(Command::Commission(ORDER));
                 until(&mut drive, phase);
                 harm(&mut drive);
                 over(&mut drive);
                 let case = format!("{number} in {phase:?}");
-                let came_to = outcome(&mut drive);
-                let reason = came_to.commissioning.reason.map(Reason::number);
-                assert_eq!(reason, Some(number), "{case}");
-                let wanted = if phase == Phase::Trial {
-                    Phase::RolledBack
-                } else {
-                    Phase::Aborted
-                };
-                assert_eq!(came_to.commissioning.phase, wanted, "{case}");
+                let came_to = cut_short(&mut drive, phase, number);
                 assert_eq!(bench.held.get(), None, "{case}: it is released");
                 let state = fault.map_or(State::Disabled, State::Faulted);
-                assert_eq!(drive.supervisor.state(), state, "{case}");
+                assert_eq!(drive.state(), state, "{case}");
                 assert_eq!(drive.shown(), settings(), "{case}");
                 assert!(!came_to.kept, "{case}");
             }
-            boot!(drive, &bench, &flash);
+            let mut drive = Drive::boot(bench, &flash);
             assert_eq!(drive.shown(), settings());
             assert_eq!(drive.status().commissioning, None);
         }
@@ -228,8 +175,7 @@ fn after_any_harm_in_any_phase_the_gains_before_are_in_force_and_the_reason_is_r
 #[test]
 fn a_background_that_hangs_is_left_to_the_watchdog_as_in_a_run() {
     for phase in [Phase::Fit, Phase::Trial] {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         drive.done(Command::Commission(ORDER));
         until(&mut drive, phase);
         let before = bench.fed.get();
@@ -246,8 +192,7 @@ fn a_background_that_hangs_is_left_to_the_watchdog_as_in_a_run() {
 #[test]
 fn an_output_that_cannot_be_disabled_is_a_fault_while_the_servo_is_not_driven_yet() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut channel = Channel::new();
-    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    let mut drive = Drive::as_it_comes(bench, &flash);
     // No gains hold the servo during the released check.
     let mut unknown = settings();
     unknown.closed_loop.core.controller = None;
@@ -258,14 +203,12 @@ fn an_output_that_cannot_be_disabled_is_a_fault_while_the_servo_is_not_driven_ye
     over(&mut drive);
     let reason = outcome(&mut drive).commissioning.reason;
     assert_eq!(reason, Some(Reason::ActuatorFailed));
-    let failed = State::Faulted(Fault::ActuatorFailed);
-    assert_eq!(drive.supervisor.state(), failed);
+    assert_eq!(drive.state(), State::Faulted(Fault::ActuatorFailed));
 }
 
 #[test]
 fn the_solver_gets_its_slices_with_every_sample() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.done(Command::Commission(ORDER));
     let slices = CommissionIsr::<f32>::new(&ORDER, None)
         .expect("allowed")
@@ -283,8 +226,7 @@ fn the_solver_gets_its_slices_with_every_sample() {
 
 #[test]
 fn a_record_with_a_hole_ends_it() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.done(Command::Commission(ORDER));
     until(&mut drive, Phase::Probe);
     // Turns, so that the watchdog is fed, but no work: the queue fills.
@@ -297,11 +239,10 @@ fn a_record_with_a_hole_ends_it() {
 
 #[test]
 fn its_late_samples_are_counted_and_reported() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.done(Command::Commission(ORDER));
     until(&mut drive, Phase::Rest);
-    let late = |drive: &mut Drive<'_>, samples: u32| {
+    let late = |drive: &mut Drive, samples: u32| {
         bench.late.set(true);
         drive.pass(samples);
         bench.late.set(false);
@@ -311,7 +252,7 @@ fn its_late_samples_are_counted_and_reported() {
         late(&mut drive, 1);
         drive.pass(3);
     }
-    assert_eq!(drive.supervisor.state(), State::Commissioning);
+    assert_eq!(drive.state(), State::Commissioning);
     late(&mut drive, 3);
     over(&mut drive);
     let ended = outcome(&mut drive).commissioning;
@@ -321,8 +262,7 @@ fn its_late_samples_are_counted_and_reported() {
 
 #[test]
 fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.done(Command::Commission(ORDER));
     until(&mut drive, Phase::Probe);
     bench.stage_works.set(false);
@@ -333,7 +273,7 @@ fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
 #[test]
 fn its_result_is_saved_once_the_axis_stands_if_the_flash_must_be_erased_for_that() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     // With the mark at its begin, all that an area holds.
     drive.done(Command::Save);
     drive.done(Command::Save);
@@ -358,11 +298,11 @@ fn its_result_is_saved_once_the_axis_stands_if_the_flash_must_be_erased_for_that
 #[test]
 fn a_result_is_saved_once_and_no_run_afterwards_writes_to_the_flash() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     drive.done(Command::Commission(ORDER));
     over(&mut drive);
     assert!(outcome(&mut drive).kept);
-    let run = |drive: &mut Drive<'_>| {
+    let run = |drive: &mut Drive| {
         let steps = flash.steps.get();
         drive.done(Command::Start);
         drive.pass(100);
@@ -383,7 +323,7 @@ fn a_result_is_saved_once_and_no_run_afterwards_writes_to_the_flash() {
 #[test]
 fn a_flash_that_fails_is_tried_again_with_the_end_of_a_run_and_not_all_the_time() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     drive.done(Command::Commission(ORDER));
     until(&mut drive, Phase::Trial);
     flash.steps_left.set(0);
@@ -404,20 +344,18 @@ fn a_silent_host_ends_it_in_any_phase() {
     let mut listening = settings();
     listening.protection.link_timeout = 0.01;
     for phase in PHASES {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         drive.done(Command::Configure(listening));
         drive.done(Command::Commission(ORDER));
         until(&mut drive, phase);
-        link_falls_silent(&mut drive, &bench, phase);
+        link_falls_silent(&mut drive, bench, phase);
         assert_eq!(drive.shown(), listening, "{phase:?}");
     }
 }
 
 #[test]
 fn a_stop_releases_the_servo_in_the_same_sample_and_a_mode_change_brings_it_to_rest_first() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.done(Command::Commission(ORDER));
     until(&mut drive, Phase::FrequencyResponse);
     drive.pass(10);
@@ -440,7 +378,7 @@ fn a_stop_releases_the_servo_in_the_same_sample_and_a_mode_change_brings_it_to_r
     // And now it can be started.
     drive.done(Command::Start);
     drive.pass(5);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
 }
 
 #[test]
@@ -448,7 +386,7 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
     let cold = ready();
     let commissioned = |flash: &Flash| {
         let bench = Bench::new(&SERVO);
-        boot!(drive, &bench, flash);
+        let mut drive = Drive::boot(bench, flash);
         if let Report::Done { .. } = drive.ask(Command::Commission(ORDER)) {
             over(&mut drive);
         }
@@ -465,7 +403,7 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
         commissioned(&flash);
         let after = Flash::with(flash.bytes.borrow().clone());
         let bench = Bench::new(&SERVO);
-        boot!(drive, &bench, &after);
+        let mut drive = Drive::boot(bench, &after);
         let (shown, status) = (drive.shown(), drive.status());
         let origin = status.gains.map(|gains| gains.origin);
         let number = status

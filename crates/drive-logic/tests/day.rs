@@ -1,18 +1,16 @@
 //! A drive for a day at 10 kHz, with its host at the other end of the line: every request is answered, every target is
 //! reached, no sample shown is missing, every fault is reported once and disables the stage, and every stop is obeyed.
 
-#[macro_use]
 mod support;
 
-use std::collections::VecDeque;
 use std::time::Instant;
 
-use drive_link::{Command, Ended, Estimator, Fault, Line, Receiver, Report, Request, State, frame};
+use drive_link::{Command, Ended, Estimator, Fault, Receiver, Report, Request, State, frame};
 use drive_logic::{Conversation, PolledLine};
 use identifier_core::parameters::ServoParameters;
 use support::drive::{Drive, SERVO};
+use support::line::{Random, Wires};
 use support::{Bench, Flash, settings};
-use virtual_servo::Plant;
 
 const RATE: u32 = 10_000;
 
@@ -29,33 +27,10 @@ const TARGETS: f64 = 1.5;
 /// Largest distance of the reference from its target then, rad: the dither.
 const DITHER: f64 = 0.3;
 
-/// The wires of a line that is faster than the samples.
-#[derive(Default)]
-struct Wires {
-    to_drive: VecDeque<u8>,
-    to_host: VecDeque<u8>,
-}
-
-impl Line for Wires {
-    fn listen(&mut self) {}
-
-    fn receive(&mut self) -> Option<u8> {
-        self.to_drive.pop_front()
-    }
-
-    fn room(&self) -> usize {
-        2047_usize.saturating_sub(self.to_host.len())
-    }
-
-    fn send(&mut self, bytes: &[u8]) {
-        self.to_host.extend(bytes);
-    }
-}
-
-/// A drive, its servo, its line and its host.
-struct Day<'a> {
-    drive: Drive<'a>,
-    wires: PolledLine<'a, Wires>,
+/// A drive, its servo, its line, which is faster than the samples, and its host.
+struct Day {
+    drive: Drive,
+    wires: PolledLine<'static, Wires>,
     conversation: Conversation,
     receiver: Receiver,
     id: u8,
@@ -63,11 +38,11 @@ struct Day<'a> {
     reports: Vec<Report>,
     /// The last sample shown of a run, its reference and the b estimated.
     shown: Option<(u32, f64, f64)>,
-    random: u32,
+    random: Random,
 }
 
-impl<'a> Day<'a> {
-    fn new(mut drive: Drive<'a>) -> Self {
+impl Day {
+    fn new(mut drive: Drive) -> Self {
         Self {
             wires: drive.polled(Wires::default()),
             drive,
@@ -76,15 +51,8 @@ impl<'a> Day<'a> {
             id: 0,
             reports: Vec::new(),
             shown: None,
-            random: 0x2545_f491,
+            random: Random(0x2545_f491),
         }
-    }
-
-    fn below(&mut self, most: u32) -> u32 {
-        self.random ^= self.random << 13;
-        self.random ^= self.random >> 17;
-        self.random ^= self.random << 5;
-        self.random % most
     }
 
     fn sample(&mut self) {
@@ -97,7 +65,7 @@ impl<'a> Day<'a> {
         sampler.interrupt(&mut bench.pins());
         bench.pass();
         while self.conversation.turn(&mut self.wires, supervisor) {}
-        while let Some(byte) = self.wires.line().to_host.pop_front() {
+        while let Some(byte) = self.wires.line().to_say.pop_front() {
             match self.receiver.take::<Report>(byte) {
                 Some(Ok(Report::Snapshot(shown))) => {
                     let apart = u32::from(SHOWN);
@@ -127,8 +95,8 @@ impl<'a> Day<'a> {
         self.id = self.id.wrapping_add(1);
         let id = self.id;
         let framed = frame(&Request { id, command }).expect("it fits");
-        self.wires.line().to_drive.push_back(0);
-        self.wires.line().to_drive.extend(framed.iter());
+        self.wires.line().heard.push_back(0);
+        self.wires.line().heard.extend(framed.iter());
         for _ in 0..MAX_ANSWER {
             self.sample();
             let Some(answer) = self.reports.pop() else {
@@ -179,7 +147,7 @@ impl<'a> Day<'a> {
 
     /// A second of a run: a target, which must be reached, and signs of life.
     fn second(&mut self) {
-        let target = TARGETS * (f64::from(self.below(2001)) / 1000.0 - 1.0);
+        let target = TARGETS * (f64::from(self.random.below(2001)) / 1000.0 - 1.0);
         self.done(Command::Target(target));
         for _ in 0..4 {
             self.pass(RATE / 4 - MAX_ANSWER);
@@ -258,9 +226,8 @@ const FAULTS: [(Fault, Cause); 4] = [
 /// Hours of a drive, each minute of which ends with a stop or a fault.
 fn hours(hours: f64) {
     let servo = ServoParameters { load: 0.0, ..SERVO };
-    let (bench, flash) = (Bench::new(&servo), Flash::blank());
-    *bench.plant.borrow_mut() = Plant::at_rest(&servo, 1.0 / f64::from(RATE));
-    boot!(drive, &bench, &flash);
+    let bench = Bench::sampled(&servo, 1.0 / f64::from(RATE));
+    let mut drive = Drive::boot(bench, &Flash::blank());
     let mut settings = settings();
     settings.closed_loop.core.sample_time = 1.0 / f64::from(RATE);
     settings.closed_loop.law = Estimator::GaussNewton;

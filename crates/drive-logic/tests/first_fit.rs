@@ -1,22 +1,12 @@
 //! A run whose first fit does not succeed reports why, over the line and of its own accord.
 
-#[macro_use]
 mod support;
 
-use drive_link::{Command, Estimator, Report, Settings};
+use drive_link::{Command, Report, Settings};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
-use identifier_core::settings::IdentifierSettings;
-use support::drive::SERVO;
-use support::{Bench, Flash, settings};
-
-/// Settings without knowledge of the servo, for the estimator that needs none.
-fn first_contact() -> Settings {
-    let mut wanted = settings();
-    wanted.closed_loop.law = Estimator::GaussNewton;
-    wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
-    wanted
-}
+use support::drive::{Drive, SERVO};
+use support::first_contact;
 
 /// The same with bounds within which the servo's b is not.
 fn bounded_beyond_the_servo() -> Settings {
@@ -36,10 +26,8 @@ fn rejection_reasons(reports: &[Report]) -> Vec<Option<Reason>> {
 
 #[test]
 fn the_status_has_the_reason_until_a_first_fit_succeeds() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    drive.done(Command::Configure(bounded_beyond_the_servo()));
-    drive.done(Command::Start);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    drive.run(bounded_beyond_the_servo());
     assert_eq!(rejection_reasons(&drive.pass(950)), []);
     assert_eq!(drive.status().rejection_reason, None);
     let expected = Some(Reason::EstimateAtBound);
@@ -57,10 +45,8 @@ fn the_status_has_the_reason_until_a_first_fit_succeeds() {
 
 #[test]
 fn a_new_run_begins_without_the_reason_of_the_last() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    drive.done(Command::Configure(bounded_beyond_the_servo()));
-    drive.done(Command::Start);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
+    drive.run(bounded_beyond_the_servo());
     drive.pass(2000);
     drive.done(Command::Stop);
     drive.pass(1);
@@ -69,8 +55,7 @@ fn a_new_run_begins_without_the_reason_of_the_last() {
         Some(Reason::EstimateAtBound)
     );
 
-    drive.done(Command::Configure(first_contact()));
-    drive.done(Command::Start);
+    drive.run(first_contact());
     assert_eq!(drive.status().rejection_reason, None);
     assert_eq!(drive.status().noise, None);
     let rejection_reasons = rejection_reasons(&drive.pass(3000));

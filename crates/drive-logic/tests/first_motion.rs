@@ -1,21 +1,17 @@
 //! The first motion of an unknown servo: a dead encoder does not show it.
 
-#[macro_use]
 mod support;
 
 use drive_link::{Command, Fault, State};
 use identifier_core::parameters::ServoParameters;
-
 use support::commission::SERVO;
 use support::drive::Drive;
-use support::{Bench, Flash, settings};
+use support::{settings, still};
 
 /// A run under the PID of the settings, without a dither.
-fn start(drive: &mut Drive<'_>) {
-    let mut settings = settings();
-    settings.dither.amplitude = 0.0;
-    drive.done(Command::Configure(settings));
-    drive.done(Command::Start);
+fn start(drive: &mut Drive) {
+    let settings = still();
+    drive.run(settings);
     drive.pass(10);
 }
 
@@ -26,12 +22,11 @@ const STEEPEST: f32 = 0.02 * LIMIT;
 #[test]
 fn an_unknown_servo_with_a_dead_encoder_is_pushed_as_by_a_probe_and_ends() {
     for (target, pause) in [(9.0, 0), (-9.0, 0), (1.0, 0), (-1.0, 700), (9.0, 3000)] {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         bench.stick();
         start(&mut drive);
         drive.pass(pause);
-        assert_eq!(drive.supervisor.state(), State::Running);
+        assert_eq!(drive.state(), State::Running);
         drive.done(Command::Target(target));
         let (mut before, mut most, mut rises) = (0.0_f32, 0.0_f32, 0);
         for sample in 0..2000 {
@@ -46,8 +41,8 @@ fn an_unknown_servo_with_a_dead_encoder_is_pushed_as_by_a_probe_and_ends() {
             rises += u32::from(command.abs() > 0.1);
         }
         let ended = State::Faulted(Fault::EncoderSilent);
-        assert_eq!(drive.supervisor.state(), ended, "{target}");
-        assert_eq!(drive.supervisor.state(), ended, "{target}");
+        assert_eq!(drive.state(), ended, "{target}");
+        assert_eq!(drive.state(), ended, "{target}");
         assert_eq!(bench.held.get(), None);
         let plant = *bench.plant.borrow();
         println!(
@@ -65,8 +60,7 @@ fn a_servo_that_counts_has_all_of_its_command_at_once() {
             coulomb: friction,
             ..SERVO
         };
-        let (bench, flash) = (Bench::new(&servo), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&servo);
         start(&mut drive);
         // From the second motion on nothing is left of the ramp.
         for (target, is_first) in [(1.0, true), (2.0, false), (-1.0, false)] {
@@ -79,8 +73,8 @@ fn a_servo_that_counts_has_all_of_its_command_at_once() {
                 largest = largest.max((command - before).abs());
                 before = command;
             }
-            assert_eq!(drive.supervisor.state(), State::Running, "{friction}");
-            let off = bench.plant.borrow().position - target;
+            assert_eq!(drive.state(), State::Running, "{friction}");
+            let off = bench.position() - target;
             assert!(off.abs() < 0.2, "{friction} {target}: {off}");
             println!("{friction} {target} {is_first}: {largest}");
         }
@@ -91,8 +85,7 @@ fn a_servo_that_counts_has_all_of_its_command_at_once() {
 fn from_the_first_count_on_it_has_the_usual_time_to_move() {
     // One count, which is no motion yet; and none.
     for (counts, samples) in [(1.0, 100), (0.0, 20)] {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         start(&mut drive);
         bench.hold_at(counts * settings().closed_loop.core.resolution);
         bench.stick();
@@ -105,8 +98,7 @@ fn from_the_first_count_on_it_has_the_usual_time_to_move() {
             };
             beyond += u32::from(command.abs() >= 0.3 * LIMIT);
         }
-        let ended = State::Faulted(Fault::EncoderSilent);
-        assert_eq!(drive.supervisor.state(), ended);
+        assert_eq!(drive.state(), State::Faulted(Fault::EncoderSilent));
         assert!(beyond.abs_diff(samples) <= 2, "{counts}: {beyond}");
     }
 }

@@ -1,26 +1,25 @@
 //! Counts that wrap, and a run that a commissioning takes over and hands back.
 
-#[macro_use]
 mod support;
 
 use commissioning::Phase;
 use drive_link::{Command, Fault, Refusal, Report, State};
 use identifier_core::parameters::ServoParameters;
 use support::commission::{ORDER, until};
-use support::drive::{SERVO, snapshots};
-use support::{Bench, Flash, settings};
+use support::drive::{Drive, SERVO, snapshots};
+use support::{Bench, Flash, still};
 
 #[test]
 fn a_far_target_is_reached_over_a_count_that_wraps_and_a_turned_axis_is_a_fault() {
     let (bench, flash) = (Bench::counting_from(i32::MAX - 100, &SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     drive.done(Command::Watch(1));
     drive.done(Command::Start);
     let reports = drive.pass(19_001);
     drive.done(Command::Target(-50.0));
     drive.pass(13_000);
-    assert!((bench.plant.borrow().position + 50.0).abs() < 1.0);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert!((bench.position() + 50.0).abs() < 1.0);
+    assert_eq!(drive.state(), State::Running);
     bench.plant.borrow_mut().position += 6.3;
     let end = drive.pass(2);
     let fault = Report::Fault(Fault::FollowingError);
@@ -39,16 +38,14 @@ fn a_commissioning_takes_a_run_over_and_hands_it_back_without_a_bump() {
         load: 100.0,
         ..SERVO
     };
-    let mut quiet = settings();
-    quiet.dither.amplitude = 0.0;
+    let quiet = still();
     let (bench, flash) = (
         Bench::counting_from(i32::MAX - 100, &loaded),
         Flash::blank(),
     );
     let held = || bench.held.get().expect("the servo is held");
-    boot!(drive, &bench, &flash);
-    drive.done(Command::Configure(quiet));
-    drive.done(Command::Start);
+    let mut drive = Drive::boot(bench, &flash);
+    drive.run(quiet);
     drive.pass(6000);
     let before = held();
     drive.done(Command::Commission(ORDER));
@@ -57,7 +54,7 @@ fn a_commissioning_takes_a_run_over_and_hands_it_back_without_a_bump() {
     until(&mut drive, Phase::FrequencyResponse);
     assert_eq!(drive.refusal(Command::Start), Refusal::EndedCommissioning);
     let mut last = 0.0;
-    while drive.supervisor.state() != State::Running {
+    while drive.state() != State::Running {
         last = held();
         drive.pass(1);
     }
@@ -65,6 +62,6 @@ fn a_commissioning_takes_a_run_over_and_hands_it_back_without_a_bump() {
     assert_eq!(drive.shown(), quiet);
     drive.done(Command::Target(0.5));
     drive.pass(4000);
-    assert_eq!(drive.supervisor.state(), State::Running);
-    assert!((bench.plant.borrow().position - 0.5).abs() < 0.1);
+    assert_eq!(drive.state(), State::Running);
+    assert!((bench.position() - 0.5).abs() < 0.1);
 }

@@ -1,20 +1,20 @@
 //! The drive at the end of a realistic line, with the times of bytes in both directions and of the
 //! background. The figures are the time until a stop is obeyed, and the effect of a broken line.
 
-#[macro_use]
 mod support;
 
 use std::collections::VecDeque;
 
 use drive_link::Line;
 use drive_link::{
-    Command, Estimator, Fault, Home, Homing, PROTOCOL, Receiver, Refusal, Report, Request,
-    Settings, State, frame,
+    Command, Estimator, Fault, Home, PROTOCOL, Receiver, Refusal, Report, Request, Settings, State,
+    frame,
 };
 use drive_logic::{Conversation, PolledLine};
 use support::commission::ORDER;
 use support::drive::{Drive, SERVO};
-use support::{Bench, Flash, settings};
+use support::line::{ROOM, Random, Wires};
+use support::{HOMING, settings};
 
 /// Time of a byte at 1 Mbaud, ns.
 const BYTE: u64 = 10_000;
@@ -28,45 +28,13 @@ const SAMPLE: u64 = 250_000;
 /// every pass.
 const TURN: [u64; 4] = [5_000, 2_000, 700_000, 300_000];
 
-/// Bytes that the firmware's queues hold.
-const ROOM: usize = 2047;
-
-/// The wires, and the queues at both ends of them.
-#[derive(Default)]
-struct Wires {
-    to_drive: VecDeque<u8>,
-    heard: VecDeque<u8>,
-    to_say: VecDeque<u8>,
-    /// Bytes received in this pass, and frames sent.
-    bytes: u64,
-    frames: u64,
-}
-
-impl Line for Wires {
-    fn listen(&mut self) {}
-
-    fn receive(&mut self) -> Option<u8> {
-        let byte = self.heard.pop_front();
-        self.bytes += u64::from(byte.is_some());
-        byte
-    }
-
-    fn room(&self) -> usize {
-        ROOM - self.to_say.len()
-    }
-
-    fn send(&mut self, bytes: &[u8]) {
-        assert!(bytes.len() <= self.room());
-        self.to_say.extend(bytes);
-        self.frames += 1;
-    }
-}
-
 /// A drive, its line and its time.
-struct OnLine<'a> {
-    drive: Drive<'a>,
+struct OnLine {
+    drive: Drive,
     conversation: Conversation,
-    wires: PolledLine<'a, Wires>,
+    wires: PolledLine<'static, Wires>,
+    /// Bytes on their way to the drive.
+    to_drive: VecDeque<u8>,
     receiver: Receiver,
     reports: Vec<Report>,
     /// ns.
@@ -78,10 +46,11 @@ struct OnLine<'a> {
     id: u8,
 }
 
-impl<'a> OnLine<'a> {
-    fn new(mut drive: Drive<'a>) -> Self {
+impl OnLine {
+    fn new(mut drive: Drive) -> Self {
         Self {
             wires: drive.polled(Wires::default()),
+            to_drive: VecDeque::new(),
             drive,
             conversation: Conversation::new(),
             receiver: Receiver::new(),
@@ -98,7 +67,7 @@ impl<'a> OnLine<'a> {
     fn step(&mut self) {
         self.now += BYTE;
         let wires = self.wires.line();
-        if let Some(byte) = wires.to_drive.pop_front()
+        if let Some(byte) = self.to_drive.pop_front()
             && wires.heard.len() < ROOM
         {
             wires.heard.push_back(byte);
@@ -133,7 +102,7 @@ impl<'a> OnLine<'a> {
     }
 
     fn send(&mut self, bytes: &[u8]) {
-        self.wires.line().to_drive.extend(bytes);
+        self.to_drive.extend(bytes);
     }
 
     /// Sends a request as a host does: after a zero, which ends any earlier bytes on the line.
@@ -177,22 +146,6 @@ impl<'a> OnLine<'a> {
     }
 }
 
-/// Numbers that look random, the same in every run.
-struct Random(u32);
-
-impl Random {
-    fn next(&mut self) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 17;
-        self.0 ^= self.0 << 5;
-        self.0
-    }
-
-    fn below(&mut self, most: u32) -> u32 {
-        self.next() % most
-    }
-}
-
 /// 4 kHz, everything shown.
 fn fast() -> Settings {
     let mut fast = settings();
@@ -206,8 +159,7 @@ fn fast() -> Settings {
 
 #[test]
 fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     drive.done(Command::Configure(fast()));
     let mut line = OnLine::new(drive);
     line.ask(Command::Watch(1));
@@ -240,7 +192,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
         line.pass(1e-6 * f64::from(random.below(1000)));
         // The queue of the host's driver goes out first: the clock starts when the stop is on the
         // wire.
-        while !line.wires.line().to_drive.is_empty() {
+        while !line.to_drive.is_empty() {
             line.step();
         }
         let sent = line.now;
@@ -266,8 +218,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
 
 #[test]
 fn every_request_is_answered_under_any_rate_of_reports() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     drive.done(Command::Configure(fast()));
     let mut line = OnLine::new(drive);
     // A background so quick that the line is the bottleneck.
@@ -289,8 +240,7 @@ fn every_request_is_answered_under_any_rate_of_reports() {
 
 #[test]
 fn requests_without_a_pause_do_not_hide_a_stop() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     drive.done(Command::Configure(fast()));
     let mut line = OnLine::new(drive);
     for flood in [100, 300, 1000, 3000] {
@@ -301,7 +251,7 @@ fn requests_without_a_pause_do_not_hide_a_stop() {
         for _ in 0..flood {
             line.request(Command::Show);
         }
-        while !line.wires.line().to_drive.is_empty() {
+        while !line.to_drive.is_empty() {
             line.step();
         }
         assert!(line.is_driven());
@@ -342,8 +292,7 @@ impl Line for Pieces {
 
 #[test]
 fn a_stop_while_a_run_is_built_prevents_its_start() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     let piece = |command| -> VecDeque<u8> {
         let framed = frame(&Request { id: 1, command }).expect("it fits");
         framed.iter().copied().collect()
@@ -362,27 +311,9 @@ fn a_stop_while_a_run_is_built_prevents_its_start() {
     assert!(drive.bench.held.get().is_some());
 }
 
-/// Bytes that were heard already.
-struct Waiting(VecDeque<u8>);
-
-impl Line for Waiting {
-    fn listen(&mut self) {}
-
-    fn receive(&mut self) -> Option<u8> {
-        self.0.pop_front()
-    }
-
-    fn room(&self) -> usize {
-        ROOM
-    }
-
-    fn send(&mut self, _: &[u8]) {}
-}
-
 #[test]
 fn an_order_around_lost_bytes_is_refused_until_all_before_them_is_decoded() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     let mut listener = drive.listener.take().expect("one line");
     let mut conversation = Conversation::new();
     let start = frame(&Request {
@@ -390,7 +321,10 @@ fn an_order_around_lost_bytes_is_refused_until_all_before_them_is_decoded() {
         command: Command::Start,
     });
     let start = start.expect("it fits");
-    let mut line = Waiting(start.iter().copied().collect());
+    let mut line = Wires {
+        heard: start.iter().copied().collect(),
+        ..Wires::default()
+    };
     listener.disturbed();
     conversation.turn(&mut line, &mut drive.supervisor);
     drive.sample();
@@ -399,7 +333,7 @@ fn an_order_around_lost_bytes_is_refused_until_all_before_them_is_decoded() {
     assert_eq!(drive.status().disturbed, 1);
     // Nothing is left of that time.
     conversation.turn(&mut line, &mut drive.supervisor);
-    line.0.extend(start.iter());
+    line.heard.extend(start.iter());
     conversation.turn(&mut line, &mut drive.supervisor);
     drive.sample();
     assert!(drive.bench.held.get().is_some());
@@ -424,20 +358,12 @@ fn no_order_that_may_move_the_axis_is_obeyed_in_doubt_and_any_other_request_is()
         Command::Clear,
         Command::Stop,
     ];
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     let mut wanted = settings();
-    wanted.homing = Some(Homing {
-        seek: -3.0,
-        approach: 0.2,
-        clearance: 0.5,
-        index: false,
-        offset: 0.0,
-    });
-    drive.done(Command::Configure(wanted));
-    drive.done(Command::Start);
+    wanted.homing = Some(HOMING);
+    drive.run(wanted);
     drive.pass(10);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     drive.listener.as_mut().expect("one line").disturbed();
     for command in moving {
         assert!(command.may_move());
@@ -463,8 +389,7 @@ fn framed(message: &[u8]) -> Vec<u8> {
 
 #[test]
 fn a_request_of_another_version_is_answered_with_a_refusal_and_moves_nothing() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     drive.done(Command::Start);
     drive.pass(10);
     let mut conversation = Conversation::new();
@@ -494,8 +419,7 @@ fn a_request_of_another_version_is_answered_with_a_refusal_and_moves_nothing() {
 
 #[test]
 fn a_stop_that_is_heard_voids_an_order_that_is_on_its_way() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     let mut listener = drive.listener.take().expect("one line");
     drive.done(Command::Start);
     let stop = frame(&Request {
@@ -525,8 +449,7 @@ fn a_stop_that_is_heard_voids_an_order_that_is_on_its_way() {
 fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
     let mut random = Random(7);
     for _ in 0..200 {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, _) = Drive::on_bench(&SERVO);
         let mut wanted = fast();
         wanted.protection.link_timeout = 0.05;
         wanted.protection.stop_time = 0.05;
@@ -558,10 +481,7 @@ fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
         let late = (line.now - cut) as f64 * 1e-9;
         assert!(late < 0.05 + 0.05 + 0.002, "{late} s");
         line.pass(0.01);
-        assert_eq!(
-            line.drive.supervisor.state(),
-            State::Faulted(Fault::LinkLost)
-        );
+        assert_eq!(line.drive.state(), State::Faulted(Fault::LinkLost));
     }
 }
 
@@ -569,8 +489,7 @@ fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
 fn lost_doubled_or_changed_bytes_move_nothing_without_an_order() {
     let mut random = Random(99);
     for _ in 0..100 {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, _) = Drive::on_bench(&SERVO);
         drive.done(Command::Configure(fast()));
         let mut line = OnLine::new(drive);
         for _ in 0..40 {
@@ -597,6 +516,6 @@ fn lost_doubled_or_changed_bytes_move_nothing_without_an_order() {
         line.pass(0.1);
         line.send(&[0]);
         line.ask(Command::Stop);
-        assert_eq!(line.drive.supervisor.state(), State::Disabled);
+        assert_eq!(line.drive.state(), State::Disabled);
     }
 }

@@ -1,15 +1,14 @@
 //! Targets from outside, step pulses and a voltage, and their bad inputs.
 
-#[macro_use]
 mod support;
 
 use core::f64::consts::TAU;
 
-use drive_link::{Command, Fault, Home, Homing, Refusal, Settings, State, TargetSource};
+use drive_link::{Command, Fault, Home, Refusal, Settings, State, TargetSource};
 use identifier_core::parameters::ServoParameters;
 use support::commission::{ORDER, over};
 use support::drive::{Drive, snapshots};
-use support::{Bench, COUNTS, Flash, settings};
+use support::{Bench, COUNTS, HOMING, still};
 
 const SERVO: ServoParameters = ServoParameters {
     a: 0.2174,
@@ -22,27 +21,25 @@ const SERVO: ServoParameters = ServoParameters {
 const STEP: f64 = TAU / 3600.0;
 
 fn followed(source: TargetSource) -> Settings {
-    let mut wanted = settings();
-    wanted.dither.amplitude = 0.0;
+    let mut wanted = still();
     wanted.protection.travel = [-8.0, 8.0];
     wanted.source = source;
     wanted
 }
 
-macro_rules! running {
-    ($drive:ident, $bench:ident, $settings:expr) => {
-        let ($bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!($drive, &$bench, &flash);
-        $drive.done(Command::Configure($settings));
-        // Steps before the start do not count.
-        $bench.steps.set(Some(5000));
-        $drive.done(Command::Start);
-        $drive.pass(10);
-    };
+/// A run with these settings.
+fn running(settings: Settings) -> (Drive, &'static Bench) {
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    drive.done(Command::Configure(settings));
+    // Steps before the start do not count.
+    bench.steps.set(Some(5000));
+    drive.done(Command::Start);
+    drive.pass(10);
+    (drive, bench)
 }
 
 /// Steps in every sample.
-fn step(drive: &mut Drive<'_>, each: i16, samples: u32) {
+fn step(drive: &mut Drive, each: i16, samples: u32) {
     for _ in 0..samples {
         drive.bench.steps.set(Some(each));
         drive.pass(1);
@@ -50,7 +47,7 @@ fn step(drive: &mut Drive<'_>, each: i16, samples: u32) {
 }
 
 /// The reference, rad from the origin.
-fn reference(drive: &mut Drive<'_>) -> f64 {
+fn reference(drive: &mut Drive) -> f64 {
     drive.done(Command::Watch(1));
     let shown = snapshots(&drive.pass(2));
     drive.done(Command::Watch(0));
@@ -58,27 +55,23 @@ fn reference(drive: &mut Drive<'_>) -> f64 {
     shown[0].reference.into()
 }
 
-fn position(drive: &Drive<'_>) -> f64 {
-    drive.bench.plant.borrow().position
-}
-
 #[test]
 fn steps_are_followed_to_a_count_there_and_back() {
     for size in [STEP, -STEP] {
-        running!(drive, bench, followed(TargetSource::Steps { step: size }));
-        assert!(position(&drive).abs() < 1e-3);
+        let (mut drive, _) = running(followed(TargetSource::Steps { step: size }));
+        assert!(drive.position().abs() < 1e-3);
         // 2 steps a sample are 3.5 rad/s; 4000 of them are 7 rad.
         step(&mut drive, 2, 2000);
         drive.pass(1000);
         let at = reference(&mut drive);
         assert!((at - 4000.0 * size).abs() < TAU / COUNTS, "{at}");
-        assert!((position(&drive) - at).abs() < 0.05);
+        assert!((drive.position() - at).abs() < 0.05);
         step(&mut drive, -2, 4000);
         drive.pass(1000);
         let at = reference(&mut drive);
         assert!((at + 4000.0 * size).abs() < TAU / COUNTS, "{at}");
-        assert!((position(&drive) - at).abs() < 0.05);
-        assert_eq!(drive.supervisor.state(), State::Running);
+        assert!((drive.position() - at).abs() < 0.05);
+        assert_eq!(drive.state(), State::Running);
     }
 }
 
@@ -86,7 +79,7 @@ fn steps_are_followed_to_a_count_there_and_back() {
 fn a_gear_of_any_ratio_does_not_drift() {
     let mut wanted = followed(TargetSource::Steps { step: STEP });
     wanted.protection.pace = 10.0;
-    running!(drive, bench, wanted);
+    let (mut drive, bench) = running(wanted);
     for _ in 0..300 {
         step(&mut drive, 3, 100);
         step(&mut drive, -3, 100);
@@ -101,31 +94,31 @@ fn a_gear_of_any_ratio_does_not_drift() {
 fn steps_that_are_too_fast_are_a_fault_and_a_burst_is_none() {
     // 5 rad/s are 2.86 steps a sample.
     let source = TargetSource::Steps { step: STEP };
-    running!(drive, bench, followed(source));
+    let (mut drive, _) = running(followed(source));
     // A burst within 20 ms, then a pause.
     for _ in 0..20 {
         step(&mut drive, 10, 5);
         drive.pass(20);
     }
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
 
-    running!(drive, bench, followed(source));
+    let (mut drive, bench) = running(followed(source));
     let mut samples = 0;
-    while drive.supervisor.state() == State::Running && samples < 2000 {
+    while drive.state() == State::Running && samples < 2000 {
         step(&mut drive, 4, 1);
         samples += 1;
     }
     let fault = Fault::StepsTooFast;
-    assert_eq!(drive.supervisor.state(), State::Faulted(fault));
+    assert_eq!(drive.state(), State::Faulted(fault));
     assert_eq!(bench.held.get(), None);
     // 4 steps a sample are 1.4 of the pace: it lags by 20 ms of the pace after 50 ms.
     assert!((30..=70).contains(&samples), "{samples}");
     assert!(fault.to_string().contains("allow more pace"));
     // One sample with as many as a counter holds.
-    running!(drive, bench, followed(source));
+    let (mut drive, bench) = running(followed(source));
     for many in [i16::MAX, i16::MIN] {
         step(&mut drive, many, 1);
-        let state = drive.supervisor.state();
+        let state = drive.state();
         assert!(matches!(state, State::Faulted(_)), "{state:?}");
         assert_eq!(bench.held.get(), None);
         drive.done(Command::Clear);
@@ -137,25 +130,23 @@ fn steps_that_are_too_fast_are_a_fault_and_a_burst_is_none() {
 
 #[test]
 fn steps_beyond_the_travel_and_steps_that_are_unclear_are_faults() {
-    running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+    let (mut drive, bench) = running(followed(TargetSource::Steps { step: STEP }));
     step(&mut drive, 2, 2280);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     for _ in 0..20 {
-        if drive.supervisor.state() == State::Running {
+        if drive.state() == State::Running {
             step(&mut drive, 2, 1);
         }
     }
-    let beyond = State::Faulted(Fault::TargetOutside);
-    assert_eq!(drive.supervisor.state(), beyond);
+    assert_eq!(drive.state(), State::Faulted(Fault::TargetOutside));
     assert_eq!(bench.held.get(), None);
-    assert!(position(&drive) < 8.0);
+    assert!(drive.position() < 8.0);
 
-    running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+    let (mut drive, bench) = running(followed(TargetSource::Steps { step: STEP }));
     step(&mut drive, 1, 10);
     bench.steps.set(None);
     drive.pass(1);
-    let unclear = State::Faulted(Fault::StepsUnclear);
-    assert_eq!(drive.supervisor.state(), unclear);
+    assert_eq!(drive.state(), State::Faulted(Fault::StepsUnclear));
     assert_eq!(bench.held.get(), None);
     // Before a start they do not matter.
     drive.done(Command::Clear);
@@ -163,12 +154,12 @@ fn steps_beyond_the_travel_and_steps_that_are_unclear_are_faults() {
     drive.pass(2);
     drive.done(Command::Start);
     drive.pass(100);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
 }
 
 #[test]
 fn targets_of_the_host_are_refused_and_a_stop_holds() {
-    running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+    let (mut drive, bench) = running(followed(TargetSource::Steps { step: STEP }));
     let refused = drive.refusal(Command::Target(1.0));
     assert_eq!(refused, Refusal::TargetsFromOutside);
     step(&mut drive, 2, 100);
@@ -177,32 +168,26 @@ fn targets_of_the_host_are_refused_and_a_stop_holds() {
     assert_eq!(bench.held.get(), None);
     step(&mut drive, 2, 100);
     assert_eq!(bench.held.get(), None);
-    assert_eq!(drive.supervisor.state(), State::Disabled);
+    assert_eq!(drive.state(), State::Disabled);
 }
 
 #[test]
 fn a_silent_host_ends_the_run_although_pulses_come() {
     let mut wanted = followed(TargetSource::Steps { step: STEP });
     wanted.protection.link_timeout = 0.3;
-    running!(drive, bench, wanted);
+    let (mut drive, bench) = running(wanted);
     step(&mut drive, 2, 1000);
-    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkLost));
+    assert_eq!(drive.state(), State::Faulted(Fault::LinkLost));
     assert_eq!(bench.held.get(), None);
     // It came to rest where the reference was.
-    assert!(position(&drive) < 1.5, "{}", position(&drive));
+    assert!(drive.position() < 1.5, "{}", drive.position());
 }
 
 #[test]
 fn homing_comes_first_and_steps_count_from_home() {
     let mut wanted = followed(TargetSource::Steps { step: STEP });
-    wanted.homing = Some(Homing {
-        seek: -3.0,
-        approach: 0.2,
-        clearance: 0.5,
-        index: false,
-        offset: 2.0,
-    });
-    running!(drive, bench, wanted);
+    wanted.homing = Some(HOMING);
+    let (mut drive, bench) = running(wanted);
     *bench.home_switch.borrow_mut() = -6.0..-3.0;
     drive.done(Command::Home);
     while drive.status().home != Home::Known {
@@ -215,19 +200,19 @@ fn homing_comes_first_and_steps_count_from_home() {
     // The origin is 2 rad from home.
     let at = reference(&mut drive);
     assert!((at - (1800.0 * STEP - 2.0)).abs() < 2e-3, "{at}");
-    let at = position(&drive);
+    let at = drive.position();
     assert!((at - (1800.0 * STEP - 3.0)).abs() < 0.05, "{at}");
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
 }
 
 #[test]
 fn after_a_commissioning_steps_count_from_where_it_stands() {
-    running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+    let (mut drive, _) = running(followed(TargetSource::Steps { step: STEP }));
     step(&mut drive, 2, 500);
     drive.pass(1000);
     drive.done(Command::Commission(ORDER));
     over(&mut drive);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     drive.pass(3000);
     let rest = reference(&mut drive);
     assert!((rest - 1000.0 * STEP).abs() < 0.05, "{rest}");
@@ -241,14 +226,17 @@ fn after_a_commissioning_steps_count_from_where_it_stands() {
 #[test]
 fn steps_that_come_during_a_commissioning_are_said() {
     for (each, samples) in [(1, 100), (-1, 1), (i16::MIN, 2)] {
-        running!(drive, bench, followed(TargetSource::Steps { step: STEP }));
+        let (mut drive, bench) = running(followed(TargetSource::Steps { step: STEP }));
         drive.done(Command::Commission(ORDER));
         drive.pass(300);
         step(&mut drive, each, samples);
         over(&mut drive);
         drive.pass(10);
-        let missed = State::Faulted(Fault::StepsMissed);
-        assert_eq!(drive.supervisor.state(), missed, "{each} {samples}");
+        assert_eq!(
+            drive.state(),
+            State::Faulted(Fault::StepsMissed),
+            "{each} {samples}"
+        );
         assert_eq!(bench.held.get(), None);
         drive.done(Command::Clear);
         drive.pass(1);
@@ -267,14 +255,13 @@ fn steps_that_come_during_a_commissioning_are_said() {
 
 #[test]
 fn sources_out_of_range_are_refused_by_name() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     for step in [0.0, f64::NAN, 8.1] {
         let source = TargetSource::Steps { step };
-        match drive.refusal(Command::Configure(followed(source))) {
-            Refusal::Setting(refused) => assert_eq!(refused.name, "source.step", "{refused}"),
-            other => panic!("{step}: {other:?}"),
-        }
+        assert_eq!(
+            drive.not_allowed(Command::Configure(followed(source))).name,
+            "source.step"
+        );
     }
     let source = TargetSource::Steps { step: -8.0 };
     drive.done(Command::Configure(followed(source)));

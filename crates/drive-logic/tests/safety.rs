@@ -1,41 +1,30 @@
 //! Protection of a machine with a spindle, beside the faults: conditions for a start, ends of a
 //! run, and limits of the reference.
 
-#[macro_use]
 mod support;
 
 use core::f64::consts::TAU;
 
 use commissioning::{CommissionSettings, Limits};
 use drive_link::{
-    Command, Ended, Estimator, Fault, InterruptCycles, NotAllowed, Refusal, Report, Request,
-    Settings, State, Why,
+    Command, Ended, Fault, InterruptCycles, NotAllowed, Refusal, Report, Request, Settings, State,
+    Why,
 };
-use drive_logic::{Channel, Lines};
+use drive_logic::Lines;
 use identifier_core::parameters::ServoParameters;
 use support::commission::ORDER;
 use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, COUNTS, Flash, HEALTHY, SAMPLE_TIME, settings};
-
-/// Settings without dither.
-fn still() -> Settings {
-    let mut still = settings();
-    still.dither.amplitude = 0.0;
-    still
-}
+use support::{Bench, COUNTS, Flash, SAMPLE_TIME, first_contact, settings, still};
 
 /// A drive that runs with these settings.
-macro_rules! running {
-    ($drive:ident, $bench:ident, $servo:expr, $settings:expr) => {
-        let ($bench, flash) = (Bench::new($servo), Flash::blank());
-        boot!($drive, &$bench, &flash);
-        $drive.done(Command::Configure($settings));
-        $drive.done(Command::Start);
-    };
+fn running(servo: &ServoParameters, settings: Settings) -> (Drive, &'static Bench) {
+    let (mut drive, bench) = Drive::on_bench(servo);
+    drive.run(settings);
+    (drive, bench)
 }
 
 /// Samples until the stage is disabled; `None` if more than `most`.
-fn samples_until_disabled(drive: &mut Drive<'_>, most: u32) -> Option<u32> {
+fn samples_until_disabled(drive: &mut Drive, most: u32) -> Option<u32> {
     (1..=most).find(|_| {
         drive.pass(1);
         drive.bench.held.get().is_none()
@@ -46,8 +35,7 @@ fn samples_until_disabled(drive: &mut Drive<'_>, most: u32) -> Option<u32> {
 fn nothing_moves_before_the_servo_is_configured() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     {
-        let mut channel = Channel::new();
-        let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+        let mut drive = Drive::as_it_comes(bench, &flash);
         assert!(!drive.status().configured);
         assert_eq!(drive.refusal(Command::Start), Refusal::NotConfigured);
         drive.pass(100);
@@ -57,8 +45,7 @@ fn nothing_moves_before_the_servo_is_configured() {
         drive.done(Command::Save);
     }
     // The saved settings are in force after a reboot.
-    let mut channel = Channel::new();
-    let mut drive = Drive::as_it_comes(&mut channel, &bench, &flash, Ok(()));
+    let mut drive = Drive::as_it_comes(bench, &flash);
     assert!(drive.status().configured);
     drive.done(Command::Start);
     drive.pass(10);
@@ -68,7 +55,7 @@ fn nothing_moves_before_the_servo_is_configured() {
 #[test]
 fn a_fault_found_at_boot_is_known_before_the_first_sample() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash, Err(Fault::SelfTestFailed));
+    let mut drive = Drive::booted_with(bench, &flash, Err(Fault::SelfTestFailed));
     assert_eq!(drive.status().state, State::Faulted(Fault::SelfTestFailed));
     assert_eq!(
         drive.refusal(Command::Start),
@@ -78,8 +65,7 @@ fn a_fault_found_at_boot_is_known_before_the_first_sample() {
 
 #[test]
 fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.done(Command::Start);
     // The queue of orders is full now.
     drive.done(Command::Watch(1));
@@ -94,7 +80,7 @@ fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
             "a start that a stop overtook moves nothing"
         );
     }
-    assert_eq!(drive.supervisor.state(), State::Disabled);
+    assert_eq!(drive.state(), State::Disabled);
 
     // A running one, with a full queue of reports that are not read.
     drive.done(Command::Start);
@@ -108,13 +94,13 @@ fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
     drive.sample();
     assert_eq!(bench.held.get(), None);
     drive.pass(3);
-    assert_eq!(drive.supervisor.state(), State::Disabled);
+    assert_eq!(drive.state(), State::Disabled);
     assert_eq!(drive.status().ended, Some(Ended::Stopped));
 }
 
 #[test]
 fn a_stop_then_a_start_leave_the_servo_running_and_the_reverse_releases_it() {
-    running!(drive, bench, &SERVO, settings());
+    let (mut drive, bench) = running(&SERVO, settings());
     drive.pass(10);
     drive.done(Command::Stop);
     assert_eq!(drive.refusal(Command::Start), Refusal::Running);
@@ -134,7 +120,7 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
         let mut wanted = still();
         wanted.protection.link_timeout = 0.3;
         wanted.protection.stop_time = 0.2;
-        running!(drive, bench, &SERVO, wanted);
+        let (mut drive, bench) = running(&SERVO, wanted);
         if moving {
             drive.done(Command::Target(40.0));
         }
@@ -143,7 +129,7 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
             let answer = drive.ask(Command::KeepAlive);
             assert!(matches!(answer, Report::Status { .. }), "{answer:?}");
         }
-        assert_eq!(drive.supervisor.state(), State::Running);
+        assert_eq!(drive.state(), State::Running);
         let speed_before = bench.plant.borrow().velocity.abs();
         assert_eq!(speed_before > 4.0, moving);
         // 0.3 s and 0.2 s, and the sample in which each of them is over.
@@ -151,7 +137,7 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
         assert!(samples >= 300, "{samples}");
         assert!(bench.plant.borrow().velocity.abs() < 0.1, "at rest");
         drive.pass(3);
-        assert_eq!(drive.supervisor.state(), State::Faulted(Fault::LinkLost));
+        assert_eq!(drive.state(), State::Faulted(Fault::LinkLost));
         assert_eq!(drive.status().ended, Some(Ended::Faulted(Fault::LinkLost)));
     }
 }
@@ -174,20 +160,19 @@ fn only_a_host_that_drives_keeps_a_run_alive() {
     ] {
         let mut wanted = still();
         wanted.protection.link_timeout = 0.3;
-        running!(drive, bench, &SERVO, wanted);
+        let (mut drive, _) = running(&SERVO, wanted);
         for _ in 0..20 {
             drive.pass(100);
             drive.ask(command);
         }
-        let is_alive = drive.supervisor.state() == State::Running;
+        let is_alive = drive.state() == State::Running;
         assert_eq!(is_alive, command.keeps_alive(), "{command:?}");
     }
 }
 
 #[test]
 fn a_start_that_finds_no_room_can_be_ordered_again() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     for _ in 0..3 {
         drive.done(Command::Watch(0));
     }
@@ -195,12 +180,12 @@ fn a_start_that_finds_no_room_can_be_ordered_again() {
     drive.pass(10);
     drive.done(Command::Start);
     drive.pass(10);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
 }
 
 #[test]
 fn what_asks_for_a_servo_at_rest_is_refused_until_a_stop_is_obeyed() {
-    running!(drive, bench, &SERVO, still());
+    let (mut drive, _) = running(&SERVO, still());
     drive.pass(10);
     drive.done(Command::Stop);
     for command in [Command::Save, Command::Configure(still())] {
@@ -220,7 +205,7 @@ fn a_servo_on_its_way_to_rest_takes_no_target() {
     let mut wanted = still();
     wanted.protection.duration = 1.0;
     wanted.protection.stop_time = 0.4;
-    running!(drive, bench, &SERVO, wanted);
+    let (mut drive, bench) = running(&SERVO, wanted);
     drive.pass(1001);
     for _ in 0..10 {
         // With any answer.
@@ -229,16 +214,16 @@ fn a_servo_on_its_way_to_rest_takes_no_target() {
     }
     let samples = samples_until_disabled(&mut drive, 400).expect("it comes to rest");
     assert!(samples < 100, "{samples}");
-    assert!(bench.plant.borrow().position.abs() < 0.1);
+    assert!(bench.position().abs() < 0.1);
 }
 
 #[test]
 fn a_timeout_of_zero_disables_the_link_watchdog() {
     let mut wanted = still();
     wanted.protection.link_timeout = 0.0;
-    running!(drive, bench, &SERVO, wanted);
+    let (mut drive, bench) = running(&SERVO, wanted);
     drive.pass(100_000);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     assert!(bench.held.get().is_some());
 }
 
@@ -246,14 +231,14 @@ fn a_timeout_of_zero_disables_the_link_watchdog() {
 fn a_run_ends_by_itself_when_its_time_is_over() {
     let mut wanted = settings();
     wanted.protection.duration = 2.0;
-    running!(drive, bench, &SERVO, wanted);
+    let (mut drive, bench) = running(&SERVO, wanted);
     drive.pass(1999);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     let samples = samples_until_disabled(&mut drive, 502).expect("within the stop time");
     assert!(samples < 400, "it is at rest before the stop time is over");
     assert!(bench.plant.borrow().velocity.abs() < 0.5);
     drive.pass(2);
-    assert_eq!(drive.supervisor.state(), State::Disabled);
+    assert_eq!(drive.state(), State::Disabled);
     assert_eq!(drive.status().ended, Some(Ended::Over));
     assert!(drive.supervisor.estimates().is_some());
 }
@@ -266,18 +251,18 @@ fn travel_and_speed_are_watched_in_every_sample() {
     wanted.protection.following_error = 2.0;
     wanted.protection.travel = [-1.0, 1.0];
     wanted.protection.speed = 1e4;
-    running!(drive, bench, &SERVO, wanted);
+    let (mut drive, bench) = running(&SERVO, wanted);
     drive.pass(10);
     bench.plant.borrow_mut().position = 0.99;
     drive.pass(1);
     bench.plant.borrow_mut().position = 1.01;
     drive.pass(2);
-    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::TravelLeft));
+    assert_eq!(drive.state(), State::Faulted(Fault::TravelLeft));
 
     for (speed, fault) in [(9.0, None), (11.0, Some(Fault::SpeedExceeded))] {
         let mut wanted = still();
         wanted.protection.speed = 10.0;
-        running!(drive, bench, &SERVO, wanted);
+        let (mut drive, bench) = running(&SERVO, wanted);
         drive.pass(10);
         let mut at = 0.0;
         for _ in 0..20 {
@@ -286,7 +271,7 @@ fn travel_and_speed_are_watched_in_every_sample() {
             drive.pass(1);
         }
         let expected = fault.map_or(State::Running, State::Faulted);
-        assert_eq!(drive.supervisor.state(), expected, "{speed} rad/s");
+        assert_eq!(drive.state(), expected, "{speed} rad/s");
     }
 }
 
@@ -296,8 +281,8 @@ fn an_axis_held_by_hand_is_no_silent_encoder_until_its_error_is_too_large() {
     let mut wanted = still();
     wanted.protection.following_error = 0.2;
     wanted.protection.travel = [-0.5, 0.5];
-    running!(drive, bench, &SERVO, wanted);
-    let hand = |drive: &mut Drive<'_>, to: f64, samples: u32| {
+    let (mut drive, bench) = running(&SERVO, wanted);
+    let hand = |drive: &mut Drive, to: f64, samples: u32| {
         for _ in 0..samples {
             bench.hold_at(to);
             drive.pass(1);
@@ -305,13 +290,10 @@ fn an_axis_held_by_hand_is_no_silent_encoder_until_its_error_is_too_large() {
     };
     for k in 1..=19 {
         hand(&mut drive, 0.01 * f64::from(k), 100);
-        assert_eq!(drive.supervisor.state(), State::Running, "{k}");
+        assert_eq!(drive.state(), State::Running, "{k}");
     }
     hand(&mut drive, 0.21, 2);
-    assert_eq!(
-        drive.supervisor.state(),
-        State::Faulted(Fault::FollowingError)
-    );
+    assert_eq!(drive.state(), State::Faulted(Fault::FollowingError));
 }
 
 #[test]
@@ -326,9 +308,9 @@ fn an_axis_that_friction_holds_is_no_silent_encoder() {
         wanted.dither.amplitude = dither;
         wanted.protection.following_error = 0.2;
         wanted.protection.travel = [-1.0, 1.0];
-        running!(drive, bench, &servo, wanted);
+        let (mut drive, bench) = running(&servo, wanted);
         drive.pass(20_000);
-        assert_eq!(drive.supervisor.state(), State::Running, "{dither} rad");
+        assert_eq!(drive.state(), State::Running, "{dither} rad");
         assert!(bench.held.get().is_some());
     }
 }
@@ -350,8 +332,7 @@ fn contradictory_settings_are_refused_before_anything_moves() {
             s.protection.following_error = 0.2;
         }),
     ];
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     for (name, beside, wanted_least, change) in changes {
         let mut wanted = settings();
         change(&mut wanted);
@@ -381,22 +362,19 @@ fn the_largest_dither_that_is_allowed_does_not_fault() {
     wanted.dither.amplitude = 0.1;
     wanted.protection.following_error = 0.3;
     wanted.protection.travel = [-0.2, 0.2];
-    running!(drive, bench, &SERVO, wanted);
+    let (mut drive, bench) = running(&SERVO, wanted);
     drive.pass(60_000);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     assert!(bench.held.get().is_some());
 }
 
 #[test]
 fn a_fault_keeps_the_estimates_and_the_next_run_starts_from_them() {
-    running!(drive, bench, &SERVO, settings());
+    let (mut drive, bench) = running(&SERVO, settings());
     drive.pass(20_000);
     bench.plant.borrow_mut().position += 6.3;
     drive.pass(2);
-    assert_eq!(
-        drive.supervisor.state(),
-        State::Faulted(Fault::FollowingError)
-    );
+    assert_eq!(drive.state(), State::Faulted(Fault::FollowingError));
     let learnt = drive.supervisor.estimates().expect("learnt");
     assert!((learnt.servo.b / SERVO.b - 1.0).abs() < 0.01, "{learnt:?}");
     drive.done(Command::Save);
@@ -431,7 +409,7 @@ fn a_fault_keeps_the_estimates_and_the_next_run_starts_from_them() {
 fn the_first_run_after_a_loss_of_power_starts_from_the_kept_estimates() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     let learnt = {
-        boot!(drive, &bench, &flash);
+        let mut drive = Drive::boot(bench, &flash);
         drive.done(Command::Start);
         drive.pass(20_000);
         drive.done(Command::Stop);
@@ -440,7 +418,7 @@ fn the_first_run_after_a_loss_of_power_starts_from_the_kept_estimates() {
         drive.supervisor.estimates().expect("learnt")
     };
     let bench = Bench::new(&SERVO);
-    boot!(drive, &bench, &Flash::with(flash.bytes.borrow().clone()));
+    let mut drive = Drive::boot(bench, &Flash::with(flash.bytes.borrow().clone()));
     drive.done(Command::Watch(1));
     drive.done(Command::Start);
     let first = *snapshots(&drive.pass(2)).first().expect("shown");
@@ -453,22 +431,22 @@ fn the_first_run_after_a_loss_of_power_starts_from_the_kept_estimates() {
 #[test]
 fn a_limit_switch_that_bounces_for_a_sample_is_no_fault_and_one_that_opens_is() {
     for (open, fault) in [(1, None), (2, Some(Fault::LimitSwitch))] {
-        running!(drive, bench, &SERVO, settings());
+        let (mut drive, bench) = running(&SERVO, settings());
         drive.pass(100);
         for _ in 0..5 {
             drive.lines(|lines| lines.low_switch = false);
             drive.pass(open);
-            bench.lines.set(HEALTHY);
+            bench.lines.set(Lines::HEALTHY);
             drive.pass(1);
         }
         let expected = fault.map_or(State::Running, State::Faulted);
-        assert_eq!(drive.supervisor.state(), expected);
+        assert_eq!(drive.state(), expected);
     }
 }
 
 #[test]
 fn a_background_that_hangs_is_left_to_the_watchdog() {
-    running!(drive, bench, &SERVO, settings());
+    let (mut drive, _) = running(&SERVO, settings());
     drive.pass(100);
     // Driven, for a tenth of a second at most; released, for five.
     let driven = drive.fed_while_hanging(1000);
@@ -492,9 +470,9 @@ fn a_background_that_hangs_is_left_to_the_watchdog() {
 
 #[test]
 fn late_samples_in_a_row_or_every_other_one_are_a_fault_and_each_is_reported() {
-    running!(drive, bench, &SERVO, settings());
+    let (mut drive, bench) = running(&SERVO, settings());
     drive.pass(100);
-    let late = |drive: &mut Drive<'_>, samples: u32| {
+    let late = |drive: &mut Drive, samples: u32| {
         bench.late.set(true);
         drive.pass(samples);
         bench.late.set(false);
@@ -503,10 +481,10 @@ fn late_samples_in_a_row_or_every_other_one_are_a_fault_and_each_is_reported() {
         late(&mut drive, 2);
         drive.pass(8);
     }
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     assert_eq!(drive.status().overruns, 10, "although nobody watches");
     late(&mut drive, 3);
-    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::Overrun));
+    assert_eq!(drive.state(), State::Faulted(Fault::Overrun));
     assert_eq!(drive.status().overruns, 13);
     // The next run counts from zero.
     drive.done(Command::Clear);
@@ -524,15 +502,15 @@ fn late_samples_in_a_row_or_every_other_one_are_a_fault_and_each_is_reported() {
         late(&mut drive, 1);
         drive.pass(1);
     }
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     late(&mut drive, 1);
-    assert_eq!(drive.supervisor.state(), State::Faulted(Fault::Overrun));
+    assert_eq!(drive.state(), State::Faulted(Fault::Overrun));
     assert_eq!(drive.status().overruns, 4);
 }
 
 #[test]
 fn the_status_has_the_cycles_of_the_last_interrupt_and_of_the_longest_since_the_start() {
-    running!(drive, bench, &SERVO, settings());
+    let (mut drive, bench) = running(&SERVO, settings());
     assert_eq!(drive.status().interrupt_cycles, None, "no counter runs");
     // It wraps.
     for taken in [300, 500, 400] {
@@ -553,13 +531,13 @@ fn as_many_late_samples_as_are_configured_are_a_fault() {
     for overruns in [1, 2, 5] {
         let mut wanted = still();
         wanted.protection.overruns = overruns;
-        running!(drive, bench, &SERVO, wanted);
+        let (mut drive, bench) = running(&SERVO, wanted);
         drive.pass(10);
         bench.late.set(true);
         drive.pass(u32::from(overruns) - 1);
-        assert_eq!(drive.supervisor.state(), State::Running);
+        assert_eq!(drive.state(), State::Running);
         drive.pass(1);
-        assert_eq!(drive.supervisor.state(), State::Faulted(Fault::Overrun));
+        assert_eq!(drive.state(), State::Faulted(Fault::Overrun));
     }
 }
 
@@ -582,8 +560,7 @@ fn limits_that_no_sample_can_keep_are_refused_with_a_figure_that_would_do() {
         ("duration", longest, |s, x| s.protection.duration = x),
         ("link_timeout", 60.0, |s, x| s.protection.link_timeout = x),
     ];
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     for (name, wanted_most, change) in changes {
         let is_none_at_zero = ["duration", "link_timeout"].contains(&name);
         for given in [1.8e40, f64::MAX, f64::INFINITY, f64::NAN, -1.0, 0.0] {
@@ -623,32 +600,29 @@ fn the_smaller_limit_of_the_command_is_the_one_that_a_stall_is_judged_by() {
             load: 0.0,
             ..SERVO
         };
-        let mut wanted = still();
+        let mut wanted = first_contact();
+        wanted.dither.amplitude = 0.0;
         wanted.protection.breakaway = 0.3;
         wanted.protection.following_error = 2.0;
         let controller = wanted.closed_loop.core.controller.as_mut();
         let controller = controller.expect("there is one");
         (controller.limit, controller.ki) = (limit, 0.0);
-        wanted.closed_loop.core.identifier.parameter_range = None;
-        wanted.closed_loop.law = Estimator::GaussNewton;
-        wanted.closed_loop.core.identifier =
-            identifier_core::settings::IdentifierSettings::UNSTATED;
-        running!(drive, bench, &servo, wanted);
+        let (mut drive, _) = running(&servo, wanted);
         drive.pass(10);
         for sign in [1.0, -1.0] {
-            if drive.supervisor.state() == State::Running {
+            if drive.state() == State::Running {
                 drive.done(Command::Target(sign * 0.25));
                 drive.pass(1000);
             }
         }
         let wanted = fault.map_or(State::Running, State::Faulted);
-        assert_eq!(drive.supervisor.state(), wanted, "{limit:?}");
+        assert_eq!(drive.state(), wanted, "{limit:?}");
     }
 }
 
 #[test]
 fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
-    running!(drive, bench, &SERVO, still());
+    let (mut drive, bench) = running(&SERVO, still());
     drive.pass(10);
     bench.stage_works.set(false);
     drive.sample();
@@ -657,10 +631,7 @@ fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
 
 #[test]
 fn the_estimator_that_needs_no_guess_starts_from_kept_estimates() {
-    let mut wanted = settings();
-    wanted.closed_loop.law = Estimator::GaussNewton;
-    wanted.closed_loop.core.identifier = identifier_core::settings::IdentifierSettings::UNSTATED;
-    running!(drive, bench, &SERVO, wanted);
+    let (mut drive, bench) = running(&SERVO, first_contact());
     drive.pass(5000);
     for _ in 0..2 {
         drive.done(Command::Stop);
@@ -676,24 +647,22 @@ fn the_estimator_that_needs_no_guess_starts_from_kept_estimates() {
 #[test]
 fn an_output_that_cannot_be_disabled_is_a_fault_in_every_state() {
     let failed = State::Faulted(Fault::ActuatorFailed);
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     // At rest, before and after a clear.
     bench.releases.set(false);
     drive.pass(2);
-    assert_eq!(drive.supervisor.state(), failed);
+    assert_eq!(drive.state(), failed);
     drive.done(Command::Clear);
     drive.pass(5);
-    assert_eq!(drive.supervisor.state(), failed);
+    assert_eq!(drive.state(), failed);
     bench.releases.set(true);
     drive.done(Command::Clear);
     drive.pass(5);
-    assert_eq!(drive.supervisor.state(), State::Disabled);
+    assert_eq!(drive.state(), State::Disabled);
     // At the end of a run whose time is over, if only in that sample.
     let mut short = settings();
     short.protection.duration = 0.05;
-    drive.done(Command::Configure(short));
-    drive.done(Command::Start);
+    drive.run(short);
     drive.pass(20);
     bench.releases.set(false);
     while bench.held.get().is_some() {
@@ -701,7 +670,7 @@ fn an_output_that_cannot_be_disabled_is_a_fault_in_every_state() {
     }
     bench.releases.set(true);
     drive.pass(5);
-    assert_eq!(drive.supervisor.state(), failed);
+    assert_eq!(drive.state(), failed);
 }
 
 #[test]
@@ -716,7 +685,7 @@ fn a_travel_has_two_ends_and_ends_a_run_at_each_of_them() {
         wanted.protection.travel = [-0.05, 1.5];
         wanted.protection.following_error = 1.55;
         wanted.protection.speed = 1e4;
-        running!(drive, bench, &SERVO, wanted);
+        let (mut drive, bench) = running(&SERVO, wanted);
         drive.pass(10);
         for far in [-0.06, 1.6, f64::NAN] {
             let within = [-0.05, 1.5];
@@ -729,14 +698,13 @@ fn a_travel_has_two_ends_and_ends_a_run_at_each_of_them() {
         drive.pass(2);
         let left = State::Faulted(Fault::TravelLeft);
         let state = if is_within { State::Running } else { left };
-        assert_eq!(drive.supervisor.state(), state, "{place}");
+        assert_eq!(drive.state(), state, "{place}");
     }
 }
 
 #[test]
 fn a_travel_without_the_start_is_refused_with_both_ends() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     for ends @ [low, high] in [
         [0.5, 1.5],
         [-1.5, -0.5],
@@ -746,9 +714,7 @@ fn a_travel_without_the_start_is_refused_with_both_ends() {
     ] {
         let mut wanted = still();
         wanted.protection.travel = ends;
-        let Refusal::Setting(refused) = drive.refusal(Command::Configure(wanted)) else {
-            panic!("{ends:?}");
-        };
+        let refused = drive.not_allowed(Command::Configure(wanted));
         let Why::WithoutStart { given } = refused.why else {
             panic!("{ends:?}: {refused}");
         };
@@ -777,8 +743,7 @@ fn an_order_beyond_the_drives_limits_is_refused_with_both_and_no_limit_becomes_w
         (None, |order| order.limits.travel = [-1.0, 2.5]),
     ];
     for (name, change) in orders {
-        let (bench, flash) = (Bench::new(&support::commission::SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&support::commission::SERVO);
         let mut wanted = still();
         wanted.protection.travel = [-2.0, 2.5];
         wanted.protection.following_error = 2.0;
@@ -796,9 +761,7 @@ fn an_order_beyond_the_drives_limits_is_refused_with_both_and_no_limit_becomes_w
             drive.done(Command::Commission(order));
             continue;
         };
-        let Refusal::Setting(refused) = drive.refusal(Command::Commission(order)) else {
-            panic!("{name}");
-        };
+        let refused = drive.not_allowed(Command::Commission(order));
         assert_eq!(refused.name, name);
         let (given, own) = match name {
             "travel" => (order.limits.travel, [-2.0, 2.5]),
@@ -819,21 +782,17 @@ fn an_order_beyond_the_drives_limits_is_refused_with_both_and_no_limit_becomes_w
 
 #[test]
 fn an_order_from_within_the_travel_is_refused_if_it_leaves_it_from_there() {
-    let (bench, flash) = (Bench::new(&support::commission::SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&support::commission::SERVO);
     let mut wanted = still();
     wanted.protection.travel = [-2.0, 2.0];
     wanted.protection.following_error = 2.0;
-    drive.done(Command::Configure(wanted));
-    drive.done(Command::Start);
+    drive.run(wanted);
     drive.pass(10);
     drive.done(Command::Target(1.5));
     drive.pass(3000);
     let mut order = ORDER;
     order.limits.travel = [-1.0, 1.0];
-    let Refusal::Setting(refused) = drive.refusal(Command::Commission(order)) else {
-        panic!("it ends at 2.5 of 2 rad");
-    };
+    let refused = drive.not_allowed(Command::Commission(order));
     let Why::BeyondDrive {
         allowed: [low, high],
         ..
@@ -859,8 +818,7 @@ fn an_axis_that_moves_is_not_driven_and_its_speed_is_said() {
     };
     for speed in [90.0, -90.0, 75.0, 5.0, 0.0] {
         for after in [2, 10, 17, 40, 500] {
-            let (bench, flash) = (Bench::new(&FREE), Flash::blank());
-            boot!(drive, &bench, &flash);
+            let (mut drive, bench) = Drive::on_bench(&FREE);
             drive.pass(100);
             bench.plant.borrow_mut().velocity = speed;
             drive.pass(after);
@@ -885,10 +843,8 @@ fn an_axis_that_moves_is_not_driven_and_its_speed_is_said() {
         }
     }
     // Stopped in motion, it is known to move at once.
-    let (bench, flash) = (Bench::new(&FREE), Flash::blank());
-    boot!(drive, &bench, &flash);
-    drive.done(Command::Configure(still()));
-    drive.done(Command::Start);
+    let (mut drive, bench) = Drive::on_bench(&FREE);
+    drive.run(still());
     drive.pass(10);
     bench.plant.borrow_mut().velocity = 90.0;
     drive.pass(2);
@@ -904,9 +860,8 @@ fn an_axis_that_moves_is_not_driven_and_its_speed_is_said() {
 
 #[test]
 fn a_start_or_a_commissioning_acts_once_and_never_late() {
-    let (bench, flash) = (Bench::new(&support::commission::SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    let answer = |drive: &mut Drive<'_>, id: u8, command: Command| {
+    let (mut drive, bench) = Drive::on_bench(&support::commission::SERVO);
+    let answer = |drive: &mut Drive, id: u8, command: Command| {
         let answer = drive.supervisor.answer(&Request { id, command });
         drive.pass(5);
         match answer {
@@ -930,17 +885,17 @@ fn a_start_or_a_commissioning_acts_once_and_never_late() {
             assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
             assert_eq!(answer(&mut drive, id(3), Command::Stop), Ok(()));
             drive.pass(500);
-            assert_eq!(drive.supervisor.state(), disabled);
+            assert_eq!(drive.state(), disabled);
             assert_eq!(answer(&mut drive, id(2), begin), late);
-            assert_eq!(drive.supervisor.state(), disabled);
+            assert_eq!(drive.state(), disabled);
             assert_eq!(answer(&mut drive, id(4), begin), Ok(()));
             // It ends by itself.
             bench.lines.set(Lines {
                 low_switch: false,
-                ..HEALTHY
+                ..Lines::HEALTHY
             });
             drive.pass(500);
-            bench.lines.set(HEALTHY);
+            bench.lines.set(Lines::HEALTHY);
             assert_eq!(answer(&mut drive, id(5), Command::Clear), Ok(()));
             for old in [4, 2] {
                 assert_eq!(answer(&mut drive, id(old), begin), late);

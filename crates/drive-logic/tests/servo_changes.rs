@@ -1,28 +1,24 @@
 //! Changes of a servo after its commissioning, as the status has them.
 
-#[macro_use]
 mod support;
 
 use commissioning::Phase;
-use drive_link::{Command, Estimator, Report, ServoChanges, Settings, State, Why};
+use drive_link::{Command, Report, ServoChanges, Settings, State, Why};
 use identifier_core::reason::Reason;
-use identifier_core::settings::IdentifierSettings;
 use support::commission::{ORDER, SERVO, changed, outcome, over};
 use support::drive::Drive;
-use support::{Bench, Flash, settings};
+use support::{first_contact, settings};
 
 /// Settings under which a servo is examined.
 fn examined(servo_changes: ServoChanges) -> Settings {
-    let mut wanted = settings();
+    let mut wanted = first_contact();
     wanted.dither.amplitude = 0.0;
-    wanted.closed_loop.law = Estimator::GaussNewton;
-    wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
     wanted.servo_changes = servo_changes;
     wanted
 }
 
 /// Commissions the servo, and closes the loop with its gains.
-fn commissioned(drive: &mut Drive<'_>, servo_changes: ServoChanges) {
+fn commissioned(drive: &mut Drive, servo_changes: ServoChanges) {
     drive.done(Command::Configure(examined(servo_changes)));
     drive.done(Command::Commission(ORDER));
     over(drive);
@@ -32,7 +28,7 @@ fn commissioned(drive: &mut Drive<'_>, servo_changes: ServoChanges) {
 }
 
 /// Moves to and fro; the changes of the statuses that no request asked for.
-fn moves(drive: &mut Drive<'_>, seconds: u32) -> Vec<Option<Reason>> {
+fn moves(drive: &mut Drive, seconds: u32) -> Vec<Option<Reason>> {
     let mut found = Vec::new();
     for k in 0..2 * seconds {
         drive.done(Command::Target(if k % 2 == 0 { 0.8 } else { -0.6 }));
@@ -43,7 +39,7 @@ fn moves(drive: &mut Drive<'_>, seconds: u32) -> Vec<Option<Reason>> {
             _ => None,
         }));
     }
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
     found
 }
 
@@ -54,8 +50,7 @@ fn another_inertia_or_friction_is_reported_once_with_its_value() {
         (2.0, 1.0, Reason::InertiaChanged),
         (1.0, 2.0, Reason::CoulombFrictionChanged),
     ] {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         commissioned(&mut drive, ServoChanges::Reported);
         assert_eq!(moves(&mut drive, 10), [], "the servo as it was");
         bench.change(&changed(inertia, friction));
@@ -76,8 +71,7 @@ fn another_inertia_or_friction_is_reported_once_with_its_value() {
 
 #[test]
 fn nothing_is_looked_for_unless_it_is_asked_for() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     commissioned(&mut drive, ServoChanges::Ignored);
     bench.change(&changed(2.0, 1.0));
     moves(&mut drive, 15);
@@ -86,10 +80,8 @@ fn nothing_is_looked_for_unless_it_is_asked_for() {
 
 #[test]
 fn gains_that_were_given_prediction_nothing() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
-    drive.done(Command::Configure(examined(ServoChanges::Reported)));
-    drive.done(Command::Start);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    drive.run(examined(ServoChanges::Reported));
     moves(&mut drive, 5);
     bench.change(&changed(2.0, 1.0));
     moves(&mut drive, 15);
@@ -98,15 +90,13 @@ fn gains_that_were_given_prediction_nothing() {
 
 #[test]
 fn gains_that_are_given_after_a_commissioning_prediction_nothing() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     commissioned(&mut drive, ServoChanges::Reported);
     drive.done(Command::Stop);
     drive.pass(10);
     let mut given = drive.shown();
     given.closed_loop.core.controller = settings().closed_loop.core.controller;
-    drive.done(Command::Configure(given));
-    drive.done(Command::Start);
+    drive.run(given);
     drive.pass(10);
     bench.change(&changed(2.0, 1.0));
     moves(&mut drive, 15);
@@ -115,8 +105,7 @@ fn gains_that_are_given_after_a_commissioning_prediction_nothing() {
 
 #[test]
 fn a_estimator_without_standard_errors_is_refused() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     let mut wanted = examined(ServoChanges::Reported);
     wanted.closed_loop.law = settings().closed_loop.law;
     wanted.closed_loop.core.identifier = settings().closed_loop.core.identifier;

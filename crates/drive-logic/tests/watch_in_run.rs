@@ -1,16 +1,14 @@
 //! A run is watched as a commissioning is, for as long as the servo is driven.
 
-#[macro_use]
 mod support;
 
 use commissioning::{CommissionSettings, Phase};
 use drive_link::{Command, Fault, State};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::Goal;
-
 use support::commission::{ORDER, SERVO, outcome, over};
 use support::drive::Drive;
-use support::{Bench, Flash, SAMPLE_TIME, settings};
+use support::{SAMPLE_TIME, still};
 
 /// Gains of an ordinary response. Slower ones push less, and what does not move shows later.
 const QUICK: CommissionSettings = CommissionSettings {
@@ -19,23 +17,22 @@ const QUICK: CommissionSettings = CommissionSettings {
 };
 
 /// A drive that was commissioned and runs with the new gains, without a dither.
-fn running(drive: &mut Drive<'_>) {
-    let mut settings = settings();
-    settings.dither.amplitude = 0.0;
+fn running(drive: &mut Drive) {
+    let settings = still();
     drive.done(Command::Configure(settings));
     drive.done(Command::Commission(QUICK));
     over(drive);
     assert_eq!(outcome(drive).commissioning.phase, Phase::Applied);
     drive.done(Command::Start);
     drive.pass(500);
-    assert_eq!(drive.supervisor.state(), State::Running);
+    assert_eq!(drive.state(), State::Running);
 }
 
 /// Samples until a drive has ended its run with a fault, and the fault.
-fn fault_within(drive: &mut Drive<'_>, most: u32) -> (u32, Fault) {
+fn fault_within(drive: &mut Drive, most: u32) -> (u32, Fault) {
     for sample in 1..=most {
         drive.pass(1);
-        if let State::Faulted(fault) = drive.supervisor.state() {
+        if let State::Faulted(fault) = drive.state() {
             assert_eq!(drive.bench.held.get(), None);
             return (sample, fault);
         }
@@ -50,13 +47,12 @@ fn samples(time: f64) -> u32 {
 #[test]
 fn a_stuck_encoder_after_a_commissioning_disables_within_fifty_milliseconds_of_motion() {
     for target in [2.0, -0.5] {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         running(&mut drive);
         bench.stick();
         // At rest it does not show.
         drive.pass(200);
-        assert_eq!(drive.supervisor.state(), State::Running);
+        assert_eq!(drive.state(), State::Running);
         drive.done(Command::Target(target));
         let (taken, fault) = fault_within(&mut drive, samples(0.05));
         assert_eq!(fault, Fault::ActuatorDead, "after {taken} samples");
@@ -67,8 +63,7 @@ fn a_stuck_encoder_after_a_commissioning_disables_within_fifty_milliseconds_of_m
 fn an_encoder_that_sticks_in_motion_disables_within_fifty_milliseconds() {
     for target in [20.0, -20.0] {
         for wait in (5..400).step_by(13) {
-            let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-            boot!(drive, &bench, &flash);
+            let (mut drive, bench) = Drive::on_bench(&SERVO);
             running(&mut drive);
             drive.done(Command::Target(target));
             drive.pass(wait);
@@ -85,8 +80,7 @@ fn an_encoder_that_sticks_in_motion_disables_within_fifty_milliseconds() {
 #[test]
 fn an_actuator_that_dies_or_turns_round_disables() {
     for b in [1e-3, -SERVO.b] {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        boot!(drive, &bench, &flash);
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
         running(&mut drive);
         drive.done(Command::Target(20.0));
         drive.pass(300);
@@ -104,8 +98,7 @@ fn an_actuator_that_dies_or_turns_round_disables() {
 
 #[test]
 fn a_sound_servo_runs_on_whatever_it_carries() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     running(&mut drive);
     let heavy = ServoParameters {
         a: SERVO.a / 2.0,
@@ -129,11 +122,7 @@ fn a_sound_servo_runs_on_whatever_it_carries() {
         drive.done(Command::Target(target));
         for _ in 0..5000 {
             drive.pass(1);
-            assert_eq!(
-                drive.supervisor.state(),
-                State::Running,
-                "{carried:?} {target}"
-            );
+            assert_eq!(drive.state(), State::Running, "{carried:?} {target}");
         }
     }
 }

@@ -1,19 +1,39 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 
-use crate::{fraction, reciprocal};
 use identifier_core::drive::Actuator;
-use identifier_core::error::OutOfRange;
+use identifier_core::error::{Allowed, OutOfRange};
 
 /// Failures of a bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum BridgeError<P, D> {
-    /// A PWM did not take its duty.
+    /// The PWM did not take its duty.
     Pwm(P),
-    /// The direction pin, or the second PWM, did not take its level.
+    /// The direction pin did not take its level.
     Direction(D),
+}
+
+/// A command as a fraction of its full scale, within ±1; zero for what is no number.
+#[inline]
+fn fraction(command: f32, per_unit: f32) -> f32 {
+    let fraction = command * per_unit;
+    if fraction.abs() < 1.0 {
+        fraction
+    } else {
+        limited(fraction)
+    }
+}
+
+/// A fraction that is not within ±1.
+#[cold]
+fn limited(fraction: f32) -> f32 {
+    if fraction.is_nan() {
+        0.0
+    } else {
+        fraction.signum()
+    }
 }
 
 /// The duty of a magnitude from 0 to 1, to the nearest step.
@@ -37,10 +57,13 @@ impl<P: SetDutyCycle, D: OutputPin> PwmDirection<P, D> {
     /// # Errors
     /// `full_scale` must be above zero.
     pub fn new(pwm: P, direction: D, full_scale: f32) -> Result<Self, OutOfRange> {
+        let full_scale = f64::from(full_scale);
+        Allowed::Above(0.0).check("full_scale", full_scale)?;
         Ok(Self {
             pwm,
             direction,
-            per_unit: reciprocal(full_scale)?,
+            // A configuration value: divided once.
+            per_unit: (1.0 / full_scale) as f32,
         })
     }
 }
@@ -67,98 +90,6 @@ impl<P: SetDutyCycle, D: OutputPin> Actuator<f32> for PwmDirection<P, D> {
     }
 }
 
-/// A bridge whose two sides one PWM switches against each other: one half is standstill.
-#[derive(Debug)]
-pub struct LockedAntiphase<P> {
-    pwm: P,
-    per_unit: f32,
-}
-
-impl<P: SetDutyCycle> LockedAntiphase<P> {
-    /// `full_scale` is the command that asks for the whole duty, command units.
-    ///
-    /// # Errors
-    /// `full_scale` must be above zero.
-    pub fn new(pwm: P, full_scale: f32) -> Result<Self, OutOfRange> {
-        Ok(Self {
-            pwm,
-            per_unit: reciprocal(full_scale)?,
-        })
-    }
-}
-
-impl<P: SetDutyCycle> Actuator<f32> for LockedAntiphase<P> {
-    type Error = P::Error;
-
-    #[inline]
-    fn hold(&mut self, command: f32) -> Result<(), Self::Error> {
-        let half = 0.5 + 0.5 * fraction(command, self.per_unit);
-        let duty = duty(half, self.pwm.max_duty_cycle());
-        self.pwm.set_duty_cycle(duty)
-    }
-
-    /// One half: a bridge of this kind cannot coast without its enable pin.
-    fn release(&mut self) -> Result<(), Self::Error> {
-        self.hold(0.0)
-    }
-}
-
-/// Two half bridges, one for each direction.
-#[derive(Debug)]
-pub struct HalfBridges<P, Q> {
-    positive: P,
-    negative: Q,
-    per_unit: f32,
-}
-
-impl<P: SetDutyCycle, Q: SetDutyCycle> HalfBridges<P, Q> {
-    /// `full_scale` is the command that asks for the whole duty, command units.
-    ///
-    /// # Errors
-    /// `full_scale` must be above zero.
-    pub fn new(positive: P, negative: Q, full_scale: f32) -> Result<Self, OutOfRange> {
-        Ok(Self {
-            positive,
-            negative,
-            per_unit: reciprocal(full_scale)?,
-        })
-    }
-}
-
-impl<P: SetDutyCycle, Q: SetDutyCycle> Actuator<f32> for HalfBridges<P, Q> {
-    type Error = BridgeError<P::Error, Q::Error>;
-
-    /// The side that is to rest is put to rest first, so that never both are on.
-    #[inline]
-    fn hold(&mut self, command: f32) -> Result<(), Self::Error> {
-        let fraction = fraction(command, self.per_unit);
-        if fraction >= 0.0 {
-            let duty = duty(fraction, self.positive.max_duty_cycle());
-            self.negative
-                .set_duty_cycle_fully_off()
-                .map_err(BridgeError::Direction)?;
-            self.positive.set_duty_cycle(duty).map_err(BridgeError::Pwm)
-        } else {
-            let duty = duty(-fraction, self.negative.max_duty_cycle());
-            self.positive
-                .set_duty_cycle_fully_off()
-                .map_err(BridgeError::Pwm)?;
-            self.negative
-                .set_duty_cycle(duty)
-                .map_err(BridgeError::Direction)
-        }
-    }
-
-    /// Both sides off, the second even if the first does not answer.
-    fn release(&mut self) -> Result<(), Self::Error> {
-        let negative = self.negative.set_duty_cycle_fully_off();
-        self.positive
-            .set_duty_cycle_fully_off()
-            .map_err(BridgeError::Pwm)?;
-        negative.map_err(BridgeError::Direction)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     extern crate std;
@@ -166,6 +97,7 @@ mod tests {
     use super::*;
     use embedded_hal_mock::eh1::digital::{Mock as Pin, State, Transaction as Level};
     use embedded_hal_mock::eh1::pwm::{Mock as Pwm, Transaction as Duty};
+    use proptest::prelude::*;
 
     use core::cell::RefCell;
     use core::convert::Infallible;
@@ -242,45 +174,18 @@ mod tests {
     }
 
     #[test]
-    fn one_half_is_standstill() {
-        let mut pwm = pwm(&[500, 750, 0, 500]);
-        let mut bridge = LockedAntiphase::new(pwm.clone(), 10.0).expect("valid");
-        for command in [0.0, 5.0, -10.0] {
-            bridge.hold(command).expect("no fault");
-        }
-        bridge.release().expect("no fault");
-        pwm.done();
-    }
-
-    #[test]
-    fn the_other_half_bridge_rests_first_and_release_rests_both() {
-        let off = Duty::set_duty_cycle(0);
-        let mut positive = Pwm::new(&[
-            Duty::max_duty_cycle(1000),
-            Duty::set_duty_cycle(300),
-            off.clone(),
-            off.clone(),
-        ]);
-        let mut negative = Pwm::new(&[
-            off.clone(),
-            Duty::max_duty_cycle(1000),
-            Duty::set_duty_cycle(700),
-            off,
-        ]);
-        let mut bridges =
-            HalfBridges::new(positive.clone(), negative.clone(), 10.0).expect("valid");
-        bridges.hold(3.0).expect("no fault");
-        bridges.hold(-7.0).expect("no fault");
-        bridges.release().expect("no fault");
-        positive.done();
-        negative.done();
-    }
-
-    #[test]
     fn a_full_scale_of_nothing_is_refused() {
-        let mut pwm = Pwm::new(&[]);
-        let error = LockedAntiphase::new(pwm.clone(), 0.0).expect_err("no scale");
+        let list = RefCell::default();
+        let bridge = PwmDirection::new(Listed(&list), Listed(&list), 0.0);
+        let error = bridge.map(drop).expect_err("no scale");
         assert_eq!(error.parameter, "full_scale");
-        pwm.done();
+    }
+
+    proptest! {
+        #[test]
+        fn a_fraction_is_one(command in any::<f32>()) {
+            let fraction = fraction(command, 0.1);
+            prop_assert!((-1.0..=1.0).contains(&fraction));
+        }
     }
 }

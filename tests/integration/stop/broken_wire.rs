@@ -5,7 +5,7 @@ use drive_link::{Command, Fault, Refusal, State};
 use super::LIMIT;
 use super::host::Host;
 use super::machine::BYTE;
-use super::servo::settings;
+use super::settings;
 
 /// Rate of the samples, Hz.
 const RATE: u32 = 10_000;

@@ -8,7 +8,8 @@ use drive_link::{Command, Line, Receiver, Refusal, Report, Request, State, frame
 use drive_logic::{Channel, Conversation, LineListener, Memory, Sampler, Supervisor};
 
 use super::machine::{BYTE, Handlers, Machine, Mode};
-use super::servo::{STAGE, settings};
+use super::settings;
+use super::support::STAGE;
 
 /// Duration of a turn of the background, ns, above the time of its instructions (`cargo xtask budget`: `turn-…`): without anything to do; for each byte that is read; with anything sent; a slice of the work on a record,
 /// which is counted at another level of the optimiser.
@@ -121,7 +122,7 @@ impl Host {
     }
 
     pub(super) fn is_driven(&self) -> bool {
-        self.machine.servo.is_driven()
+        self.machine.is_driven()
     }
 
     pub(super) fn now(&self) -> u64 {
@@ -250,7 +251,7 @@ impl Host {
     pub(super) fn come_to_rest(&mut self) {
         for _ in 0..1000 {
             self.machine.set_mode(Mode::Run);
-            if self.supervisor.state() == State::Disabled && !self.machine.servo.is_driven() {
+            if self.supervisor.state() == State::Disabled && !self.machine.is_driven() {
                 let idle = self.machine.leave_idle(2_000_000);
                 return self.run_to(idle);
             }

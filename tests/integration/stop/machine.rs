@@ -12,7 +12,9 @@ use drive_chip::{Bus, F4};
 use drive_logic::{LineListener, Sampler};
 
 use super::durations::Durations;
-use super::servo::{Pins, Servo};
+use super::support::Bench;
+use super::support::commission::SERVO;
+use super::support::line::Random;
 
 /// Time of a byte at 1 Mbaud, ns.
 pub(super) const BYTE: u64 = 10_000;
@@ -62,11 +64,11 @@ pub(super) struct Handlers {
 }
 
 pub(super) struct Machine {
-    pub(super) servo: Servo,
+    bench: &'static Bench,
     durations: Durations,
     mode: Cell<Mode>,
     handlers: RefCell<Option<&'static Handlers>>,
-    random: Cell<u32>,
+    random: RefCell<Random>,
     level: Cell<Level>,
     /// ns.
     now: Cell<u64>,
@@ -122,11 +124,11 @@ impl Machine {
     pub(super) fn new(rate: u32) -> Self {
         let period = 1_000_000_000 / u64::from(rate);
         Self {
-            servo: Servo::new(1.0 / f64::from(rate)),
+            bench: Bench::sampled(&SERVO, 1.0 / f64::from(rate)),
             durations: Durations::at(rate),
             mode: Cell::new(Mode::Run),
             handlers: RefCell::new(None),
-            random: Cell::new(0x2545_f491 ^ rate),
+            random: RefCell::new(Random(0x2545_f491 ^ rate)),
             level: Cell::new(Level::Background),
             now: Cell::new(0),
             period,
@@ -163,6 +165,10 @@ impl Machine {
         self.now.get()
     }
 
+    pub(super) fn is_driven(&self) -> bool {
+        self.bench.held.get().is_some()
+    }
+
     pub(super) fn samples(&self) -> u64 {
         self.samples.get()
     }
@@ -177,12 +183,7 @@ impl Machine {
 
     /// A number that looks random, the same in every run.
     pub(super) fn below(&self, most: u32) -> u32 {
-        let mut next = self.random.get();
-        next ^= next << 13;
-        next ^= next >> 17;
-        next ^= next << 5;
-        self.random.set(next);
-        next % most
+        self.random.borrow_mut().below(most)
     }
 
     /// Puts a byte on the wire after those that are on it, and returns the time at which it begins.
@@ -360,17 +361,17 @@ impl Machine {
         let Some(handlers) = *self.handlers.borrow() else {
             return;
         };
-        let was_driven = self.servo.is_driven();
+        let was_driven = self.is_driven();
         if now >= self.note_at.get() && self.noted.get().is_none() {
             self.noted.set(Some(was_driven));
         }
         let mut sampler = handlers.sampler.borrow_mut();
-        sampler.interrupt(&mut Pins::of(&self.servo));
+        sampler.interrupt(&mut self.bench.pins());
         drop(sampler);
-        self.servo.advance();
+        self.bench.pass();
         let length = self.length();
         self.spend(length, Level::Sample);
-        if was_driven || self.servo.is_driven() {
+        if was_driven || self.is_driven() {
             self.last_driven.set(self.now.get());
         }
     }
@@ -378,7 +379,7 @@ impl Machine {
     /// Duration of a sample, ns.
     fn length(&self) -> u64 {
         let shares = match self.mode.get() {
-            _ if !self.servo.is_driven() => &self.durations.at_rest,
+            _ if !self.is_driven() => &self.durations.at_rest,
             Mode::Run => &self.durations.run,
             Mode::Commissioning => &self.durations.commissioning,
         };

@@ -5,24 +5,36 @@ mod broken_wire;
 mod durations;
 mod host;
 mod machine;
-mod servo;
+/// The bench of the drive's own tests.
+#[path = "../../../crates/drive-logic/tests/support/mod.rs"]
+mod support;
 
 use std::sync::Mutex;
 use std::thread;
 
 use commissioning::CommissionSettings;
-use drive_link::Command;
+use drive_link::{Command, Settings};
 use integration_tests::environment;
 
 use host::Host;
 use machine::BYTE;
-use servo::{order, settings};
+use support::commission::ORDER;
+use support::first_contact;
 
 /// The longest time from the first byte of a stop on the wire until the output is off, ns.
 const LIMIT: u64 = 2_000_000;
 
 /// Rates of the samples, Hz.
 const RATES: [u32; 5] = [1_000, 2_000, 4_000, 10_000, 20_000];
+
+/// Settings of a drive at a rate, Hz.
+fn settings(rate: u32) -> Settings {
+    let mut settings = first_contact();
+    settings.closed_loop.core.sample_time = 1.0 / f64::from(rate);
+    settings.dither.amplitude = 0.05;
+    settings.protection.stall_time = 1.0;
+    settings
+}
 
 /// The activity that a stop comes into.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,8 +69,8 @@ impl Activity {
     }
 
     /// The requests that begin it.
-    fn requests(self, order: &CommissionSettings) -> Vec<Command> {
-        let commission = Command::Commission(*order);
+    fn requests(self, order: CommissionSettings) -> Vec<Command> {
+        let commission = Command::Commission(order);
         match self {
             Self::Run => vec![Command::Start],
             Self::Commissioning => vec![commission],
@@ -83,7 +95,10 @@ struct Tally {
 /// Stops one drive again and again.
 fn stop_again_and_again(rate: u32, activity: Activity, stops: u32) -> Tally {
     let settings = settings(rate);
-    let order = order(&settings);
+    let order = CommissionSettings {
+        sample_time: settings.closed_loop.core.sample_time,
+        ..ORDER
+    };
     let mut host = Host::new(rate);
     host.request(Command::Configure(settings));
     host.request(Command::Watch(1));
@@ -94,7 +109,7 @@ fn stop_again_and_again(rate: u32, activity: Activity, stops: u32) -> Tally {
         if activity != Activity::Run {
             host.expect_commissioning();
         }
-        for (k, request) in activity.requests(&order).into_iter().enumerate() {
+        for (k, request) in activity.requests(order).into_iter().enumerate() {
             if k > 0 && activity == Activity::Beside {
                 host.leave_idle(3_000_000);
             }

@@ -6,13 +6,20 @@ pub(crate) use stm32f4::stm32f405::tim5;
 use drive_chip::board::Oscillator;
 
 use crate::Family;
-use crate::model::{Mode, Source};
+use crate::model::{Chip, Mode, Source};
 use crate::pac::Interrupt;
 use crate::pac::tim1::smcr;
 
 /// The board's crystal of 8 MHz, and the same at the chip.
 pub(crate) const OSCILLATOR: Oscillator<Family> = Oscillator::crystal(8_000_000);
 pub(crate) const SOURCE: Source = Source::Crystal(8e6);
+pub(crate) const CLOCK: Oscillator<Family> = Oscillator::clock(8_000_000);
+/// Oscillators of which the PLL makes the processor's clock, MHz, and others, Hz.
+pub(crate) const MEGAHERTZ: [u32; 12] = [4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26];
+pub(crate) const NO_OSCILLATORS: [u32; 3] = [2_000_000, 5_000_000, 28_000_000];
+/// That clock, Hz, and its wait states.
+pub(crate) const PROCESSOR: f64 = 168e6;
+pub(crate) const WAIT_STATES: u8 = 5;
 /// The parts that only boards of this family have.
 pub(crate) const OWN: () = ();
 
@@ -46,6 +53,14 @@ pub(crate) const FLASH_FLAGS: u32 = 0xf2;
 
 /// TIM5 among the triggers of TIM1 (table 94).
 pub(crate) const TIM5_TRIGGER: u8 = 0;
+
+/// Has every factor, prescaler and wait state as large as its field.
+pub(crate) fn use_every_field(chip: &Chip) {
+    let (rcc, flash) = (&chip.clocks.rcc, &chip.memory.flash);
+    rcc.set(rcc.pllcfgr(), rcc.get(rcc.pllcfgr()) | 0x0f43_7fff);
+    rcc.set(rcc.cfgr(), rcc.get(rcc.cfgr()) | 0xfcf0);
+    flash.set(flash.acr(), 0b111);
+}
 
 /// The slave mode of TIM1 and its trigger.
 pub(crate) fn synchronisation(register: &smcr::R) -> (u8, u8) {

@@ -1,6 +1,5 @@
 //! The drivers against a model of an STM32F405.
 
-mod clock;
 mod facts;
 mod flash;
 mod model;

@@ -8,13 +8,20 @@ use drive_chip::g4::OverCurrent;
 use drive_chip::pins::{Pin, Port};
 
 use crate::Family;
-use crate::model::{Mode, Source};
+use crate::model::{Chip, Mode, Source};
 use crate::pac::Interrupt;
 use crate::pac::tim1::smcr;
 
 /// The board's crystal of 24 MHz, and the same at the chip.
 pub(crate) const OSCILLATOR: Oscillator<Family> = Oscillator::crystal(24_000_000);
 pub(crate) const SOURCE: Source = Source::Crystal(24e6);
+pub(crate) const CLOCK: Oscillator<Family> = Oscillator::clock(24_000_000);
+/// Oscillators of which the PLL makes the processor's clock, MHz, and others, Hz.
+pub(crate) const MEGAHERTZ: [u32; 12] = [4, 8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48];
+pub(crate) const NO_OSCILLATORS: [u32; 3] = [2_000_000, 6_000_000, 52_000_000];
+/// That clock, Hz, and its wait states.
+pub(crate) const PROCESSOR: f64 = 170e6;
+pub(crate) const WAIT_STATES: u8 = 4;
 /// The parts that only boards of this family have.
 pub(crate) const OWN: OverCurrent = OverCurrent::above(Pin::new(Port::A, 0), 2_500);
 
@@ -54,6 +61,13 @@ pub(crate) const FLASH_FLAGS: u32 = 0xc3fb;
 
 /// TIM5 among the triggers of TIM1 (TIM1).
 pub(crate) const TIM5_TRIGGER: u8 = 4 + 0b100;
+
+/// Has every factor and prescaler as large as its field.
+pub(crate) fn use_every_field(chip: &Chip) {
+    let rcc = &chip.clocks.rcc;
+    rcc.set(rcc.pllcfgr(), 0xffff_fffc);
+    rcc.set(rcc.cfgr(), rcc.get(rcc.cfgr()) | 0x3ff0);
+}
 
 /// The slave mode of TIM1 and its trigger.
 pub(crate) fn synchronisation(register: &smcr::R) -> (u8, u8) {

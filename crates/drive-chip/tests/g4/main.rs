@@ -1,6 +1,5 @@
 //! The drivers against a model of an STM32G474.
 
-mod clock;
 mod facts;
 mod flash;
 mod model;

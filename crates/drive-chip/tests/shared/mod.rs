@@ -1,5 +1,6 @@
 //! The tests that every family passes, on a board that is wired alike.
 
+mod clock;
 pub(crate) mod flash;
 mod inputs;
 mod interrupts;

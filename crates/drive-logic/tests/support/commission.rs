@@ -1,13 +1,14 @@
 //! Orders to commission, and their outcomes.
 
 use commissioning::{CommissionSettings, Limits, Phase};
-use drive_link::{Command, Fault, Outcome, Report, State};
+use drive_link::{Command, Commissioning, Fault, Outcome, Report, State};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Goal;
 
 use super::drive::Drive;
-use super::{Bench, COUNTS, Flash, SAMPLE_TIME};
+use super::harms::{self, Harm};
+use super::{Bench, COUNTS, Flash, SAMPLE_TIME, settings};
 
 /// A servo that lies still when it is released.
 pub(crate) const SERVO: ServoParameters = ServoParameters {
@@ -50,15 +51,44 @@ pub(crate) const PHASES: [Phase; 6] = [
     Phase::Trial,
 ];
 
+/// A harm, the number of its reason, and its fault, if it is one.
+pub(crate) const HARMS: [(Harm, u8, Option<Fault>); 7] = [
+    (harms::stop, 170, None),
+    (|drive| drive.ends_commissioning(Command::Start), 171, None),
+    (
+        |drive| drive.ends_commissioning(Command::Configure(settings())),
+        171,
+        None,
+    ),
+    (harms::high_switch_opens, 11, Some(Fault::LimitSwitch)),
+    (harms::amplifier_fails, 10, Some(Fault::AmplifierFault)),
+    (harms::samples_are_late, 30, None),
+    (harms::encoder_fails, 20, Some(Fault::EncoderLost)),
+];
+
+/// The outcome of a commissioning that ended in a phase for the reason of a number.
+pub(crate) fn cut_short(drive: &mut Drive, phase: Phase, number: u8) -> Outcome {
+    let came_to = outcome(drive);
+    let Commissioning { phase: end, reason } = came_to.commissioning;
+    let wanted = if phase == Phase::Trial {
+        Phase::RolledBack
+    } else {
+        Phase::Aborted
+    };
+    let reason = reason.map(Reason::number);
+    assert_eq!((end, reason), (wanted, Some(number)), "in {phase:?}");
+    came_to
+}
+
 /// The longest commissioning, samples.
 const MAX_SAMPLES: u32 = 60_000;
 
 /// Runs until the commissioning has ended.
-pub(crate) fn over(drive: &mut Drive<'_>) -> Vec<Report> {
+pub(crate) fn over(drive: &mut Drive) -> Vec<Report> {
     let mut reports = Vec::new();
     for _ in 0..MAX_SAMPLES {
         reports.extend(drive.pass(1));
-        if drive.supervisor.state() != State::Commissioning {
+        if drive.state() != State::Commissioning {
             return reports;
         }
     }
@@ -66,17 +96,16 @@ pub(crate) fn over(drive: &mut Drive<'_>) -> Vec<Report> {
 }
 
 /// Sends nothing more: the stage is disabled, and state and outcome give the reason.
-pub(crate) fn link_falls_silent(drive: &mut Drive<'_>, bench: &Bench, phase: Phase) {
+pub(crate) fn link_falls_silent(drive: &mut Drive, bench: &Bench, phase: Phase) {
     over(drive);
     assert_eq!(bench.held.get(), None, "{phase:?}");
-    let silent = State::Faulted(Fault::LinkLost);
-    assert_eq!(drive.supervisor.state(), silent, "{phase:?}");
+    assert_eq!(drive.state(), State::Faulted(Fault::LinkLost), "{phase:?}");
     let reason = outcome(drive).commissioning.reason;
     assert_eq!(reason, Some(Reason::LinkLost), "{phase:?}");
 }
 
 /// Outcome of the last commissioning.
-pub(crate) fn outcome(drive: &mut Drive<'_>) -> Outcome {
+pub(crate) fn outcome(drive: &mut Drive) -> Outcome {
     match drive.ask(Command::Outcome) {
         Report::Outcome { outcome, .. } => outcome,
         other => panic!("{other:?} is no outcome"),
@@ -86,13 +115,13 @@ pub(crate) fn outcome(drive: &mut Drive<'_>) -> Outcome {
 /// The flash of a drive that was configured and saved.
 pub(crate) fn ready() -> Vec<u8> {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    boot!(drive, &bench, &flash);
+    let mut drive = Drive::boot(bench, &flash);
     drive.done(Command::Save);
     flash.bytes.borrow().clone()
 }
 
 /// Runs, with requests that keep the link alive, until the drive reports a phase.
-pub(crate) fn until(drive: &mut Drive<'_>, phase: Phase) {
+pub(crate) fn until(drive: &mut Drive, phase: Phase) {
     for _ in 0..MAX_SAMPLES {
         drive.ask(Command::KeepAlive);
         for report in drive.pass(1) {
@@ -102,7 +131,7 @@ pub(crate) fn until(drive: &mut Drive<'_>, phase: Phase) {
                 assert!(
                     !stands.phase.is_end(),
                     "{stands} {:?} before {phase:?}",
-                    drive.supervisor.state()
+                    drive.state()
                 );
                 if stands.phase == phase {
                     return;

@@ -1,7 +1,8 @@
 //! A whole drive on a bench.
 
 use drive_link::{
-    Command, Fault, Receiver, Refusal, Report, Request, Settings, Snapshot, State, Status, frame,
+    Command, Fault, NotAllowed, Receiver, Refusal, Report, Request, Settings, Snapshot, State,
+    Status, frame,
 };
 use drive_logic::{
     Channel, LineListener, Lines, Memory, OutputStage, PolledLine, Sampler, Supervisor,
@@ -18,11 +19,11 @@ pub(crate) const SERVO: ServoParameters = ServoParameters {
 };
 
 /// A drive on a bench.
-pub(crate) struct Drive<'a> {
-    pub(crate) sampler: Sampler<'a>,
-    pub(crate) supervisor: Supervisor<'a, Flash>,
-    pub(crate) bench: &'a Bench,
-    pub(crate) listener: Option<LineListener<'a>>,
+pub(crate) struct Drive {
+    pub(crate) sampler: Sampler<'static>,
+    pub(crate) supervisor: Supervisor<'static, Flash>,
+    pub(crate) bench: &'static Bench,
+    pub(crate) listener: Option<LineListener<'static>>,
     id: u8,
 }
 
@@ -34,60 +35,67 @@ fn over_the_line(request: &Request) -> Request {
     received.next().expect("a whole frame").expect("understood")
 }
 
-impl<'a> Drive<'a> {
-    /// A drive as delivered: without settings of its servo, unless the flash has some.
-    pub(crate) fn as_it_comes(
-        channel: &'a mut Channel,
-        bench: &'a Bench,
-        flash: &Flash,
-        found: Result<(), Fault>,
-    ) -> Self {
-        Self::with_stage(channel, bench, flash, found, STAGE)
+impl Drive {
+    /// A drive with a blank flash on the bench with a servo, configured.
+    pub(crate) fn on_bench(servo: &ServoParameters) -> (Self, &'static Bench) {
+        let bench = Bench::new(servo);
+        (Self::boot(bench, &Flash::blank()), bench)
     }
 
-    /// The same, with another output stage.
-    pub(crate) fn with_stage(
-        channel: &'a mut Channel,
-        bench: &'a Bench,
-        flash: &Flash,
-        found: Result<(), Fault>,
-        stage: OutputStage,
-    ) -> Self {
-        let (background, interrupt, line) = channel.split();
-        let memory = Box::leak(Box::new(Memory::new()));
-        Self {
-            sampler: Sampler::new(interrupt, found),
-            supervisor: Supervisor::new(
-                background,
-                memory,
-                (flash.clone(), 0),
-                &settings(),
-                stage,
-                found,
-            ),
-            bench,
-            listener: Some(LineListener::new(line)),
-            id: 0,
-        }
+    /// A drive that is configured, by its flash or now.
+    pub(crate) fn boot(bench: &'static Bench, flash: &Flash) -> Self {
+        Self::booted_with(bench, flash, Ok(()))
     }
 
-    /// The same, configured.
-    pub(crate) fn boot(
-        channel: &'a mut Channel,
-        bench: &'a Bench,
+    /// The same, and what was found at boot.
+    pub(crate) fn booted_with(
+        bench: &'static Bench,
         flash: &Flash,
         found: Result<(), Fault>,
     ) -> Self {
-        let mut drive = Self::as_it_comes(channel, bench, flash, found);
+        let mut drive = Self::new(bench, flash, found, STAGE);
         if !drive.status().configured {
             drive.done(Command::Configure(settings()));
         }
         drive
     }
 
+    /// A drive as delivered: without settings of its servo, unless the flash has some.
+    pub(crate) fn as_it_comes(bench: &'static Bench, flash: &Flash) -> Self {
+        Self::new(bench, flash, Ok(()), STAGE)
+    }
+
+    /// A drive as delivered with an output stage, and what was found at boot.
+    pub(crate) fn new(
+        bench: &'static Bench,
+        flash: &Flash,
+        found: Result<(), Fault>,
+        stage: OutputStage,
+    ) -> Self {
+        let (background, interrupt, line) = Box::leak(Box::new(Channel::new())).split();
+        let memory = Box::leak(Box::new(Memory::new()));
+        let flash = (flash.clone(), 0);
+        Self {
+            sampler: Sampler::new(interrupt, found),
+            supervisor: Supervisor::new(background, memory, flash, &settings(), stage, found),
+            bench,
+            listener: Some(LineListener::new(line)),
+            id: 0,
+        }
+    }
+
     /// A line that this drive listens to whenever its background looks at it.
-    pub(crate) fn polled<L>(&mut self, line: L) -> PolledLine<'a, L> {
+    pub(crate) fn polled<L>(&mut self, line: L) -> PolledLine<'static, L> {
         PolledLine::new(line, self.listener.take().expect("one line"))
+    }
+
+    pub(crate) fn state(&self) -> State {
+        self.supervisor.state()
+    }
+
+    /// The angle of the axis, rad.
+    pub(crate) fn position(&self) -> f64 {
+        self.bench.position()
     }
 
     pub(crate) fn status(&mut self) -> Status {
@@ -126,6 +134,25 @@ impl<'a> Drive<'a> {
             Report::Refused { refusal, .. } => refusal,
             other => panic!("{command:?} was not refused but answered with {other:?}"),
         }
+    }
+
+    /// The setting for which a request is refused, and why.
+    pub(crate) fn not_allowed(&mut self, command: Command) -> NotAllowed {
+        match self.refusal(command) {
+            Refusal::Setting(refused) => refused,
+            other => panic!("{command:?}: {other:?}"),
+        }
+    }
+
+    /// A request that is refused, but has ended a commissioning.
+    pub(crate) fn ends_commissioning(&mut self, command: Command) {
+        assert_eq!(self.refusal(command), Refusal::EndedCommissioning);
+    }
+
+    /// Starts a run with these settings.
+    pub(crate) fn run(&mut self, settings: Settings) {
+        self.done(Command::Configure(settings));
+        self.done(Command::Start);
     }
 
     /// Runs one sample and leaves its reports in the queue.
@@ -201,16 +228,4 @@ pub(crate) fn snapshots(reports: &[Report]) -> Vec<Snapshot> {
             _ => None,
         })
         .collect()
-}
-
-/// Boots a drive as a variable of this name.
-#[allow(unused_macros)]
-macro_rules! boot {
-    ($drive:ident, $bench:expr, $flash:expr) => {
-        boot!($drive, $bench, $flash, Ok(()));
-    };
-    ($drive:ident, $bench:expr, $flash:expr, $found:expr) => {
-        let mut channel = drive_logic::Channel::new();
-        let mut $drive = $crate::support::drive::Drive::boot(&mut channel, $bench, $flash, $found);
-    };
 }

@@ -1,9 +1,10 @@
-//! Support of the drive's tests: settings, a flash that can lose its power, a servo.
+//! Support of the drive's tests, and of the stops in `tests`: settings, a flash that can lose its power, a servo.
 #![allow(dead_code)]
 
-#[macro_use]
-pub(crate) mod drive;
 pub(crate) mod commission;
+pub(crate) mod drive;
+pub(crate) mod harms;
+pub(crate) mod line;
 
 use core::f64::consts::TAU;
 use std::cell::{Cell, RefCell};
@@ -11,7 +12,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use drive_link::{
-    Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
+    Dither, Estimator, Homing, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
 };
 use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
@@ -19,11 +20,20 @@ use embedded_storage::nor_flash::{
 };
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{ControllerSettings, ParameterRangeSettings};
+use identifier_core::settings::{ControllerSettings, IdentifierSettings, ParameterRangeSettings};
 use virtual_servo::{Encoder, Plant, VirtualBrake};
 
 pub(crate) const SAMPLE_TIME: f64 = 1e-3;
 pub(crate) const COUNTS: f64 = 10_000.0;
+
+/// A switch at the lower end, and the origin in the middle of the travel.
+pub(crate) const HOMING: Homing = Homing {
+    seek: -3.0,
+    approach: 0.2,
+    clearance: 0.5,
+    index: false,
+    offset: 2.0,
+};
 
 pub(crate) fn settings() -> Settings {
     let mut core = identifier_core::Settings {
@@ -66,6 +76,21 @@ pub(crate) fn settings() -> Settings {
         servo_changes: ServoChanges::Ignored,
         brake: None,
     }
+}
+
+/// The same without a dither.
+pub(crate) fn still() -> Settings {
+    let mut still = settings();
+    still.dither.amplitude = 0.0;
+    still
+}
+
+/// Settings without knowledge of the servo, for the estimator that needs none.
+pub(crate) fn first_contact() -> Settings {
+    let mut wanted = settings();
+    wanted.closed_loop.law = Estimator::GaussNewton;
+    wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
+    wanted
 }
 
 pub(crate) fn diagonal(entries: [f64; 4]) -> [[f64; 4]; 4] {
@@ -189,15 +214,8 @@ pub(crate) const STAGE: OutputStage = OutputStage {
     is_simulated: false,
 };
 
-/// Levels of the input lines without a fault.
-pub(crate) const HEALTHY: Lines = Lines {
-    supply: true,
-    amplifier: true,
-    low_switch: true,
-    high_switch: true,
-};
-
-/// A servo on the bench: the command that is held, its encoder and its output stage.
+/// A servo on the bench: the command that is held, its encoder and its output stage. It lives as long as the program, and so
+/// does what a drive on it needs.
 pub(crate) struct Bench {
     pub(crate) plant: RefCell<Plant>,
     pub(crate) encoder: Encoder,
@@ -234,12 +252,12 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    pub(crate) fn new(servo: &ServoParameters) -> Self {
+    pub(crate) fn new(servo: &ServoParameters) -> &'static Self {
         Self::counting_from(0, servo)
     }
 
-    pub(crate) fn counting_from(first: i32, servo: &ServoParameters) -> Self {
-        Self {
+    pub(crate) fn counting_from(first: i32, servo: &ServoParameters) -> &'static Self {
+        Box::leak(Box::new(Self {
             first: Cell::new(first),
             plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
             encoder: Encoder::new(COUNTS),
@@ -250,7 +268,7 @@ impl Bench {
             stage_works: Cell::new(true),
             releases: Cell::new(true),
             held: Cell::new(None),
-            lines: Cell::new(HEALTHY),
+            lines: Cell::new(Lines::HEALTHY),
             late: Cell::new(false),
             home_switch: RefCell::new(0.0..0.0),
             index_at: Cell::new(None),
@@ -261,7 +279,15 @@ impl Bench {
             brake: Cell::new(None),
             brake_power: Cell::new(false),
             waiting: RefCell::default(),
-        }
+        }))
+    }
+
+    /// A servo that is sampled at other times, s.
+    pub(crate) fn sampled(servo: &ServoParameters, sample_time: f64) -> &'static Self {
+        let bench = Self::new(servo);
+        bench.sample_time.set(sample_time);
+        *bench.plant.borrow_mut() = Plant::at_rest(servo, sample_time);
+        bench
     }
 
     /// The angle of the axis, rad.

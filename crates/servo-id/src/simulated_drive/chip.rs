@@ -89,10 +89,9 @@ impl Chip for SimulatedChip {
 
     fn lines(&self) -> Lines {
         Lines {
-            supply: true,
             amplifier: self.stop != Some(Reason::AmplifierFault),
             low_switch: self.stop != Some(Reason::LimitSwitch),
-            high_switch: true,
+            ..Lines::HEALTHY
         }
     }
 

@@ -3,15 +3,13 @@
 
 use std::time::Instant;
 
-use crate::support::simulated_drive::SERVO;
+use crate::support::simulated_drive::{SERVO, built_in};
 use commissioning::Phase;
 use drive_link::{
-    BootChecks, Dither, Ended, Estimates, Estimator, Fault, Home, Kept, LoopSettings, Noticed,
-    Progress, Protection, Report, ServoChanges, Settings, Snapshot, State as Does, Status,
-    TargetSource,
+    BootChecks, Ended, Estimates, Estimator, Fault, Home, Kept, Noticed, Progress, Report,
+    Snapshot, State as Does, Status,
 };
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::ControllerSettings;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use servo_id::monitor::{Dialogue, MIN_SIZE, Note, Shown, State, draw};
@@ -19,28 +17,6 @@ use virtual_servo::{Encoder, Plant};
 
 const SAMPLE_TIME: f64 = 1e-3;
 const COUNTS: f64 = 10_000.0;
-
-fn settings() -> Settings {
-    Settings {
-        closed_loop: LoopSettings {
-            core: identifier_core::Settings {
-                cutoff: 500.0,
-                controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
-                ..identifier_core::Settings::new(SAMPLE_TIME, COUNTS)
-            },
-            law: Estimator::GaussNewton,
-        },
-        dither: Dither {
-            amplitude: 0.0,
-            hold: 0.05,
-        },
-        protection: Protection::OF_A_BARE_MOTOR,
-        homing: None,
-        source: TargetSource::Line,
-        servo_changes: ServoChanges::Ignored,
-        brake: None,
-    }
-}
 
 fn status(state: Does) -> Status {
     Status {
@@ -74,7 +50,13 @@ fn stands(state: &mut State, status: Status) {
 
 fn disabled() -> State {
     let port = "tcp:127.0.0.1:5760";
-    State::new(port, settings(), status(Does::Disabled), 1, Instant::now())
+    State::new(
+        port,
+        built_in(Estimator::GaussNewton),
+        status(Does::Disabled),
+        1,
+        Instant::now(),
+    )
 }
 
 /// Moves a servo to and fro for `samples`, of which some are lost on the way to the host.
@@ -83,7 +65,7 @@ fn running(samples: u32, is_lost: fn(u32) -> bool) -> State {
     stands(&mut state, status(Does::Running));
     let mut plant = Plant::at_rest(&SERVO, SAMPLE_TIME);
     let encoder = Encoder::new(COUNTS);
-    let resolution = settings().closed_loop.core.resolution;
+    let resolution = built_in(Estimator::GaussNewton).closed_loop.core.resolution;
     for sample in 1..=samples {
         let reference = match (sample / 400) % 4 {
             1 => 0.25,

@@ -151,12 +151,7 @@ impl Chip for Servo {
     type Output = Loose;
 
     fn lines(&self) -> Lines {
-        Lines {
-            supply: true,
-            amplifier: true,
-            low_switch: true,
-            high_switch: true,
-        }
+        Lines::HEALTHY
     }
 
     fn servo(&mut self) -> (&mut Loose, &mut Loose) {

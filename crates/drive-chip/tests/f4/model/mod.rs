@@ -7,7 +7,7 @@ pub(crate) mod usart;
 
 use crate::shared::model::{block, chip, pins, timers};
 
+pub(crate) use crate::shared::model::clocks::Source;
 pub(crate) use chip::Chip;
-pub(crate) use clocks::Source;
 pub(crate) use pins::{Level, Line, Mode, Pull};
 pub(crate) use timers::Output;

@@ -5,9 +5,9 @@ use std::cell::Cell;
 use stm32f4::stm32f405::{DBGMCU, EXTI, PWR, dbgmcu, exti, pwr};
 
 use super::block::Block;
-use super::clocks::Clocks;
 use super::pins::Pins;
 use super::timers::Timers;
+use crate::shared::model::clocks::Clocks;
 
 pub(crate) struct Supply {
     pwr: Block<pwr::RegisterBlock>,

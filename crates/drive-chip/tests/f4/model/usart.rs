@@ -7,7 +7,8 @@ use drive_chip::serial::Ring;
 use stm32f4::stm32f405::{DMA1, USART2, dma2, usart1};
 
 use super::block::Block;
-use super::clocks::{Clocks, Peripheral};
+use super::clocks::Peripheral;
+use crate::shared::model::clocks::Clocks;
 
 pub(crate) struct Usart {
     usart: Block<usart1::RegisterBlock>,

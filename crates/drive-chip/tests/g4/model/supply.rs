@@ -4,10 +4,11 @@
 use std::cell::Cell;
 
 use super::block::Block;
-use super::clocks::{Clocks, Peripheral};
+use super::clocks::Peripheral;
 use super::pins::{Mode, Pins};
 use super::timers::Timers;
 use crate::pac::{COMP, DAC3, DBGMCU, EXTI, PWR, SYSCFG, comp, dac1, dbgmcu, exti, pwr, syscfg};
+use crate::shared::model::clocks::Clocks;
 
 pub(crate) struct Supply {
     pwr: Block<pwr::RegisterBlock>,

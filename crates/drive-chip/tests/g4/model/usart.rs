@@ -6,8 +6,9 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use drive_chip::serial::Ring;
 
 use super::block::Block;
-use super::clocks::{Clocks, Peripheral};
+use super::clocks::Peripheral;
 use crate::pac::{DMA1, DMAMUX, USART2, dma1, dmamux, usart1};
+use crate::shared::model::clocks::Clocks;
 
 pub(crate) struct Usart {
     usart: Block<usart1::RegisterBlock>,

@@ -2,8 +2,10 @@
 
 pub(crate) mod block;
 pub(crate) mod chip;
+pub(crate) mod clocks;
+pub(crate) mod memory;
 pub(crate) mod pins;
 pub(crate) mod timers;
 pub(crate) mod watchdog;
 
-use crate::model::{clocks, memory, supply, usart};
+use crate::model::{supply, usart};

@@ -261,12 +261,7 @@ impl Chip for Axis<'_> {
     type Output = Held;
 
     fn lines(&self) -> Lines {
-        Lines {
-            supply: true,
-            amplifier: true,
-            low_switch: true,
-            high_switch: true,
-        }
+        Lines::HEALTHY
     }
 
     fn servo(&mut self) -> (&mut Servo, &mut Held) {

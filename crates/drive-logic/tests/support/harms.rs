@@ -1,0 +1,40 @@
+//! Harms that may come to a drive.
+
+use super::drive::Drive;
+
+/// What comes between.
+pub(crate) type Harm = fn(&mut Drive);
+
+pub(crate) fn nothing(_: &mut Drive) {}
+
+pub(crate) fn stop(drive: &mut Drive) {
+    drive.done(drive_link::Command::Stop);
+}
+
+pub(crate) fn supply_sags(drive: &mut Drive) {
+    drive.lines(|lines| lines.supply = false);
+}
+
+pub(crate) fn amplifier_fails(drive: &mut Drive) {
+    drive.lines(|lines| lines.amplifier = false);
+}
+
+pub(crate) fn low_switch_opens(drive: &mut Drive) {
+    drive.lines(|lines| lines.low_switch = false);
+}
+
+pub(crate) fn high_switch_opens(drive: &mut Drive) {
+    drive.lines(|lines| lines.high_switch = false);
+}
+
+pub(crate) fn encoder_fails(drive: &mut Drive) {
+    drive.bench.sensor_works.set(false);
+}
+
+pub(crate) fn stage_fails(drive: &mut Drive) {
+    drive.bench.stage_works.set(false);
+}
+
+pub(crate) fn samples_are_late(drive: &mut Drive) {
+    drive.bench.late.set(true);
+}

@@ -1,0 +1,54 @@
+//! The serial line of a drive.
+
+use std::collections::VecDeque;
+
+use drive_link::Line;
+
+/// Bytes that the firmware's queues hold.
+pub(crate) const ROOM: usize = 2047;
+
+/// The bytes that wait at the drive's end of the line.
+#[derive(Default)]
+pub(crate) struct Wires {
+    pub(crate) heard: VecDeque<u8>,
+    pub(crate) to_say: VecDeque<u8>,
+    /// Bytes received and frames sent since these were last set to zero.
+    pub(crate) bytes: u64,
+    pub(crate) frames: u64,
+}
+
+impl Line for Wires {
+    fn listen(&mut self) {}
+
+    fn receive(&mut self) -> Option<u8> {
+        let byte = self.heard.pop_front();
+        self.bytes += u64::from(byte.is_some());
+        byte
+    }
+
+    fn room(&self) -> usize {
+        ROOM - self.to_say.len()
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        assert!(bytes.len() <= self.room());
+        self.to_say.extend(bytes);
+        self.frames += 1;
+    }
+}
+
+/// Numbers that look random, the same in every run.
+pub(crate) struct Random(pub(crate) u32);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+
+    pub(crate) fn below(&mut self, most: u32) -> u32 {
+        self.next() % most
+    }
+}
