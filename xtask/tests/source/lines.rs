@@ -1,6 +1,6 @@
-//! The code lines of every package, which `lines.toml` accepts: no blanks, no comments, no tests.
+//! The code lines of every package and of other languages, which `lines.toml` accepts: no blanks, no comments, no tests.
 //!
-//! Macros, build scripts and examples count. A change that raises a figure does so in the same commit, with its reason.
+//! Macros, build scripts and examples count; `all` and `tests` are Rust alone. A change that raises a figure does so in the same commit, with its reason.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -11,7 +11,14 @@ use std::path::Path;
 const GROUPS: [&str; 2] = ["crates", "examples"];
 
 /// Folders without a line of the project's own sources.
-const LEFT_OUT: [&str; 3] = ["target", "node_modules", "fuzz"];
+const LEFT_OUT: [&str; 4] = ["target", "node_modules", "fuzz", "vendor"];
+
+/// Other languages: their keys, the ends of their files, and what begins a comment.
+const OTHERS: [(&str, &[&str], &[&str]); 3] = [
+    ("python", &[".py", ".pyi"], &["#"]),
+    ("javascript", &[".js"], &["//", "/*", "*"]),
+    ("headers", &[".h", ".hpp"], &["//", "/*", "*"]),
+];
 
 #[test]
 fn no_package_has_more_code_lines_than_accepted() {
@@ -29,19 +36,21 @@ fn no_package_has_more_code_lines_than_accepted() {
     }
     let all: i64 = counted.code.values().sum();
     println!(
-        "{:#?}\n{all} code lines, {} lines of tests",
-        counted.code, counted.tests
+        "{:#?}\n{:?}\n{all} code lines, {} lines of tests",
+        counted.code, counted.others, counted.tests
     );
+    let sums = [("all", all), ("tests", counted.tests)];
+    let sums: BTreeMap<&str, i64> = sums.into_iter().chain(counted.others).collect();
     for (package, _) in list
         .iter()
-        .filter(|(package, _)| !["all", "tests"].contains(&&***package))
+        .filter(|(package, _)| !sums.contains_key(&***package))
     {
         assert!(
             counted.code.contains_key(package),
             "lines.toml: there is no package {package}"
         );
     }
-    for (name, lines) in [("all", all), ("tests", counted.tests)] {
+    for (name, lines) in sums {
         let accepted = list.get(name).and_then(toml::Value::as_integer);
         if accepted.is_none_or(|accepted| lines > accepted) {
             writeln!(report, "{name} = {lines} # accepted: {accepted:?}").expect("a string");
@@ -53,11 +62,12 @@ fn no_package_has_more_code_lines_than_accepted() {
     );
 }
 
-/// Lines of code by package, and of tests.
+/// Lines of code by package, of tests, and of other languages.
 #[derive(Default)]
 struct Counted {
     code: BTreeMap<String, i64>,
     tests: i64,
+    others: BTreeMap<&'static str, i64>,
 }
 
 /// Adds the sources in a folder of the project.
@@ -73,8 +83,26 @@ fn add(root: &Path, folder: &Path, counted: &mut Counted) {
         } else if name.ends_with(".rs") {
             let text = fs::read_to_string(root.join(&path)).expect("readable");
             counted.add(&path, &text);
+        } else if let Some((language, _, comments)) = OTHERS
+            .iter()
+            .find(|(_, ends, _)| ends.iter().any(|end| name.ends_with(end)))
+            && !is_test(&path)
+        {
+            let text = fs::read_to_string(root.join(&path)).expect("readable");
+            let is_code = |line: &&str| {
+                let line = line.trim();
+                !line.is_empty() && !comments.iter().any(|begin| line.starts_with(begin))
+            };
+            *counted.others.entry(language).or_default() +=
+                text.lines().filter(is_code).count() as i64;
         }
     }
+}
+
+/// True for a file in a folder of tests.
+fn is_test(path: &Path) -> bool {
+    let mut folders = path.iter().filter_map(|part| part.to_str());
+    folders.any(|folder| folder == "tests" || folder == "benches")
 }
 
 impl Counted {
@@ -84,10 +112,7 @@ impl Counted {
             return;
         };
         let lines: Vec<&str> = text.lines().collect();
-        let is_test = folders
-            .iter()
-            .any(|&folder| folder == "tests" || folder == "benches");
-        if is_test || file == "tests.rs" || file.ends_with("_tests.rs") {
+        if is_test(path) || file == "tests.rs" || file.ends_with("_tests.rs") {
             self.tests += lines.len() as i64;
             return;
         }
