@@ -133,6 +133,24 @@ fn a_time_that_begins_again_is_found_without_a_name() {
     assert_eq!(found.settings.position, Column::Number(2));
 }
 
+/// A mass of one without friction moves as an accelerometer shows it: the name decides.
+#[test]
+fn an_acceleration_is_a_command_only_by_its_name() {
+    let command: Vec<f64> = (0..ROWS).map(|row| 3.0 * noise(row / 60)).collect();
+    let time: Vec<f64> = (0..ROWS).map(|row| STEP * row as f64).collect();
+    let (mut q, mut v) = (0.0, 0.0);
+    let position = command.iter().map(|u| {
+        let at = q;
+        q += STEP * (v + 0.5 * u * STEP);
+        v += u * STEP;
+        (1e5_f64 * at).round() / 1e5
+    });
+    let position: Vec<f64> = position.collect();
+    let of = |name| table(&[("t", &time), ("q", &position), (name, &command)]);
+    assert!(is(&found(&of("u"), &LogOptions::default()), "q", "u"));
+    assert!(recognise(&of("ch2"), &LogOptions::default()).is_err());
+}
+
 #[test]
 fn a_separator_behind_the_last_name_is_no_column() {
     let text = "time,position,command,\n0,0,1\n0.1,0.2,1\n0.2,0.5,-1\n";

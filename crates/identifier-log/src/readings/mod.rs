@@ -146,56 +146,59 @@ fn weigh(signals: &Signals, trials: &[Trial]) -> Vec<Reading> {
     readings.collect()
 }
 
-/// Columns that hold another one over again, and columns that hold another's rate or the rate of that: each with that other.
-pub(crate) fn kin(signals: &Signals) -> (Vec<Option<usize>>, Vec<Option<usize>>) {
-    const ROWS: usize = 4000;
-    /// Part of the variance in which copies differ, and a rate from its position's.
-    const COPY: f64 = 1e-5;
-    const RATE: f64 = 0.05;
-    /// By how much a unit may be off.
-    const UNIT: f64 = 0.1;
-    /// Units of a rate for one of its position's: the same, degrees, rpm, rpm of degrees, standard gravity.
-    const UNITS: [f64; 6] = [1.0, 0.017_453_3, 57.295_8, 9.549_3, 1.0 / 6.0, 0.101_972];
-    /// Rows over which a change is looked at, and the fewest changes.
-    const SPANS: [usize; 4] = [4, 16, 64, 256];
-    const MIN_CHANGES: usize = 100;
-    let few = signals.thinned(ROWS);
-    let columns = few.columns();
-    let (mut copies, mut rates) = (vec![None; columns], vec![None; columns]);
-    for column in 0..columns {
-        let integral = few.integrated(few.held(column));
-        let integrals = [few.integrated(&integral), integral];
-        for other in (0..columns).filter(|other| *other != column) {
-            let by = &few.position(other)[..];
-            if other < column
-                && copies[other].is_none()
-                && line(few.held(column), few.held(other)).1 < COPY
-            {
-                copies[column].get_or_insert(other);
-            }
-            // No span but has its own drift of an integral, and its own part of noise and delay.
-            let is_rate = SPANS.iter().any(|&span| {
-                let own = [by, &integrals[1], &integrals[0]];
-                let [first, rate, _] = own.map(|of| few.changes(of, span, 1));
-                let [second, _, acceleration] = own.map(|of| few.changes(of, span, 2));
-                let pairs = [(first, rate), (second, acceleration)];
-                let pairs = pairs.iter().filter(|(of, _)| of.len() > MIN_CHANGES);
-                pairs.map(|(of, by)| line(of, by)).any(|(gain, left)| {
-                    let is_unit = UNITS.iter().any(|unit| (gain * unit - 1.0).abs() < UNIT);
-                    is_unit && left < RATE * RATE
-                })
-            });
-            if is_rate {
-                rates[column].get_or_insert(other);
+/// Columns that are derived from others: each with that other.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Kin {
+    /// Columns that hold another one over again.
+    pub(crate) copies: Vec<Option<usize>>,
+    /// Columns that hold another's rate.
+    pub(crate) rates: Vec<Option<usize>>,
+    /// Columns that hold the rate of another's rate.
+    pub(crate) accelerations: Vec<Option<usize>>,
+}
+
+impl Kin {
+    pub(crate) fn of(signals: &Signals) -> Self {
+        const ROWS: usize = 4000;
+        /// Part of the variance in which copies differ.
+        const COPY: f64 = 1e-5;
+        let few = signals.thinned(ROWS);
+        let columns = few.columns();
+        let none = vec![None; columns];
+        let [mut copies, mut rates, mut accelerations] = [none.clone(), none.clone(), none];
+        for column in 0..columns {
+            let integral = few.integrated(few.held(column));
+            let twice = few.integrated(&integral);
+            for other in (0..columns).filter(|other| *other != column) {
+                let is_copy = || line(few.held(column), few.held(other)).1 < COPY;
+                if other < column && copies[other].is_none() && is_copy() {
+                    copies[column].get_or_insert(other);
+                }
+                let position = few.position(other);
+                if few.is_one(&position, &integral, 1) {
+                    rates[column].get_or_insert(other);
+                }
+                if few.is_one(&position, &twice, 2) {
+                    accelerations[column].get_or_insert(other);
+                }
             }
         }
+        Self {
+            copies,
+            rates,
+            accelerations,
+        }
     }
-    (copies, rates)
+
+    /// True for a command that is derived from what it would move, or the other way.
+    pub(crate) fn are(of: &[Option<usize>], measured: usize, command: usize) -> bool {
+        of[command] == Some(measured) || of[measured] == Some(command)
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Contest, HEARD, Order, Reading, Signals, Trial, kin};
+    use super::{Contest, HEARD, Kin, Order, Reading, Signals, Trial};
 
     const STEP: f64 = 2e-3;
     const COUNT: f64 = 0.001;
@@ -308,13 +311,14 @@ mod tests {
             let begins = (0..3000).map(|row| row == 0).collect();
             let cells = vec![COUNT; columns.len()];
             let columns = [columns.clone(), columns];
-            kin(&Signals::new(vec![STEP; 3000], begins, columns, cells))
+            Kin::of(&Signals::new(vec![STEP; 3000], begins, columns, cells))
         };
-        // An acceleration is one of its position without the velocity in between, too.
-        let alone = kin_of(vec![position.clone(), accelerations]);
-        assert_eq!(alone, (vec![None; 2], vec![None, Some(0)]));
-        let (copies, rates) = kin_of(vec![position, velocity, command, degrees]);
-        assert_eq!(copies, [None, None, None, Some(0)]);
-        assert_eq!((rates[1], rates[2]), (Some(0), None));
+        let kin = kin_of(vec![position, velocity, command, degrees, accelerations]);
+        assert_eq!(kin.copies, [None, None, None, Some(0), None]);
+        assert_eq!((kin.rates[1], kin.rates[2]), (Some(0), None));
+        assert_eq!(
+            (kin.accelerations[4], kin.accelerations[2]),
+            (Some(0), None)
+        );
     }
 }

@@ -88,8 +88,27 @@ impl Signals {
         all.collect()
     }
 
+    /// True if an integral changes as positions do, in a unit that fits: by first or second changes, since no integral is
+    /// without a drift.
+    pub(super) fn is_one(&self, positions: &[f64], integral: &[f64], order: usize) -> bool {
+        /// Part of the deviation in which they differ, and by how much a unit may be off.
+        const LEFT: f64 = 0.05;
+        const UNIT: f64 = 0.1;
+        /// Units of a rate for one of its position's: the same, degrees, rpm, rpm of degrees, standard gravity.
+        const UNITS: [f64; 6] = [1.0, 0.017_453_3, 57.295_8, 9.549_3, 1.0 / 6.0, 0.101_972];
+        /// Rows over which a change is looked at, each with its own part of noise and delay, and the fewest changes.
+        const SPANS: [usize; 4] = [4, 16, 64, 256];
+        const MIN_CHANGES: usize = 100;
+        SPANS.iter().any(|&span| {
+            let [of, by] = [positions, integral].map(|of| self.changes(of, span, order));
+            let (gain, left) = line(&of, &by);
+            let is_unit = UNITS.iter().any(|unit| (gain * unit - 1.0).abs() < UNIT);
+            of.len() > MIN_CHANGES && is_unit && left < LEFT * LEFT
+        })
+    }
+
     /// The changes of some values over a span, the first or the second, within each motion.
-    pub(super) fn changes(&self, of: &[f64], span: usize, order: usize) -> Vec<f64> {
+    fn changes(&self, of: &[f64], span: usize, order: usize) -> Vec<f64> {
         let mut begun = 0;
         let motions = self.begins.iter().map(|begins| {
             begun += usize::from(*begins);

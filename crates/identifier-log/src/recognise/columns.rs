@@ -3,7 +3,7 @@
 use super::name::{Named, Quantity, Unit, is_role, of_column, words};
 use super::{log_options::LogOptions, question::Question};
 use crate::log::{Table, TableColumn, extremes, usual_steps};
-use crate::readings::{Contest, HEARD, Order, Reading, Signals, Trial, held, kin};
+use crate::readings::{Contest, HEARD, Kin, Order, Reading, Signals, Trial, held};
 use crate::scenario::{Column, CommandUnit, LogUnits, PositionUnit, TimeUnit};
 
 /// A column of the table that holds a quantity.
@@ -393,7 +393,8 @@ impl<'a> Candidates<'a> {
         stated: &LogOptions,
     ) -> Result<Found, Vec<Question>> {
         let signals = self.signals(clock, stated.sample_time);
-        let (copies, rates) = kin(&signals);
+        let kin = Kin::of(&signals);
+        let Kin { copies, rates, .. } = &kin;
         let is_time = |index: usize| {
             let is_clock = clock
                 .chosen
@@ -420,10 +421,11 @@ impl<'a> Candidates<'a> {
         let all = 0..self.table.columns.len();
         for measured in all.clone().filter(|index| is_one(position, *index)) {
             for command in all.clone().filter(|index| is_one(pushes, *index)) {
-                let is_of = |of: &[Option<usize>]| {
-                    of[command] == Some(measured) || of[measured] == Some(command)
-                };
-                let is_kin = is_of(&rates) || is_of(&copies);
+                let are = |of: &[Option<usize>]| Kin::are(of, measured, command);
+                // What is called a command may accelerate by one: of a mass without friction.
+                let is_kin = are(copies)
+                    || are(rates)
+                    || (are(&kin.accelerations) && quantity(command) != Quantity::Command);
                 let is_stated = position.is_some() && pushes.is_some();
                 if measured == command || (is_kin && !is_stated) {
                     continue;
