@@ -70,11 +70,13 @@ impl TuningSettings {
         }
     }
 
+    /// The range of the largest sensitivity. No PID reaches less than the first; above the second a loop is barely stable.
+    pub const SENSITIVITIES: (f64, f64) = (1.05, 3.0);
+
     /// # Errors
     /// The setting that is out of its range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        /// No PID reaches less than the first; above the second a loop is barely stable.
-        const SENSITIVITIES: Allowed = Allowed::Within(1.05, 3.0);
+        let (least, most) = Self::SENSITIVITIES;
         let (shortest, longest) = Units::SAMPLE_TIMES;
         Allowed::Within(shortest, longest).check("sample_time", self.sample_time)?;
         Allowed::AtLeast(0.0).check("resolution", self.resolution)?;
@@ -92,7 +94,7 @@ impl TuningSettings {
             Goal::Bandwidth(bandwidth) => Allowed::Above(0.0).check("bandwidth", bandwidth)?,
             Goal::Stiffest => 0.0,
         };
-        SENSITIVITIES.check("max_sensitivity", self.max_sensitivity)?;
+        Allowed::Within(least, most).check("max_sensitivity", self.max_sensitivity)?;
         Allowed::PositiveUpTo(1.0).check("max_noise", self.max_noise)?;
         let least = Self::MIN_STEP_COUNTS * self.resolution;
         if least > 0.0 {

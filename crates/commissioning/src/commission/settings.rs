@@ -55,9 +55,8 @@ impl CommissionSettings {
         }
     }
 
-    /// The range of possible sensitivities. Below the first no delay is permitted; above the second a loop is barely
-    /// stable.
-    pub const SENSITIVITIES: (f64, f64) = (1.1, 4.0);
+    /// The range of possible sensitivities. Below the first no delay is permitted; beyond the second there are no gains.
+    pub const SENSITIVITIES: (f64, f64) = (1.1, TuningSettings::SENSITIVITIES.1);
 
     /// The longest declared delay, s and samples. With a longer one monitoring and fit cannot distinguish a late servo
     /// from a reversed, a dead or a compliant one.

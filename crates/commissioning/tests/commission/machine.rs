@@ -255,3 +255,19 @@ fn a_bandwidth_beyond_the_sample_rate_is_refused_with_one_that_would_do() {
         }
     }
 }
+
+#[test]
+fn a_sensitivity_that_the_tuner_refuses_is_refused_before_any_motion() {
+    let allowed = [1.05, 1.1, 1.6, 3.0, 3.5, 4.0].map(|most| {
+        let mut bench = ordinary();
+        bench.settings.max_sensitivity = most;
+        CommissionIsr::<f32>::new(&bench.settings, None).is_ok()
+    });
+    assert_eq!(allowed, [false, true, true, true, false, false]);
+    let mut bench = ordinary();
+    bench.settings.max_sensitivity = 3.0;
+    assert_eq!(
+        bench.commission(&mut |_| None).state.phase(),
+        Phase::Applied
+    );
+}
