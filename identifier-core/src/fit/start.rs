@@ -24,11 +24,6 @@ where
         fit.known = Some(whitening.map(|row| core::array::from_fn(|i| row[i] * self.per_scale[i])));
     }
 
-    /// The estimate of the linear pass, machine units of a sample; zero before it has ended.
-    pub fn linear_estimate(&self, fit: &Fit<N, S::Inputs<N>, P>) -> [N; P] {
-        core::array::from_fn(|i| fit.linear[0][i] * self.per_scale[i])
-    }
-
     /// The unknowns to start from.
     pub(super) fn begin_start(&self, fit: &mut Fit<N, S::Inputs<N>, P>, start: u32) {
         let mut trial = fit.linear[usize::from(start == 1)];

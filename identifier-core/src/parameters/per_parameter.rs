@@ -27,16 +27,23 @@ impl<T: Copy> PerParameter<T> {
         }
     }
 
+    /// The same for each parameter.
+    #[inline]
+    #[must_use]
+    pub const fn all(value: T) -> Self {
+        Self {
+            a: value,
+            b: value,
+            coulomb: value,
+            load: value,
+        }
+    }
+
     /// Those of a set; `none` for a parameter that it does not have.
     #[inline]
     #[must_use]
     pub(crate) fn of_set<S: ParameterSet<P>, const P: usize>(values: &[T; P], none: T) -> Self {
-        let mut all = Self {
-            a: none,
-            b: none,
-            coulomb: none,
-            load: none,
-        };
+        let mut all = Self::all(none);
         each::<P>(|i| match S::PARAMETERS[i] {
             Parameter::A => all.a = values[i],
             Parameter::B => all.b = values[i],

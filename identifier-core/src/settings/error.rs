@@ -94,38 +94,22 @@ impl fmt::Display for SettingsError {
 
 impl core::error::Error for SettingsError {}
 
-impl From<OutOfRange> for SettingsError {
-    fn from(error: OutOfRange) -> Self {
-        Self::Range(error)
-    }
+/// Each error that is one of the settings.
+macro_rules! from {
+    ($($error:ty => $kind:ident),* $(,)?) => {
+        $(impl From<$error> for SettingsError {
+            fn from(error: $error) -> Self {
+                Self::$kind(error)
+            }
+        })*
+    };
 }
 
-impl From<MatrixError> for SettingsError {
-    fn from(error: MatrixError) -> Self {
-        Self::Gamma(error)
-    }
-}
-
-impl From<GainError> for SettingsError {
-    fn from(error: GainError) -> Self {
-        Self::NoGamma(error)
-    }
-}
-
-impl From<CertificateError> for SettingsError {
-    fn from(error: CertificateError) -> Self {
-        Self::Certificate(error)
-    }
-}
-
-impl From<SampledLoopError> for SettingsError {
-    fn from(error: SampledLoopError) -> Self {
-        Self::SampledLoop(error)
-    }
-}
-
-impl From<EstimateError> for SettingsError {
-    fn from(error: EstimateError) -> Self {
-        Self::Estimate(error)
-    }
+from! {
+    OutOfRange => Range,
+    MatrixError => Gamma,
+    GainError => NoGamma,
+    CertificateError => Certificate,
+    SampledLoopError => SampledLoop,
+    EstimateError => Estimate,
 }

@@ -132,20 +132,10 @@ pub struct ParameterRangeSettings {
 impl IdentifierSettings {
     /// Nothing stated.
     pub const UNSTATED: Self = Self {
-        initial: NONE,
-        known: PerParameter {
-            a: false,
-            b: false,
-            coulomb: false,
-            load: false,
-        },
-        bounds: PerParameter {
-            a: None,
-            b: None,
-            coulomb: None,
-            load: None,
-        },
-        uncertainty: NONE,
+        initial: PerParameter::all(None),
+        known: PerParameter::all(false),
+        bounds: PerParameter::all(None),
+        uncertainty: PerParameter::all(None),
         noise: None,
         parameter_range: None,
         gamma: None,
@@ -159,10 +149,3 @@ impl IdentifierSettings {
         ranges: None,
     };
 }
-
-const NONE: PerParameter<Option<f64>> = PerParameter {
-    a: None,
-    b: None,
-    coulomb: None,
-    load: None,
-};

@@ -13,7 +13,7 @@ use super::rust::{code, imports, without_tests};
 const LISTED: [(&str, usize); 2] = [("identifier-core", 50), ("crates/commissioning", 15)];
 
 /// The most names of all of them together.
-const MOST: usize = 171;
+const MOST: usize = 170;
 
 #[test]
 fn the_public_items_are_those_of_the_lists_and_no_more_than_can_be_learnt() {
