@@ -82,7 +82,7 @@ impl Axis {
 }
 
 /// The most samples of a record: those of a longer log are taken together in blocks.
-pub const MAX_SAMPLES: usize = 1 << 14;
+pub const MAX_SAMPLES: usize = 1 << 15;
 
 /// The most samples of a log that are taken together in blocks, and on which errors are judged. A longer log gives pieces of
 /// this length from its beginning to its end.
