@@ -458,17 +458,8 @@ fn blocks_of_a_command_of_one_size_do_not_tell_a_dead_band_from_a_smaller_gain()
 fn no_motion_and_no_command_are_no_record() {
     let still = [0.0; 400];
     let moving: Vec<f64> = (0..400).map(|k| f64::from(k) * 3.0).collect();
-    let record = |positions, commands| Record {
-        positions,
-        commands,
-        angles: &[],
-        radian: 0.0,
-        begins: &[0],
-        stride: 1,
-        recorded: &[],
-    };
-    assert!(Fitter::new(&record(&still, &still)).is_none());
-    assert!(Fitter::new(&record(&moving, &still)).is_none());
+    assert!(Fitter::new(&Record::of(&still, &still)).is_none());
+    assert!(Fitter::new(&Record::of(&moving, &still)).is_none());
 }
 
 /// Velocity bends within the sample in which a strongly damped servo turns round.
