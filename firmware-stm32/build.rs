@@ -9,8 +9,10 @@ use toml::{Table, Value};
 fn main() {
     let here = env::var("CARGO_MANIFEST_DIR").expect("set by cargo");
     let root = Path::new(&here).parent().expect("the project");
-    println!("cargo:rustc-link-search={}", root.display());
-    println!("cargo:rerun-if-changed={}", root.join("memory.x").display());
+    let out = env::var("OUT_DIR").expect("set by cargo");
+    println!("cargo:rustc-link-search={out}");
+    let memory = Path::new(&out).join("memory.x");
+    fs::write(memory, memory_of_the_board(root)).expect("the memory map is written");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     println!("cargo:rustc-link-arg-bins=--nmagic");
     if env::var_os("CARGO_FEATURE_DEFMT").is_some() {
@@ -22,8 +24,25 @@ fn main() {
     let text = fs::read_to_string(&path).expect("the paper's scenario");
     let scenario: Table = text.parse().expect("a scenario");
     let constants: String = scenario.iter().map(constants).collect();
-    let out = env::var("OUT_DIR").expect("set by cargo");
     fs::write(Path::new(&out).join("paper.rs"), constants).expect("the constants are written");
+}
+
+/// The memory map of the project, with the memories of the board in place of its own where the board has a file of them.
+fn memory_of_the_board(root: &Path) -> String {
+    let read = |path: &Path| {
+        println!("cargo:rerun-if-changed={}", path.display());
+        fs::read_to_string(path).expect("a memory map")
+    };
+    let map = read(&root.join("memory.x"));
+    let features = env::vars().filter_map(|(name, _)| {
+        let feature = name.strip_prefix("CARGO_FEATURE_")?;
+        Some(format!("src/board/{}.x", feature.to_lowercase()))
+    });
+    let mut memories = features.filter(|file| Path::new(file).exists());
+    match (memories.next(), map.split_once("\n}\n")) {
+        (Some(own), Some((_, rest))) => read(Path::new(&own)) + rest,
+        _ => map,
+    }
 }
 
 /// A module for a table, and a constant for a number or a pair of numbers, by their names in the file.

@@ -10,6 +10,9 @@ use crate::seal::seal;
 /// The chip.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// The board without room for commissioning and terms.
+const SMALL_BOARD: &str = "black-pill-f401cc";
+
 /// The root of the workspace.
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -17,10 +20,14 @@ pub(crate) fn root() -> &'static Path {
         .unwrap_or_else(|| Path::new("."))
 }
 
-/// Builds and seals the drive with some features, one of them its board, and returns its file. It links only without a
-/// panic.
+/// Builds and seals the drive with some features, one of them its board, and returns its file. Of a board with room it has
+/// every part. It links only without a panic.
 pub(crate) fn drive(features: &[&str]) -> Result<PathBuf, String> {
-    let features = of(features);
+    let parts = match features.contains(&SMALL_BOARD) {
+        true => &[][..],
+        false => &["commissioning", "terms"],
+    };
+    let features = of(&[features, parts].concat());
     release(
         &folder(),
         &["--bin=drive", "--no-default-features", &features],

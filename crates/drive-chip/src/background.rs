@@ -50,4 +50,5 @@ macro_rules! background {
 }
 
 background!(f4, crate::F4, "STM32F4");
+background!(f401, crate::F401, "STM32F401");
 background!(g4, crate::G4, "STM32G4");

@@ -16,8 +16,8 @@ pub struct Oscillator<F> {
 }
 
 impl<F: Family> Oscillator<F> {
-    /// A crystal between OSC_IN and OSC_OUT, Hz. An STM32F4 takes a multiple of 2 MHz from 4 to 26 MHz, an STM32G4 one
-    /// of 4 MHz from 4 to 48 MHz.
+    /// A crystal between OSC_IN and OSC_OUT, Hz. An STM32F4 takes a multiple of 2 MHz from 4 to 26 MHz, an STM32F401 one of
+    /// 1 MHz, and an STM32G4 one of 4 MHz from 4 to 48 MHz.
     ///
     /// # Panics
     /// Any other frequency; in a constant it does not compile.
@@ -38,7 +38,7 @@ impl<F: Family> Oscillator<F> {
     const fn new(frequency: u32, kind: Kind) -> Self {
         assert!(
             frequency.is_multiple_of(F::PLL_INPUT),
-            "the oscillator must be a multiple of 2 MHz (STM32F4) or 4 MHz (STM32G4)"
+            "the oscillator must be a multiple of 2 MHz (STM32F4), 1 MHz (STM32F401) or 4 MHz (STM32G4)"
         );
         let [lowest, highest] = F::OSCILLATOR;
         assert!(

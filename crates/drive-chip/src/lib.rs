@@ -1,12 +1,12 @@
 //! Everything of a drive that touches a register of an STM32F4 or STM32G4.
 //!
 //! Every driver is generic over a [`Bus`]: `Mmio` on the chip, a model of the registers in the tests. A bus belongs to
-//! a [`Family`] of chips, which has its differences from the other: [`F4`], [`G4`]. [`wire`] sets all of them up from a
+//! a [`Family`] of chips, which has its differences from the other: [`F4`] with [`F401`], [`G4`]. [`wire`] sets all of them up from a
 //! [`Board`], in the order that is safe.
 //!
 //! | driver | peripheral | purpose |
 //! |---|---|---|
-//! | [`clock`] | RCC, FLASH, PWR | 168 or 170 MHz from the board's oscillator |
+//! | [`clock`] | RCC, FLASH, PWR | 84, 168 or 170 MHz from the board's oscillator |
 //! | [`pins`] | GPIO | modes, levels |
 //! | [`pwm`] | TIM1 | the output, and the break input that disables it |
 //! | [`sample_timer`] | TIM5, TIM1 | samples in step with the PWM |
@@ -22,7 +22,7 @@
 //!
 //! `background` has the drive's background with the drivers of a chip.
 //!
-//! References are to RM0090, the manual of the STM32F405. The STM32F446 (RM0390) is the same in everything used here.
+//! References are to RM0090, the manual of the STM32F405. The STM32F446 (RM0390) is the same in everything used here, and so is the STM32F401 (RM0368) at half of the clock.
 //! Those of the STM32G474 are to RM0440, by the names of its chapters.
 #![no_std]
 #![deny(missing_docs)]
@@ -58,7 +58,7 @@ pub mod watchdog;
 mod wiring;
 
 pub use board::Board;
-pub use f4::F4;
+pub use f4::{F4, F401};
 pub use family::{Bus, Family};
 pub use g4::G4;
 #[cfg(target_os = "none")]

@@ -391,6 +391,8 @@ pub enum Why {
         /// The drive's.
         allowed: [f64; 2],
     },
+    /// This build of the firmware does not have it.
+    NotBuilt,
 }
 
 impl NotAllowed {
@@ -466,6 +468,10 @@ impl fmt::Display for NotAllowed {
             Why::NoGamma(error) => error.fmt(f),
             Why::NotGiven => write!(f, "{name} is required here"),
             Why::NotHere => write!(f, "this firmware has no such {name}"),
+            Why::NotBuilt => write!(
+                f,
+                "the drive is a small build without {name}: flash one with the feature {name}"
+            ),
             Why::WithoutStart { given: [low, high] } => write!(
                 f,
                 "{name} from {low} to {high} does not contain 0, where a run starts: give a lower end of at most 0 \

@@ -9,6 +9,7 @@ use drive_link::InterruptCycles;
 use heapless::spsc::{Consumer, Producer, Queue};
 use identifier_core::identifier::NumberedBlock;
 
+use crate::built::Part;
 use crate::closed_loop::Fitted;
 use crate::messages::{Event, Order};
 
@@ -34,15 +35,18 @@ pub(crate) enum Recorded {
 
 /// A result of the background's work on a record.
 #[derive(Debug, Clone, Copy)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one is on its way at a time, and there is no heap to put it on"
+#[cfg_attr(
+    feature = "commissioning",
+    expect(
+        clippy::large_enum_variant,
+        reason = "one is on its way at a time, and there is no heap to put it on"
+    )
 )]
 pub(crate) enum Solution {
     /// Gauss–Newton's first fit.
     Fit(Fitted),
     /// A decision of a commissioning's solver.
-    Decision(Decision<f32>),
+    Decision(Part<Decision<f32>>),
 }
 
 /// Everything between the two halves of a drive and its line.

@@ -21,6 +21,7 @@
 
 mod background_watch;
 mod brake;
+mod built;
 mod channel;
 mod chip;
 mod closed_loop;

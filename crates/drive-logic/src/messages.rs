@@ -4,6 +4,7 @@ use commissioning::Phase;
 use drive_link::{Ended, Fault, Noticed};
 
 use crate::brake::BrakeTimes;
+use crate::built::Part;
 use crate::closed_loop::Settled;
 use crate::commissioning::Commissioning;
 use crate::guide::{Origin, Target};
@@ -17,7 +18,7 @@ pub(crate) enum Mode {
     /// A loop that is closed.
     Run(&'static mut Run),
     /// A commissioning.
-    Commissioning(&'static mut Commissioning),
+    Commissioning(&'static mut Part<Commissioning>),
 }
 
 impl Mode {

@@ -145,7 +145,7 @@ impl<'a> Sampler<'a> {
         let course = commissioning.step(lines, sensor, output, |event| {
             let has_room = event.is_none_or(|event| channel.record(Recorded::Event(event)));
             let decision = match channel.solution() {
-                Some(Solution::Decision(decision)) => Some(decision),
+                Some(Solution::Decision(decision)) => Some(&**decision),
                 Some(Solution::Fit(_)) | None => None,
             };
             (has_room, decision)

@@ -1,54 +1,57 @@
 //! Boards: the functions of their pins, one file per board, chosen by a feature of its name.
 //!
 //! A board file is data: `BOARD` has the oscillator, the pins and the areas of the records. To add one, copy one of its
-//! family, change its pins, and name it here and in Cargo.toml. The modules `f4` and `g4` have the interrupts of a
+//! family, change its pins, and name it here and in Cargo.toml. The modules `f4`, `f401` and `g4` have the interrupts of a
 //! family, by the vendor's description.
 
+#[cfg(feature = "black-pill-f401cc")]
+mod black_pill_f401cc;
 #[cfg(feature = "f4")]
 mod f4;
-#[cfg(all(feature = "g4", not(feature = "f4")))]
+#[cfg(feature = "f401")]
+mod f401;
+#[cfg(feature = "g4")]
 mod g4;
 #[cfg(feature = "nucleo-f446re")]
 mod nucleo_f446re;
-#[cfg(all(feature = "nucleo-g474re", not(feature = "f4")))]
+#[cfg(feature = "nucleo-g474re")]
 mod nucleo_g474re;
 #[cfg(feature = "olimex-stm32-h405")]
 mod olimex_stm32_h405;
 
+#[cfg(feature = "black-pill-f401cc")]
+use black_pill_f401cc as own;
 #[cfg(feature = "f4")]
-pub use f4::{Interrupt, background, interrupt};
-#[cfg(all(feature = "g4", not(feature = "f4")))]
-pub use g4::{Interrupt, background, interrupt};
+use f4 as family;
+#[cfg(feature = "f401")]
+use f401 as family;
+#[cfg(feature = "g4")]
+use g4 as family;
 #[cfg(feature = "nucleo-f446re")]
-pub use nucleo_f446re::{BOARD, NAME};
-#[cfg(all(feature = "nucleo-g474re", not(feature = "f4")))]
-pub use nucleo_g474re::{BOARD, NAME};
-#[cfg(all(feature = "olimex-stm32-h405", not(feature = "nucleo-f446re")))]
-pub use olimex_stm32_h405::{BOARD, NAME};
+use nucleo_f446re as own;
+#[cfg(feature = "nucleo-g474re")]
+use nucleo_g474re as own;
+#[cfg(feature = "olimex-stm32-h405")]
+use olimex_stm32_h405 as own;
 
-#[cfg(any(
-    all(feature = "olimex-stm32-h405", feature = "nucleo-f446re"),
-    all(feature = "f4", feature = "g4")
-))]
-compile_error!(
-    "one board at a time, and none beside the default one: --no-default-features --features nucleo-g474re"
+pub use family::{Interrupt, background, interrupt};
+pub use own::{BOARD, NAME};
+
+const _: () = assert!(
+    cfg!(feature = "black-pill-f401cc") as u8
+        + cfg!(feature = "nucleo-f446re") as u8
+        + cfg!(feature = "nucleo-g474re") as u8
+        + cfg!(feature = "olimex-stm32-h405") as u8
+        == 1,
+    "one board, and none beside the default one: --no-default-features --features nucleo-g474re,commissioning,terms"
 );
-#[cfg(not(any(
-    feature = "olimex-stm32-h405",
-    feature = "nucleo-f446re",
-    feature = "nucleo-g474re"
-)))]
-compile_error!("a board is needed: --features nucleo-f446re, for instance");
-#[cfg(all(feature = "g4", feature = "emulator"))]
+#[cfg(all(feature = "emulator", not(feature = "olimex-stm32-h405")))]
 compile_error!(
     "the emulator has an STM32F405: --no-default-features --features olimex-stm32-h405,emulator"
 );
 
 use drive_chip::{pins, serial};
-#[cfg(feature = "f4")]
-use f4::Family;
-#[cfg(all(feature = "g4", not(feature = "f4")))]
-use g4::Family;
+use family::Family;
 use servo_hal::Gate;
 
 /// The bus of the board's chip.

@@ -1,31 +1,35 @@
-//! 168 MHz from the board's oscillator (RM0090, 7).
+//! 168 or 84 MHz from the board's oscillator (RM0090, 7; RM0368, 6).
 
-use super::F4;
+use super::Stm32F4;
 use super::registers::{flash, rcc};
 use crate::family::{Bus, ClockTree, becomes};
 use crate::frequencies::{Clocks, Kind};
 use crate::registers::flash as cache;
 
-/// The PLL's output before its division by two, Hz (RM0090, 7.3.2).
+/// The PLL's output before its division by two or four, Hz (RM0090, 7.3.2).
 const VCO: u32 = 336_000_000;
-
-/// Wait states of the flash at 168 MHz and 2.7 V or more (RM0090, table 10).
-const WAIT_STATES: u32 = 5;
 
 /// Ticks until a new prescaler holds, at most (RM0090, 7.3.3). A read takes one at least.
 const PRESCALER_TICKS: u32 = 16;
 
-impl ClockTree for F4 {
-    /// The oscillator through the PLL: 168 MHz, the slow bus at a quarter of it, the fast one at half. Timers run at
-    /// twice their bus (RM0090, 7.2).
+impl<const MEGAHERTZ: u32> Stm32F4<MEGAHERTZ> {
+    const IS_FAST: bool = MEGAHERTZ > 84;
+
+    /// Wait states of the flash at 2.7 V or more: one for each 30 MHz (RM0090, table 10; RM0368, table 6).
+    const WAIT_STATES: u32 = MEGAHERTZ.div_ceil(30) - 1;
+}
+
+impl<const MEGAHERTZ: u32> ClockTree for Stm32F4<MEGAHERTZ> {
+    /// The oscillator through the PLL. At 168 MHz the slow bus has a quarter of it and the fast one half; at 84 MHz half
+    /// and all. Timers run at twice a bus that is slower than the processor (RM0090, 7.2).
     const CLOCKS: Clocks = Clocks {
-        processor: 168_000_000,
+        processor: 1_000_000 * MEGAHERTZ,
         low_bus: 42_000_000,
         low_timers: 84_000_000,
-        high_timers: 168_000_000,
+        high_timers: 1_000_000 * MEGAHERTZ,
     };
-    /// It takes 1 to 2 MHz, and its jitter is least at 2 (RM0090, 7.3.2).
-    const PLL_INPUT: u32 = 2_000_000;
+    /// It takes 1 to 2 MHz, and its jitter is least at 2 (RM0090, 7.3.2). Boards of the STM32F401 have 25 MHz.
+    const PLL_INPUT: u32 = if Self::IS_FAST { 2_000_000 } else { 1_000_000 };
     const OSCILLATOR: [u32; 2] = [4_000_000, 26_000_000];
 
     fn reset_clock(bus: impl Bus<Family = Self>) {
@@ -50,18 +54,25 @@ impl ClockTree for F4 {
         // Q makes 48 MHz, which no driver here uses.
         let factors = (frequency / Self::PLL_INPUT)
             | (VCO / Self::PLL_INPUT) << rcc::PLLCFGR_N
-            | rcc::PLLCFGR_P_2
+            | if Self::IS_FAST {
+                rcc::PLLCFGR_P_2
+            } else {
+                rcc::PLLCFGR_P_4
+            }
             | rcc::PLLCFGR_HSE
             | 7 << rcc::PLLCFGR_Q;
         bus.modify(rcc::PLLCFGR, rcc::PLLCFGR_FACTORS, factors);
         bus.modify(rcc::CR, 0, rcc::CR_PLLON);
         becomes(bus, rcc::CR, rcc::CR_PLLRDY, rcc::CR_PLLRDY)?;
         // More wait states take effect before the processor is faster, and are read back (RM0090, 3.5.1).
-        let access = WAIT_STATES | cache::ACR_PRFTEN | cache::ACR_ICEN | cache::ACR_DCEN;
+        let access = Self::WAIT_STATES | cache::ACR_PRFTEN | cache::ACR_ICEN | cache::ACR_DCEN;
         bus.modify(flash::ACR, flash::ACR_LATENCY, access);
-        becomes(bus, flash::ACR, flash::ACR_LATENCY, WAIT_STATES)?;
+        becomes(bus, flash::ACR, flash::ACR_LATENCY, Self::WAIT_STATES)?;
         // A switch before the new prescalers hold would first drive the buses beyond their limits.
-        let prescalers = rcc::CFGR_PPRE1_4 | rcc::CFGR_PPRE2_2;
+        let prescalers = match Self::IS_FAST {
+            true => rcc::CFGR_PPRE1_4 | rcc::CFGR_PPRE2_2,
+            false => rcc::CFGR_PPRE1_2,
+        };
         bus.modify(rcc::CFGR, rcc::CFGR_PRESCALERS, prescalers);
         for _ in 0..PRESCALER_TICKS {
             let _ = bus.read(rcc::CFGR);

@@ -1,12 +1,12 @@
 //! Erasing and writing the flash (RM0090, 3.6).
 
-use super::F4;
+use super::Stm32F4;
 use super::registers::flash;
 use crate::bus::Register;
 use crate::family::{Bus, Flash, Storage};
 use crate::registers::flash::{CR_PG, CR_STRT};
 
-impl Storage for F4 {
+impl<const MEGAHERTZ: u32> Storage for Stm32F4<MEGAHERTZ> {
     const FLASH: Flash = Flash {
         access: flash::ACR,
         keys: flash::KEYR,

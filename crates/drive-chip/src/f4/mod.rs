@@ -1,4 +1,4 @@
-//! The STM32F405 and the STM32F446.
+//! The STM32F405 and the STM32F446, and the STM32F401, which is the same at half of their clock.
 
 mod clock;
 mod flash;
@@ -12,11 +12,16 @@ use crate::family::{Bus, Family, Functions, InputFilter};
 use crate::registers::timer::{self, Timer};
 use registers::{exti, rcc};
 
-/// The family.
+/// The family, by the clock of its processor, MHz.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct F4;
+pub struct Stm32F4<const MEGAHERTZ: u32>;
 
-impl Family for F4 {
+/// The STM32F405 and the STM32F446.
+pub type F4 = Stm32F4<168>;
+/// The STM32F401 (RM0368).
+pub type F401 = Stm32F4<84>;
+
+impl<const MEGAHERTZ: u32> Family for Stm32F4<MEGAHERTZ> {
     type Own = ();
 
     const PORTS: u32 = 0x4002_0000;

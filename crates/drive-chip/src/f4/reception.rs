@@ -1,10 +1,10 @@
 //! The reception of USART2 by stream 5 of DMA1 (RM0090, 10 and 30).
 
-use super::F4;
+use super::Stm32F4;
 use super::registers::{dma, usart};
 use crate::family::{Bus, Receiver, Reception, Usart};
 
-impl Receiver for F4 {
+impl<const MEGAHERTZ: u32> Receiver for Stm32F4<MEGAHERTZ> {
     const USART: Usart = Usart {
         status: usart::SR,
         transmit: usart::DR,

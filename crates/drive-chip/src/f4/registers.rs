@@ -24,6 +24,7 @@ pub(crate) mod rcc {
     pub(crate) const PLLCFGR_FACTORS: u32 = 0x3f | 0x1ff << 6 | 0b11 << 16 | 0xf << 24;
     pub(crate) const PLLCFGR_N: u32 = 6;
     pub(crate) const PLLCFGR_P_2: u32 = 0;
+    pub(crate) const PLLCFGR_P_4: u32 = 1 << 16;
     pub(crate) const PLLCFGR_HSE: u32 = 1 << 22;
     pub(crate) const PLLCFGR_Q: u32 = 24;
 
@@ -31,6 +32,7 @@ pub(crate) mod rcc {
     pub(crate) const CFGR_SWS_HSI: u32 = 0;
     pub(crate) const CFGR_SWS_PLL: u32 = 0b10 << 2;
     pub(crate) const CFGR_PRESCALERS: u32 = 0xf << 4 | 0b111 << 10 | 0b111 << 13;
+    pub(crate) const CFGR_PPRE1_2: u32 = 0b100 << 10;
     pub(crate) const CFGR_PPRE1_4: u32 = 0b101 << 10;
     pub(crate) const CFGR_PPRE2_2: u32 = 0b100 << 13;
 

@@ -1,11 +1,11 @@
 //! Clocks and resets of the peripherals (RM0090, 7), and what runs while a debugger halts the processor (38.16).
 
-use super::F4;
+use super::Stm32F4;
 use super::registers::{dbgmcu, rcc};
 use crate::bus::Register;
 use crate::family::{Bus, Peripherals};
 
-impl Peripherals for F4 {
+impl<const MEGAHERTZ: u32> Peripherals for Stm32F4<MEGAHERTZ> {
     fn was_reset_by_watchdog(bus: impl Bus<Family = Self>) -> bool {
         let by_watchdog = bus.read(rcc::CSR) & rcc::CSR_IWDGRSTF != 0;
         bus.modify(rcc::CSR, 0, rcc::CSR_RMVF);

@@ -1,11 +1,11 @@
 //! The detector of the supply's voltage, and the reset below the voltage that is needed (RM0090, 5 and 3.6.1).
 
-use super::F4;
+use super::Stm32F4;
 use super::registers::{exti, flash, pwr, rcc};
 use crate::family::{Bus, Supply};
 use crate::registers::exti::PVD;
 
-impl Supply for F4 {
+impl<const MEGAHERTZ: u32> Supply for Stm32F4<MEGAHERTZ> {
     /// At 168 MHz, and for words written to the flash, the
     /// chip needs 2.7 V (RM0090, 3.5.1 and table 7).
     fn watch_supply(bus: impl Bus<Family = Self>) {

@@ -1,7 +1,14 @@
 //! The loop of a drive, controller and identifier with their states, in single precision.
 
 mod single;
+#[cfg(feature = "terms")]
 mod unknowns;
+/// A build without terms estimates the four parameters.
+#[cfg(not(feature = "terms"))]
+mod unknowns {
+    pub(super) const UNKNOWNS: usize = 4;
+    pub(super) type WithTerms = identifier_core::parameters::Unknowns<UNKNOWNS>;
+}
 
 use drive_link::{Estimator, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
@@ -9,6 +16,7 @@ use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::identifier::GaussNewtonFitted;
 
 pub(crate) use self::single::{ClosedLoop, Learnt, Settled};
+use crate::built;
 use crate::conversion::refusal;
 
 /// Blocks of Gauss–Newton's start record on the chip.
@@ -63,14 +71,20 @@ pub(crate) const AT_REST: ControlSample<f32> = ControlSample {
     command: 0.0,
 };
 
+/// Commands that a delay may hold back: six samples, above which a loop should be slower.
+const MAX_DELAYED: usize = 8;
+
 /// Checks settings without building their loop.
 ///
 /// # Errors
-/// The settings ask for terms of an estimator that has none.
+/// The settings ask for terms of an estimator or a build that has none.
 pub(crate) fn check(settings: &LoopSettings) -> Result<(), NotAllowed> {
     let terms = &settings.core.identifier.terms;
     if !terms.demanded.is_empty() && settings.law != Estimator::GaussNewton {
         return Err(refusal("required_terms", Why::NotHere));
     }
-    Ok(())
+    match terms.demanded.is_empty() {
+        true => Ok(()),
+        false => built::has_terms(),
+    }
 }

@@ -13,8 +13,8 @@ use identifier_core::model::{Amplifier, AmplifierState};
 use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknown, Unknowns};
 use identifier_core::settings::{FromSettings, Settings};
 
-use super::unknowns::{MAX_DELAYED, UNKNOWNS, WithTerms};
-use super::{BLOCKS, Fitted, Handover, StepMonitor, check};
+use super::unknowns::{UNKNOWNS, WithTerms};
+use super::{BLOCKS, Fitted, Handover, MAX_DELAYED, StepMonitor, check};
 use crate::conversion;
 
 type Velocity = LowPass<f32>;
@@ -30,9 +30,12 @@ type Termed = GaussNewtonRecursion<f32, WithTerms, UNKNOWNS, BLOCKS>;
 pub(crate) struct ClosedLoop(Estimators);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one is kept, in a static place, and any estimator may follow"
+#[cfg_attr(
+    feature = "terms",
+    expect(
+        clippy::large_enum_variant,
+        reason = "one is kept, in a static place, and any estimator may follow"
+    )
 )]
 enum Estimators {
     Gradient(With<Gradient>),

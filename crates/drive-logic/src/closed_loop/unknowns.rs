@@ -4,11 +4,10 @@ use identifier_core::identifier::{AngledInputs, IdentifiableSet};
 use identifier_core::number::Number;
 use identifier_core::parameters::{Unknown, UnknownSet};
 
+use super::MAX_DELAYED;
+
 /// Their number.
 pub(super) const UNKNOWNS: usize = Unknown::COUNT;
-
-/// Commands that a delay may hold back: six samples, above which a loop should be slower.
-pub(super) const MAX_DELAYED: usize = 8;
 
 /// The four parameters and the sizes of all terms. A term enters if the settings demand it.
 #[derive(Debug, Clone, Copy, PartialEq)]

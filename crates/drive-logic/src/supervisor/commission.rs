@@ -15,6 +15,7 @@ use super::Supervisor;
 use super::memory::Slot;
 use super::solver::Solver;
 use crate::brake::BrakeTimes;
+use crate::built::Part;
 use crate::chip::OutputStage;
 use crate::commissioning::Commissioning;
 use crate::conversion;
@@ -115,7 +116,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 
     /// Takes a commissioning back that is over, and saves its result.
-    pub(super) fn conclude(&mut self, over: &'static mut Commissioning) {
+    pub(super) fn conclude(&mut self, over: &'static mut Part<Commissioning>) {
         self.solver.end_commissioning();
         let mut outcome = over.outcome();
         self.invalidate_position_after(outcome.commissioning.reason);
@@ -288,7 +289,7 @@ fn check_order(order: &Limits, settings: &Settings, position: f64) -> Result<(),
 /// Not generic, to be compiled here and once.
 #[inline(never)]
 fn prepare(
-    slot: &mut Slot<Commissioning>,
+    slot: &mut Slot<Part<Commissioning>>,
     solver: &mut Solver,
     given: &CommissionSettings,
     beside: &Settings,
@@ -334,12 +335,14 @@ fn prepare(
 /// Fills a slot with a commissioning. Not inlined, for its stack to be free again.
 #[inline(never)]
 fn fill<'a>(
-    slot: &'a mut Slot<Commissioning>,
+    slot: &'a mut Slot<Part<Commissioning>>,
     settings: &CommissionSettings,
     before: Option<&HoldingGains>,
     protection: &Protection,
-) -> Result<&'a mut Commissioning, NotAllowed> {
-    Ok(slot.fill(Commissioning::new(settings, before, protection)?))
+) -> Result<&'a mut Part<Commissioning>, NotAllowed> {
+    Ok(slot.fill(Part::build(|| {
+        Commissioning::new(settings, before, protection)
+    })?))
 }
 
 /// Settings with the gains of a commissioning, within the limits of the command that were given, or else these. An

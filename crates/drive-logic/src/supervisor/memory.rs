@@ -1,4 +1,5 @@
 use super::solver::CommissioningSolver;
+use crate::built::Part;
 use crate::commissioning::Commissioning;
 use crate::run::Run;
 
@@ -6,8 +7,8 @@ use crate::run::Run;
 #[derive(Debug)]
 pub struct Memory {
     pub(super) run: Option<Run>,
-    pub(super) commissioning: Option<Commissioning>,
-    pub(super) solver: Option<CommissioningSolver>,
+    pub(super) commissioning: Option<Part<Commissioning>>,
+    pub(super) solver: Option<Part<CommissioningSolver>>,
 }
 
 impl Memory {

@@ -23,6 +23,7 @@ use self::begun::Begun;
 pub use self::memory::Memory;
 use self::memory::Slot;
 use self::solver::Solver;
+use crate::built::Part;
 use crate::channel::{BackgroundEnd, Heard};
 use crate::chip::OutputStage;
 use crate::closed_loop::ClosedLoop;
@@ -53,7 +54,7 @@ pub struct Supervisor<'a, F> {
     closed_loop: Option<ClosedLoop>,
     estimates: Option<Estimates>,
     /// Memory in which a commissioning is built, unless the interrupt has it.
-    commissioning_slot: Option<Slot<Commissioning>>,
+    commissioning_slot: Option<Slot<Part<Commissioning>>>,
     solver: Solver,
     /// The last reported reason why there is no first fit.
     rejection_reason: Option<Reason>,

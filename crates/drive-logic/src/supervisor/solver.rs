@@ -8,6 +8,7 @@ use identifier_core::parameters::{IdentifiedServo, Unknowns};
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Tuning;
 
+use crate::built::Part;
 use crate::channel::{BackgroundEnd, Recorded, Solution};
 use crate::closed_loop::BLOCKS;
 use crate::conversion;
@@ -30,7 +31,7 @@ pub(super) struct Solver {
     first_fit: Option<(Fitter, FitterState)>,
     /// The solver of a commissioning, and whether that is under way. The record of one that is over is kept for the
     /// host.
-    commissioning: &'static mut Option<CommissioningSolver>,
+    commissioning: &'static mut Option<Part<CommissioningSolver>>,
     is_commissioning: bool,
     /// Slices of a commissioning that go with a sample, and those that were done since the background last slept.
     slices: u32,
@@ -42,7 +43,7 @@ pub(super) struct Solver {
 }
 
 impl Solver {
-    pub(super) fn in_memory(commissioning: &'static mut Option<CommissioningSolver>) -> Self {
+    pub(super) fn in_memory(commissioning: &'static mut Option<Part<CommissioningSolver>>) -> Self {
         Self {
             first_fit: None,
             commissioning,
@@ -74,8 +75,10 @@ impl Solver {
         settings: &CommissionSettings,
         slices: u32,
     ) -> Result<(), NotAllowed> {
-        let solver = CommissioningSolver::new(settings);
-        *self.commissioning = Some(solver.map_err(|error| conversion::not_commissioned(&error))?);
+        *self.commissioning = Some(Part::build(|| {
+            let solver = CommissioningSolver::new(settings);
+            solver.map_err(|error| conversion::not_commissioned(&error))
+        })?);
         self.is_commissioning = true;
         self.slices = slices;
         (self.servo, self.tuning) = (None, None);
@@ -101,7 +104,7 @@ impl Solver {
     }
 
     /// The solver of the commissioning under way.
-    fn under_way(&mut self) -> Option<&mut CommissioningSolver> {
+    fn under_way(&mut self) -> Option<&mut Part<CommissioningSolver>> {
         let solver = self.commissioning.as_mut();
         solver.filter(|_| self.is_commissioning)
     }
@@ -175,6 +178,7 @@ impl Solver {
         let decision = solver.work()?;
         self.servo = decision.servo().copied().or(self.servo);
         self.tuning = decision.tuning().copied().or(self.tuning);
+        let decision = Part::build(|| Ok(decision)).ok()?;
         Some(Solution::Decision(decision))
     }
 }
