@@ -9,7 +9,7 @@
 pub use crate::fit::block::NumberedBlock;
 pub use crate::gradient::GradientIdentifier;
 pub use crate::identify::{Event, Identify, MachineEstimates, Report, Update};
-pub use crate::model::IdentifiableSet;
+pub use crate::model::identifiable_set::IdentifiableSet;
 pub use crate::model::known_inputs::{AngledInputs, DelayedInputs};
 pub use crate::recursive::{
     ExpectedMotion, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState,

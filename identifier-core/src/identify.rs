@@ -161,12 +161,12 @@ impl Report {
     /// The standard errors of the parameters, for estimators that have them. Zero for a parameter that the model lacks.
     #[must_use]
     pub fn errors_of_parameters(&self) -> Option<ServoParameters> {
-        Some(ServoParameters {
-            a: self.standard_error_of(Unknown::A)?,
-            b: self.standard_error_of(Unknown::B)?,
-            coulomb: self.standard_error_of(Unknown::Coulomb).unwrap_or(0.0),
-            load: self.standard_error_of(Unknown::Load).unwrap_or(0.0),
-        })
+        Some(ServoParameters::new(
+            self.standard_error_of(Unknown::A)?,
+            self.standard_error_of(Unknown::B)?,
+            self.standard_error_of(Unknown::Coulomb).unwrap_or(0.0),
+            self.standard_error_of(Unknown::Load).unwrap_or(0.0),
+        ))
     }
 }
 

@@ -59,9 +59,6 @@ pub use settings::Settings;
 pub type Gradient<N = f32, const P: usize = AB_COULOMB> =
     GradientIdentifier<N, LowPass<N>, Unknowns<P>, P>;
 
-/// The state of a [`Gradient`].
-pub type GradientState<N = f32, const P: usize = AB_COULOMB> = StateOf<N, Gradient<N, P>>;
-
 /// Recursive Gauss–Newton for P unknowns. Its first fit uses a record of W blocks.
 pub type GaussNewton<N = f32, const P: usize = AB_COULOMB_LOAD, const W: usize = 256> =
     GaussNewtonIdentifier<N, Unknowns<P>, P, W>;
@@ -76,6 +73,6 @@ pub type GradientLoop<N = f32, const P: usize = AB_COULOMB> =
 
 /// The state of a [`GradientLoop`].
 pub type GradientLoopState<N = f32, const P: usize = AB_COULOMB> =
-    ServoLoopState<N, LowPassState<N>, GradientState<N, P>>;
+    ServoLoopState<N, LowPassState<N>, StateOf<N, Gradient<N, P>>>;
 
 type StateOf<N, I> = <I as Identify<N>>::State;

@@ -3,7 +3,7 @@ use super::block::Block;
 use super::command::{HeldCommand, moments};
 use super::fitter::{Fit, Fitter};
 use super::record::Blocks;
-use crate::model::IdentifiableSet;
+use crate::model::{Acting, IdentifiableSet};
 use crate::number::Number;
 use crate::parameters::Unknown;
 
@@ -16,7 +16,7 @@ where
     /// tangents.
     pub(super) fn linear_block(
         &self,
-        fit: &mut Fit<N, S::Inputs<N>, P>,
+        fit: &mut Fit<N, P>,
         record: &impl Blocks<N>,
         block: &Block<N>,
         direction: N,
@@ -26,8 +26,7 @@ where
         let [command, first_moment] = if Self::IS_LATE {
             moments(&HeldCommand::late(record, fit.next, values.terms.delay))
         } else {
-            let acting = self.acting(&mut fit.pass.inputs, block, &values);
-            [acting.command, block.first_moment]
+            [block.command, block.first_moment]
         };
         let pass = &mut fit.pass;
         let correction = pass.gain.innovation;
@@ -66,7 +65,7 @@ where
 
     pub(super) fn model_block(
         &self,
-        fit: &mut Fit<N, S::Inputs<N>, P>,
+        fit: &mut Fit<N, P>,
         record: &impl Blocks<N>,
         block: &Block<N>,
     ) {
@@ -75,7 +74,7 @@ where
         }
         let free = self.free_unknowns(&fit.prior);
         let values = self.values(&fit.trial);
-        let acting = self.acting(&mut fit.pass.inputs, block, &values);
+        let acting = Acting::at_once(block.command);
         let pass = &mut fit.pass;
         let correction = pass.gain.innovation;
         if fit.next == 0 {

@@ -4,12 +4,12 @@ use crate::number::Number;
 
 /// A command that acts in a part of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeldCommand<N> {
+pub(super) struct HeldCommand<N> {
     /// From and to, parts of a block.
     from: N,
     to: N,
     /// Its mean, command units.
-    pub mean: N,
+    pub(super) mean: N,
     /// By how much it would fall in a block.
     pub(super) falls: N,
 }
@@ -17,7 +17,7 @@ pub struct HeldCommand<N> {
 impl<N: Number> HeldCommand<N> {
     /// The commands that act in the block of an index, late by a delay, blocks, zero or more. The mean command of the first
     /// has acted for ever.
-    pub fn late(record: &impl Blocks<N>, index: usize, delay: N) -> [Option<Self>; 4] {
+    pub(super) fn late(record: &impl Blocks<N>, index: usize, delay: N) -> [Option<Self>; 4] {
         let whole = delay.whole();
         let part = delay - N::from_count(whole);
         let ago = whole.unsigned_abs() as usize;
@@ -44,13 +44,13 @@ impl<N: Number> HeldCommand<N> {
 
     /// For how long it acts, blocks.
     #[must_use]
-    pub fn time(&self) -> N {
+    pub(super) fn time(&self) -> N {
         self.to - self.from
     }
 
     /// The additional distance per unit of gain because it falls, over the square of the time, command units.
     #[must_use]
-    pub fn first_moment(&self) -> N {
+    pub(super) fn first_moment(&self) -> N {
         N::from_f64(1.0 / 12.0) * self.falls * self.time()
     }
 

@@ -15,7 +15,7 @@ where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    pub(super) fn result(&self, fit: &Fit<N, S::Inputs<N>, P>) -> Option<FitResult<N, P>> {
+    pub(super) fn result(&self, fit: &Fit<N, P>) -> Option<FitResult<N, P>> {
         /// Standard errors.
         const MIN_STANDARD_ERRORS: f64 = 3.0;
         let best = fit.best.as_ref()?;
@@ -101,7 +101,7 @@ where
     /// The errors that a pass leaves.
     pub(super) fn errors(
         &self,
-        fit: &Fit<N, S::Inputs<N>, P>,
+        fit: &Fit<N, P>,
         pass: &Explanation<N, P, PassSums<N, P>>,
     ) -> Errors<N> {
         /// The largest correlation from block to block that can be distinguished from one.
@@ -119,11 +119,7 @@ where
     }
 
     /// The covariance of the unknowns by a pass.
-    fn covariance(
-        &self,
-        fit: &Fit<N, S::Inputs<N>, P>,
-        pass: &Explanation<N, P, PassSums<N, P>>,
-    ) -> [[N; P]; P] {
+    fn covariance(&self, fit: &Fit<N, P>, pass: &Explanation<N, P, PassSums<N, P>>) -> [[N; P]; P] {
         let variance = self.errors(fit, pass).autocorrelated;
         let covariance = pass.equations.covariance();
         covariance.map(|row| row.map(|entry| variance * entry))
@@ -133,7 +129,7 @@ where
     /// differ by more than chance explains, the model lacks an effect. The difference is then an error.
     pub(super) fn compare(
         &self,
-        fit: &mut Fit<N, S::Inputs<N>, P>,
+        fit: &mut Fit<N, P>,
         pass: &Explanation<N, P, PassSums<N, P>>,
     ) -> bool {
         /// The square of the standard deviations that chance explains. The variance of the difference is the difference

@@ -1,6 +1,5 @@
 use core::marker::PhantomData;
 
-use super::block::Block;
 use super::gain::KalmanGain;
 use super::levenberg_marquardt::{Descent, DescentSettings, Explanation};
 use super::pass::{Pass, PassSums};
@@ -9,10 +8,9 @@ use super::statistics::{MIN_TRAVEL_COUNTS, RecordStatistics, root};
 use super::{A, B, FitResult, FitterConfig, Prior, QUANTISATION_VARIANCE};
 use crate::constants::{Encode, encode};
 use crate::linalg::NormalEquations;
-use crate::measurement::angle::AngleSettings;
 use crate::measurement::direction::direction;
 use crate::model::IdentifiableSet;
-use crate::model::{Acting, FrictionStep, KnownInputs, ModelValues};
+use crate::model::{FrictionStep, ModelValues};
 use crate::number::Number;
 use crate::parameters::{PerQuantity, Unknown, Unknowns, unknowns_fingerprint};
 
@@ -42,8 +40,6 @@ use crate::parameters::{PerQuantity, Unknown, Unknowns, unknowns_fingerprint};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fitter<N, S = Unknowns<4>, const P: usize = 4> {
     pub(super) step: FrictionStep<N>,
-    /// Blocks in motion after which a first fit is overdue.
-    pub(super) patience: u32,
     /// The least variance of the position noise, counts²: that of its rounding.
     pub(super) noise: N,
     pub(super) low: [N; P],
@@ -59,28 +55,22 @@ pub struct Fitter<N, S = Unknowns<4>, const P: usize = 4> {
     horizon: Option<N>,
     /// Variance of the velocity before the first block of a motion that begins at rest, counts² per block².
     pub(super) at_first: Option<N>,
-    /// The angle as the models need it.
-    pub(super) angle: AngleSettings<N>,
-    per_low_speed_velocity: N,
     set: PhantomData<S>,
 }
 
 encode! {
     [N: Encode, S: IdentifiableSet<P>, const P: usize] Fitter<N, S, P> as "Fitter" {
-        step, patience, noise, low, high, prior, free, scale, per_scale, horizon, at_first, angle,
-        per_low_speed_velocity, set,
+        step, noise, low, high, prior, free, scale, per_scale, horizon, at_first, set,
     }
     also unknowns_fingerprint(&S::UNKNOWNS, P)
 }
 
 /// A fit in progress. [`Fitter::work`] makes a result of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fit<N, I, const P: usize> {
+pub struct Fit<N, const P: usize> {
     pub(super) prior: Prior<N, P>,
     /// Rows that make the errors of the initial values white, if these are known together. Units of a block.
     pub(super) known: Option<[[N; P]; P]>,
-    /// The known inputs at the first block.
-    pub(super) inputs: I,
     pub(super) blocks: usize,
     pub(super) next: usize,
     pub(super) stage: FitStage,
@@ -89,7 +79,7 @@ pub struct Fit<N, I, const P: usize> {
     pub(super) horizon: N,
     /// Variance of the position noise, counts².
     pub(super) noise: N,
-    pub(super) pass: Pass<N, I, P>,
+    pub(super) pass: Pass<N, P>,
     pub(super) linear: [[N; P]; 2],
     /// The part of the motion that the command explains beyond friction and load, with the sign of the gain.
     pub(super) command_share: N,
@@ -160,7 +150,6 @@ where
     ) -> Self {
         Self::new(&FitterConfig {
             block,
-            patience: 0,
             noise: QUANTISATION_VARIANCE,
             low,
             high,
@@ -169,8 +158,6 @@ where
             free: [true; P],
             bandwidth: None,
             at_first: Some(speed),
-            angle: AngleSettings::NONE,
-            per_low_speed_velocity: 0.0,
         })
     }
 
@@ -185,7 +172,6 @@ where
         low[A] = low[A].limited(-most, most);
         Self {
             step: FrictionStep::new(),
-            patience: config.patience,
             noise: N::from_f64(config.noise),
             low,
             high,
@@ -197,8 +183,6 @@ where
             at_first: config
                 .at_first
                 .map(|velocity| N::from_f64(velocity * m * velocity * m)),
-            angle: AngleSettings::new(config.angle.revolution, config.angle.order),
-            per_low_speed_velocity: N::from_f64(config.per_low_speed_velocity / m),
             set: PhantomData,
         }
     }
@@ -219,19 +203,17 @@ where
     }
 
     /// Begins a fit to a record of this number of blocks.
-    pub fn begin_fit(&self, blocks: usize) -> Fit<N, S::Inputs<N>, P> {
-        let inputs = S::Inputs::START;
+    pub fn begin_fit(&self, blocks: usize) -> Fit<N, P> {
         Fit {
             prior: self.prior,
             known: None,
-            inputs,
             blocks,
             next: 0,
             stage: FitStage::RecordStatistics,
             statistics: RecordStatistics::NONE,
             horizon: N::ONE,
             noise: self.noise,
-            pass: Pass::at_first(inputs, KalmanGain::begin(N::ONE, N::ZERO), N::ZERO),
+            pass: Pass::at_first(KalmanGain::begin(N::ONE, N::ZERO), N::ZERO),
             linear: [[N::ZERO; P]; 2],
             command_share: N::ZERO,
             standing_cost: N::ZERO,
@@ -271,7 +253,7 @@ where
     /// has ended: with its result, or none if the servo has not moved.
     pub fn work(
         &self,
-        fit: &mut Fit<N, S::Inputs<N>, P>,
+        fit: &mut Fit<N, P>,
         record: &impl Blocks<N>,
     ) -> Option<Option<FitResult<N, P>>> {
         if fit.next < fit.blocks {
@@ -365,7 +347,7 @@ where
 
     /// The least distance back of a reversal that separates friction from load. It exceeds the counts that an edge of
     /// the encoder or its noise produces at rest, and a part of the whole path.
-    pub(super) fn reversal(&self, fit: &Fit<N, S::Inputs<N>, P>) -> N {
+    pub(super) fn reversal(&self, fit: &Fit<N, P>) -> N {
         const COUNTS: f64 = 2.0;
         const SHARE: f64 = 0.01;
         let [counts, share] = [COUNTS, SHARE].map(N::from_f64);
@@ -373,7 +355,7 @@ where
     }
 
     /// Takes a pass of a descent. True if the descent continues.
-    fn descends(&self, fit: &mut Fit<N, S::Inputs<N>, P>) -> bool {
+    fn descends(&self, fit: &mut Fit<N, P>) -> bool {
         let pass = Explanation {
             unknowns: fit.trial,
             equations: fit.pass.equations,
@@ -390,13 +372,13 @@ where
     }
 
     /// Keeps the best pass of a descent.
-    fn keep(&self, fit: &mut Fit<N, S::Inputs<N>, P>, pass: Explanation<N, P, PassSums<N, P>>) {
+    fn keep(&self, fit: &mut Fit<N, P>, pass: Explanation<N, P, PassSums<N, P>>) {
         fit.noise = self.errors(fit, &pass).noise;
         fit.best = Some(pass);
     }
 
     /// Continues from the best unknowns at a further horizon, or ends.
-    fn begin_horizon(&self, fit: &mut Fit<N, S::Inputs<N>, P>, place: usize) {
+    fn begin_horizon(&self, fit: &mut Fit<N, P>, place: usize) {
         let Some(best) = &fit.best else { return };
         fit.trial = best.unknowns;
         let next = (place..Self::HORIZONS.len())
@@ -441,26 +423,6 @@ where
     #[inline]
     pub(super) fn values(&self, unknowns: &[N; P]) -> ModelValues<N> {
         let own = core::array::from_fn(|i| unknowns[i]);
-        let mut values = ModelValues::from_values::<S, P>(&own);
-        values.terms.per_low_speed_velocity = self.per_low_speed_velocity;
-        values
-    }
-
-    /// The inputs of a model over a block, whose travel is known.
-    #[inline]
-    pub(super) fn acting(
-        &self,
-        inputs: &mut S::Inputs<N>,
-        block: &Block<N>,
-        values: &ModelValues<N>,
-    ) -> Acting<N> {
-        // Where the block ends; its middle is half of the travel back.
-        inputs.take(
-            &self.angle,
-            &values.terms,
-            block.travel,
-            block.command,
-            -block.travel,
-        )
+        ModelValues::from_values::<S, P>(&own)
     }
 }

@@ -23,7 +23,7 @@ where
     /// One block of a pass of such a model.
     pub(super) fn late_block(
         &self,
-        fit: &mut Fit<N, S::Inputs<N>, P>,
+        fit: &mut Fit<N, P>,
         record: &impl Blocks<N>,
         block: &Block<N>,
     ) {
@@ -74,7 +74,7 @@ where
     /// Moves the model and its tangents for as long as a command acts; the distance.
     fn advance_under(
         &self,
-        pass: &mut Pass<N, S::Inputs<N>, P>,
+        pass: &mut Pass<N, P>,
         values: &ModelValues<N>,
         held: &HeldCommand<N>,
         push: N,

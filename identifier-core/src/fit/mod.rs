@@ -14,7 +14,6 @@ mod command;
 mod early;
 mod errors;
 mod fit_result;
-mod fits;
 mod fitter;
 mod gain;
 mod late;
@@ -26,21 +25,18 @@ mod record;
 mod recorder;
 mod start;
 mod statistics;
-mod wait;
 
 pub(crate) use block::NumberedBlock;
 pub use block::{Block, Blocking};
-pub use command::HeldCommand;
 pub(crate) use early::EarlyCommand;
 pub use fit_result::FitResult;
-pub(crate) use fits::Fits;
 pub use fitter::{Fit, Fitter};
 pub use levenberg_marquardt::{Descent, DescentSettings, Explanation};
 pub use prediction::Predicted;
 pub(crate) use prior::{FitterConfig, Prior};
 pub use record::Blocks;
+pub(crate) use record::Record;
 pub use recorder::Recorder;
-pub(crate) use wait::PATIENCE;
 
 use crate::parameters::Unknown;
 

@@ -8,9 +8,7 @@ use crate::number::Number;
 
 /// A pass over the record: the model, its tangents and their sums.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pass<N, I, const P: usize> {
-    /// The known inputs besides the blocks.
-    pub(super) inputs: I,
+pub(super) struct Pass<N, const P: usize> {
     pub(super) gain: KalmanGain<N>,
     pub(super) model: ObserverModel<N>,
     pub(super) tangents: Tangents<N, P>,
@@ -29,11 +27,10 @@ pub(super) struct PassSums<N, const P: usize> {
     pub(super) early: EarlySums<N, P>,
 }
 
-impl<N: Number, I, const P: usize> Pass<N, I, P> {
+impl<N: Number, const P: usize> Pass<N, P> {
     /// Before the first block: a model at the measured position.
-    pub(super) fn at_first(inputs: I, gain: KalmanGain<N>, reversal: N) -> Self {
+    pub(super) fn at_first(gain: KalmanGain<N>, reversal: N) -> Self {
         Self {
-            inputs,
             gain,
             model: ObserverModel::alongside(N::ZERO),
             tangents: Tangents::NONE,

@@ -18,7 +18,7 @@ where
     S: IdentifiableSet<P>,
 {
     /// Makes a fit that has not begun a prediction by these unknowns, machine units of a sample.
-    pub fn begin_prediction(&self, fit: &mut Fit<N, S::Inputs<N>, P>, unknowns: &[N; P]) {
+    pub fn begin_prediction(&self, fit: &mut Fit<N, P>, unknowns: &[N; P]) {
         fit.trial = core::array::from_fn(|i| unknowns[i] * self.scale[i]);
         fit.horizon = N::from_f64(Self::OPEN_LOOP_MEMORY);
         fit.stage = FitStage::End;
@@ -26,11 +26,7 @@ where
     }
 
     /// Continues a prediction by one block of the record; none behind the last.
-    pub fn predict(
-        &self,
-        fit: &mut Fit<N, S::Inputs<N>, P>,
-        record: &impl Blocks<N>,
-    ) -> Option<Predicted<N, P>> {
+    pub fn predict(&self, fit: &mut Fit<N, P>, record: &impl Blocks<N>) -> Option<Predicted<N, P>> {
         let block = record.block(fit.next)?;
         self.model_block(fit, record, block);
         fit.next += 1;

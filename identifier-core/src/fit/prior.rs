@@ -1,13 +1,10 @@
 use crate::constants::{Encode, encode};
-use crate::measurement::angle::AngleSettings;
 use crate::number::Number;
 
 /// The configuration of a fitter, machine units of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FitterConfig<const P: usize = 4> {
     pub(crate) block: u32,
-    /// Blocks in motion after which a first fit is overdue.
-    pub(crate) patience: u32,
     pub(crate) noise: f64,
     pub(crate) low: [f64; P],
     pub(crate) high: [f64; P],
@@ -19,8 +16,6 @@ pub(crate) struct FitterConfig<const P: usize = 4> {
     /// Standard deviation of the velocity before the first block, position units per sample. It is for a motion from
     /// rest that is short enough for an open-loop simulation. None for a servo that runs.
     pub(crate) at_first: Option<f64>,
-    pub(crate) angle: AngleSettings<f64>,
-    pub(crate) per_low_speed_velocity: f64,
 }
 
 /// The knowledge before a fit, units of a block.

@@ -12,7 +12,7 @@ pub trait Blocks<N> {
 /// A fit reads the blocks that were there when it began. Meanwhile blocks are only appended, and a
 /// full record takes no more. It then begins anew with the first block after the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Record<N, const W: usize> {
+pub(crate) struct Record<N, const W: usize> {
     blocks: [Block<N>; W],
     first: usize,
     count: usize,
@@ -22,7 +22,7 @@ pub(super) struct Record<N, const W: usize> {
 
 impl<N: Number, const W: usize> Record<N, W> {
     /// No block yet.
-    pub(super) fn empty() -> Self {
+    pub(crate) fn empty() -> Self {
         Self {
             blocks: [Block {
                 travel: N::ZERO,
@@ -37,17 +37,17 @@ impl<N: Number, const W: usize> Record<N, W> {
     }
 
     /// Blocks in the record.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.count
     }
 
     /// True if the record is full, and the next block replaces the oldest.
-    pub(super) fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.count == W
     }
 
     /// Empties the record.
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.first = 0;
         self.count = 0;
         self.reading = false;
@@ -55,7 +55,7 @@ impl<N: Number, const W: usize> Record<N, W> {
     }
 
     /// Takes a block.
-    pub(super) fn push(&mut self, block: &Block<N>) {
+    pub(crate) fn push(&mut self, block: &Block<N>) {
         if self.missed && !self.reading {
             self.clear();
         }
@@ -84,11 +84,11 @@ impl<N: Number, const W: usize> Record<N, W> {
     }
 
     /// Keeps the blocks where they are until [`Record::release`].
-    pub(super) fn hold(&mut self) {
+    pub(crate) fn hold(&mut self) {
         self.reading = true;
     }
 
-    pub(super) fn release(&mut self) {
+    pub(crate) fn release(&mut self) {
         self.reading = false;
     }
 }

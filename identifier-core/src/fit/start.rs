@@ -20,12 +20,12 @@ where
 
     /// Makes a fit treat its initial values as jointly known. The rows of `whitening` make their errors white, in
     /// machine units of a sample.
-    pub fn know(&self, fit: &mut Fit<N, S::Inputs<N>, P>, whitening: &[[N; P]; P]) {
+    pub fn know(&self, fit: &mut Fit<N, P>, whitening: &[[N; P]; P]) {
         fit.known = Some(whitening.map(|row| core::array::from_fn(|i| row[i] * self.per_scale[i])));
     }
 
     /// The unknowns to start from.
-    pub(super) fn begin_start(&self, fit: &mut Fit<N, S::Inputs<N>, P>, start: u32) {
+    pub(super) fn begin_start(&self, fit: &mut Fit<N, P>, start: u32) {
         let mut trial = fit.linear[usize::from(start == 1)];
         // Where nothing better is known the gain is what the amplitudes suggest.
         let suggested = fit.statistics.gain(fit.horizon.reciprocal(), fit.blocks);
@@ -62,7 +62,7 @@ where
         self.begin_pass(fit);
     }
 
-    pub(super) fn begin_pass(&self, fit: &mut Fit<N, S::Inputs<N>, P>) {
+    pub(super) fn begin_pass(&self, fit: &mut Fit<N, P>) {
         fit.next = 0;
         fit.pass = self.first_pass(fit);
         let deviation = root(fit.noise);
@@ -87,13 +87,13 @@ where
     }
 
     /// A pass before its first block.
-    pub(super) fn first_pass(&self, fit: &Fit<N, S::Inputs<N>, P>) -> Pass<N, S::Inputs<N>, P> {
+    pub(super) fn first_pass(&self, fit: &Fit<N, P>) -> Pass<N, P> {
         let velocity = match self.at_first {
             Some(variance) => variance * fit.noise.reciprocal(),
             // More than the square of any.
             None => fit.statistics.travel_square + N::ONE,
         };
         let gain = KalmanGain::begin(fit.horizon, velocity);
-        Pass::at_first(fit.inputs, gain, self.reversal(fit))
+        Pass::at_first(gain, self.reversal(fit))
     }
 }

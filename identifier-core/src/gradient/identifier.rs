@@ -312,12 +312,12 @@ where
             let value = machine.get(wanted).value(self.scales.estimate(wanted));
             value / unit.get(wanted.into())
         };
-        ServoParameters {
-            a: si(Parameter::A),
-            b: si(Parameter::B),
-            coulomb: si(Parameter::Coulomb),
-            load: si(Parameter::Load),
-        }
+        ServoParameters::new(
+            si(Parameter::A),
+            si(Parameter::B),
+            si(Parameter::Coulomb),
+            si(Parameter::Load),
+        )
         .with_load_of(self.command(shown.load_command))
     }
 

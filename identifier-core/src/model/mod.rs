@@ -4,7 +4,7 @@
 mod amplifier;
 mod correction;
 mod friction_step;
-mod identifiable_set;
+pub(crate) mod identifiable_set;
 pub(crate) mod known_inputs;
 mod model_loop;
 mod observer_model;
@@ -14,8 +14,9 @@ mod zero_order_hold_step;
 
 pub use amplifier::{Amplifier, AmplifierState};
 pub(crate) use correction::CommandCorrection;
-pub use friction_step::{FrictionPhase, FrictionStep};
-pub use identifiable_set::IdentifiableSet;
+pub(crate) use friction_step::FrictionPhase;
+pub use friction_step::FrictionStep;
+pub(crate) use identifiable_set::IdentifiableSet;
 pub(crate) use known_inputs::{Acting, KnownInputs};
 pub(crate) use model_loop::{ModelLoop, ModelState, Observed};
 pub(crate) use observer_model::{Innovation, ModelStep, MovingStep, ObserverModel};

@@ -30,6 +30,29 @@ impl IdentifiedServo {
     /// The standard errors within which an unknown is.
     pub(crate) const STANDARD_ERRORS: f64 = 3.0;
 
+    /// One that is known exactly, with its delay, s.
+    #[must_use]
+    pub const fn known(parameters: ServoParameters, delay: f64) -> Self {
+        Self {
+            parameters,
+            delay,
+            covariance: [[0.0; 5]; 5],
+            unexplained: 0.0,
+        }
+    }
+
+    /// The same with independent standard errors of [a, b, c, τ, d], SI.
+    #[must_use]
+    pub fn with_errors(mut self, errors: [f64; 5]) -> Self {
+        self.covariance = [[0.0; 5]; 5];
+        for (place, (row, error)) in self.covariance.iter_mut().zip(errors).enumerate() {
+            if let Some(entry) = row.get_mut(place) {
+                *entry = error * error;
+            }
+        }
+        self
+    }
+
     /// [a, b, c, τ, d], SI.
     #[must_use]
     pub fn values(&self) -> [f64; 5] {

@@ -4,7 +4,6 @@
 mod identified_servo;
 mod model_parameters;
 mod per_parameter;
-mod servo;
 pub(crate) mod sets;
 mod terms;
 mod tolerance;
@@ -12,8 +11,7 @@ mod unknowns;
 
 pub use identified_servo::IdentifiedServo;
 pub(crate) use model_parameters::ModelParameters;
-pub use per_parameter::PerParameter;
-pub use servo::ServoParameters;
+pub use per_parameter::{PerParameter, ServoParameters};
 pub(crate) use sets::unknowns_fingerprint;
 pub use sets::{AbLoad, AllUnknowns, ParameterSet, UnknownSet, Unknowns};
 pub use terms::Terms;
@@ -64,11 +62,6 @@ impl Parameter {
     /// Its value in a servo.
     #[must_use]
     pub fn value_in(self, servo: &ServoParameters) -> f64 {
-        match self {
-            Self::A => servo.a,
-            Self::B => servo.b,
-            Self::Coulomb => servo.coulomb,
-            Self::Load => servo.load,
-        }
+        servo.get(self)
     }
 }

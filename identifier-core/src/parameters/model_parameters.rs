@@ -53,11 +53,11 @@ impl<N: Number> ModelParameters<N> {
     #[must_use]
     pub(crate) fn to_si(self, units: &Units) -> ServoParameters {
         let machine = PerQuantity::machine(units);
-        ServoParameters {
-            a: self.x.to_f64() / machine.rate,
-            b: self.gain.to_f64() / machine.gain,
-            coulomb: self.coulomb.to_f64() / machine.acceleration,
-            load: self.load.to_f64() / machine.acceleration,
-        }
+        ServoParameters::new(
+            self.x.to_f64() / machine.rate,
+            self.gain.to_f64() / machine.gain,
+            self.coulomb.to_f64() / machine.acceleration,
+            self.load.to_f64() / machine.acceleration,
+        )
     }
 }

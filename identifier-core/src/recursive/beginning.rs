@@ -190,7 +190,7 @@ where
         let own = &state.recursion.law;
         let knows = |(i, unknown): (usize, &Unknown)| match place_of(*unknown) {
             Some(place) if place == B || i == self.friction => {
-                N::from_f64(RATIO) * result.covariance.variance(place) < own.variance(i)
+                N::from_f64(RATIO) * result.covariance.variance(place) < own.factors.variance(i)
             }
             _ => true,
         };

@@ -1,8 +1,9 @@
 use core::marker::PhantomData;
 
 use super::fitted::{COVARIANCE_FACTOR, FITTED, FirstFitSolution, GaussNewtonFitted};
+use super::wait::FirstFitWait;
 use crate::constants::{Encode, encode};
-use crate::fit::{EarlyCommand, FitResult, Fits, Fitter, NumberedBlock};
+use crate::fit::{EarlyCommand, Fit, FitResult, Fitter, NumberedBlock, Record};
 use crate::linalg::Factors;
 use crate::model::IdentifiableSet;
 use crate::number::Number;
@@ -18,6 +19,8 @@ const LOAD: usize = Parameter::Load as usize;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
     pub(crate) fitter: Fitter<N>,
+    /// Blocks in motion after which a first fit is overdue.
+    pub(crate) patience: u32,
     /// Those of the parameters that it fits.
     pub(crate) free: [bool; FITTED],
     pub(crate) set: PhantomData<S>,
@@ -25,14 +28,20 @@ pub struct GaussNewtonFitter<N, S, const P: usize, const W: usize = 256> {
 
 encode! {
     [N: Encode, S: IdentifiableSet<P>, const P: usize, const W: usize]
-    GaussNewtonFitter<N, S, P, W> as "GaussNewtonFitter" { fitter, free, set }
+    GaussNewtonFitter<N, S, P, W> as "GaussNewtonFitter" { fitter, patience, free, set }
     also unknowns_fingerprint(&S::UNKNOWNS, W)
 }
 
 /// The state of the background's half: the record and the fit in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaussNewtonFitterState<N, const W: usize = 256> {
-    fits: Fits<N, W>,
+    record: Record<N, W>,
+    /// Blocks since the last fit began.
+    fresh: usize,
+    fit: Option<Fit<N, FITTED>>,
+    /// The number of the block that follows the last.
+    next: u32,
+    wait: FirstFitWait,
     /// Variance of the position's noise, by the last result that was good.
     noise: Option<N>,
 }
@@ -104,7 +113,11 @@ where
     #[must_use]
     pub fn start(&self) -> GaussNewtonFitterState<N, W> {
         GaussNewtonFitterState {
-            fits: Fits::none(),
+            record: Record::empty(),
+            fresh: 0,
+            fit: None,
+            next: 0,
+            wait: FirstFitWait::START,
             noise: None,
         }
     }
@@ -112,12 +125,20 @@ where
     /// Takes a block, in the order in which they were recorded. One that does not follow the last begins the record
     /// anew and ends the fit in progress.
     pub fn take(&self, state: &mut GaussNewtonFitterState<N, W>, block: &NumberedBlock<N>) {
-        self.fitter.take(&mut state.fits, block);
+        state.wait.take(self.patience, block);
+        if block.number != state.next {
+            self.begin_anew(state);
+        }
+        state.next = block.number.wrapping_add(1);
+        state.record.push(&block.block);
+        state.fresh += 1;
     }
 
     /// Forgets the record, and the fit in progress.
     pub fn begin_anew(&self, state: &mut GaussNewtonFitterState<N, W>) {
-        self.fitter.begin_anew(&mut state.fits);
+        state.record.clear();
+        state.fresh = 0;
+        state.fit = None;
     }
 
     /// Continues the fit in progress by at most `budget` blocks, or begins one if it is time: when half of the record is
@@ -128,41 +149,46 @@ where
         state: &mut GaussNewtonFitterState<N, W>,
         budget: u32,
     ) -> Option<GaussNewtonFitted<N>> {
-        let (fitter, fits) = (&self.fitter, &mut state.fits);
-        if !fits.is_under_way() {
-            if fits.blocks() < W / 2 || fits.fresh() < W / 4 {
+        if state.fit.is_none() {
+            if state.record.len() < W / 2 || state.fresh < W / 4 {
                 return None;
             }
-            fitter.begin(fits);
+            state.fresh = 0;
+            state.record.hold();
+            state.fit = Some(self.fitter.begin_fit(state.record.len()));
         }
-        let mut ended = fitter.advance(fits, budget)?;
-        if let Some(result) = &mut ended.result
+        let fit = state.fit.as_mut()?;
+        let mut result = (0..budget).find_map(|_| self.fitter.work(fit, &state.record))?;
+        state.fit = None;
+        state.record.release();
+        let is_full = state.record.is_full();
+        if let Some(result) = &mut result
             && S::UNKNOWNS.contains(&Unknown::Delay)
         {
             // The recursion finds the time at which the command acts.
             result.early = EarlyCommand::No;
         }
-        let good = ended
-            .result
-            .filter(|result| Self::is_good(result, ended.full));
-        let explained = good.map(|result| self.explained(&result));
-        if let Some(result) = good {
-            state.noise = Some(result.noise);
-            fitter.begin_anew(fits);
-            fits.end_wait();
-        } else if !fitter.object(fits, &ended) {
-            return None;
+        let good = result.filter(|result| Self::is_good(result, is_full));
+        if let Some(good) = good {
+            state.noise = Some(good.noise);
+            self.begin_anew(state);
+            state.wait.end();
+        } else {
+            let reason = result.map_or(Reason::TooLittleMotion, |result| result.rejection_reason());
+            if !is_full || !state.wait.object(self.patience, reason) {
+                return None;
+            }
         }
         Some(GaussNewtonFitted {
-            last: ended.last,
-            explained,
+            last: state.next.wrapping_sub(1),
+            explained: good.map(|result| self.explained(&result)),
         })
     }
 
     /// Why no first fit has succeeded after a second of motion: see [`Report`](crate::identify::Report).
     #[must_use]
     pub fn rejection_reason(&self, state: &GaussNewtonFitterState<N, W>) -> Option<Reason> {
-        self.fitter.rejection_reason(&state.fits)
+        state.wait.reason(self.patience)
     }
 
     /// Standard deviation of the position's noise: see [`Report`](crate::identify::Report).

@@ -182,7 +182,7 @@ where
         let has_estimates = self.is_running(state) || recursion.omega != N::ZERO;
         let mut standard_errors = [None; Unknown::COUNT];
         if has_estimates {
-            let errors = self.law.standard_errors(&recursion.law);
+            let errors = self.law.uncertainty(&recursion.law).standard_errors();
             for (unknown, error) in S::UNKNOWNS.into_iter().zip(errors) {
                 standard_errors[unknown as usize] = Some(error / unknown.scale(&self.units));
             }

@@ -99,7 +99,8 @@ pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: us
     /// Its mean ψ.
     sensitivity: [N; P],
     estimates: [N::Sum; P],
-    factors: Factors<N, S::Lower<N>, P>,
+    /// Those of P.
+    pub(super) factors: Factors<N, S::Lower<N>, P>,
     /// The block before, being worked on.
     measurement: Measurement<N, P>,
     mean_error: N,
@@ -109,12 +110,13 @@ pub(crate) struct GaussNewtonState<N: Number, S: IdentifiableSet<P>, const P: us
     /// The factor by which P is still to rise with the noise level.
     pending_inflation: N,
     /// The factor by which P has lately risen with the noise level; fades to one.
-    inflation: N,
+    pub(super) inflation: N,
     weighed: WeighedErrors<N>,
     /// The number of blocks in its sums.
     blocks: u16,
     phase: u8,
-    learning: bool,
+    /// The last complete block is to be learnt from.
+    pub(super) learning: bool,
 }
 
 /// The progress of the estimator with a block.
@@ -151,11 +153,6 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         self.factors.raise_last(variance);
     }
 
-    /// Raises the variance of estimate i, and of correlated later estimates.
-    pub(crate) fn raise(&mut self, i: usize, variance: N) {
-        self.factors.raise(i, variance);
-    }
-
     /// Moves the last estimate.
     #[inline]
     pub(crate) fn add_to_last(&mut self, step: N) {
@@ -169,28 +166,6 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
         if let Some(estimate) = self.estimates.get_mut(i) {
             *estimate = N::Sum::new(value);
         }
-    }
-
-    /// Makes every estimate less certain by a factor of the variance, up to the variances `most`.
-    pub(crate) fn inflate_covariance(&mut self, factor: N, most: &[N; P]) {
-        self.factors.grow(factor, most);
-    }
-
-    /// The variance of estimate i by P.
-    pub(crate) fn variance(&self, i: usize) -> N {
-        self.factors.variance(i)
-    }
-
-    /// Begins to learn estimate i, which was known until now, from a value with a variance.
-    pub(crate) fn release(&mut self, i: usize, variance: N) {
-        self.factors.release(i, variance);
-    }
-
-    /// True if the last complete block is to be learnt from.
-    #[inline]
-    #[must_use]
-    pub(crate) fn is_learning(&self) -> bool {
-        self.learning
     }
 
     /// Forgets the block that is being gathered and the one that is being worked on.
@@ -213,13 +188,6 @@ impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P>
     /// load, not noise.
     pub(crate) fn cancel_inflation(&mut self) {
         self.pending_inflation = N::ONE;
-    }
-
-    /// The factor by which P has lately risen with the noise level.
-    #[inline]
-    #[must_use]
-    pub(crate) fn inflation(&self) -> N {
-        self.inflation
     }
 }
 
@@ -558,14 +526,5 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             weighed: state.weighed,
             blocks: state.blocks,
         }
-    }
-
-    /// The standard errors of the estimates, machine units, for a report.
-    #[must_use]
-    pub(crate) fn standard_errors<S: IdentifiableSet<P>>(
-        &self,
-        state: &GaussNewtonState<N, S, P>,
-    ) -> [f64; P] {
-        self.uncertainty(state).standard_errors()
     }
 }

@@ -103,7 +103,7 @@ where
                 return self.keep_in_reach(state);
             }
             GaussNewtonStep::Gathered { mean, predicted } => {
-                let inflation = state.law.inflation();
+                let inflation = state.law.inflation;
                 let relative = mean * state.per_noise;
                 let predicted = predicted * state.per_noise * state.per_noise;
                 if self.has_load

@@ -13,6 +13,7 @@ mod standing;
 mod suspended;
 mod terms;
 mod uncertainty;
+mod wait;
 mod whole;
 
 pub use first_fit::{GaussNewtonFitter, GaussNewtonFitterState};
@@ -25,6 +26,7 @@ use core::marker::PhantomData;
 
 pub(crate) use law::{GaussNewton, GaussNewtonConfig};
 pub(crate) use load_step::LoadStepTest;
+pub(crate) use wait::PATIENCE;
 
 use crate::constants::{Encode, encode};
 use crate::fit::Blocking;

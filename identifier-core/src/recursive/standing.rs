@@ -76,7 +76,7 @@ where
             }
         }
         let most = self.most(state.measured, state.scale, &state.law.estimates());
-        state.law.inflate_covariance(N::from_f64(4.0), &most);
+        state.law.factors.grow(N::from_f64(4.0), &most);
         state.model =
             ObserverModel::alongside(moving * N::from_count(i32::from(held)).reciprocal());
         state.tangents = Tangents::NONE;

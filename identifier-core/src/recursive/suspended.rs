@@ -102,7 +102,7 @@ where
             let moved = (load - state.load_step_detector.sought_from) * N::from_f64(0.25);
             state.law.replace_last(load, moved * moved);
             if state.ambiguous {
-                state.law.raise(self.friction, moved * moved);
+                state.law.factors.raise(self.friction, moved * moved);
             }
             self.resume(state);
         }

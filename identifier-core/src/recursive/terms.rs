@@ -17,7 +17,7 @@ where
     /// Counts a block in which the model moves. True if a term that is demanded enters now.
     #[inline]
     pub(super) fn count_motion(&self, state: &mut Recursion<N, S, P>) -> bool {
-        if !state.law.is_learning() {
+        if !state.law.learning {
             return false;
         }
         let entered = &mut state.entered;
@@ -49,14 +49,14 @@ where
     fn release(&self, law: &mut GaussNewtonState<N, S, P>, term: Term, omega: N, scale: N) {
         let estimates = law.estimates();
         self.law.settle_anew(law);
-        law.inflate_covariance(
+        law.factors.grow(
             N::from_f64(VARIANCE_FACTOR),
             &self.most(omega, scale, &estimates),
         );
         for (i, &unknown) in S::UNKNOWNS.iter().enumerate() {
             if term.is_of(unknown) {
                 let deviation = Self::prior(unknown, omega, scale, &estimates);
-                law.release(i, deviation * deviation);
+                law.factors.release(i, deviation * deviation);
             }
         }
     }
@@ -95,7 +95,7 @@ where
             law.replace(i, old[i]);
             if entered.has(term) {
                 let deviation = Self::prior(*unknown, omega, scale, &new);
-                law.release(i, deviation * deviation);
+                law.factors.release(i, deviation * deviation);
             }
         }
     }

@@ -3,11 +3,11 @@ use super::parameter_range::SMALLEST_GAIN;
 use super::terms::TermConfig;
 use super::{Settings, SettingsError};
 use crate::error::Allowed;
-use crate::fit::{FitterConfig, PATIENCE, QUANTISATION_VARIANCE};
-use crate::measurement::angle::AngleSettings;
+use crate::fit::{FitterConfig, QUANTISATION_VARIANCE};
 use crate::model::ZeroOrderHoldStep;
 use crate::number::Number;
 use crate::parameters::{Parameter, Terms, Unknown};
+use crate::recursive::PATIENCE;
 use crate::units::Units;
 
 /// The settings that identifiers which fit are built from, with their units.
@@ -65,7 +65,6 @@ impl<'a> Listening<'a> {
         let block = self.block(places, time)?;
         let mut config = FitterConfig {
             block,
-            patience: self.patience(block, places),
             noise: self.noise_variance()?,
             low: [0.0; 4],
             high: [0.0; 4],
@@ -74,8 +73,6 @@ impl<'a> Listening<'a> {
             free: [false; 4],
             bandwidth: self.bandwidth_per_sample()?,
             at_first: None,
-            angle: AngleSettings::NONE,
-            per_low_speed_velocity: 0.0,
         };
         for i in 0..Parameter::ALL.len() {
             let parameter = Parameter::ALL[i];
@@ -155,7 +152,7 @@ impl<'a> Listening<'a> {
     }
 
     /// Blocks in motion after which a first fit to a record of `places` is overdue.
-    fn patience(&self, block: u32, places: usize) -> u32 {
+    pub(super) fn patience(&self, block: u32, places: usize) -> u32 {
         let blocks = PATIENCE / (f64::from(block) * self.units.rate());
         (libm::ceil(blocks) as u32).max(places as u32)
     }

@@ -117,9 +117,11 @@ where
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         const { assert!(W >= 32, "fewer blocks do not determine a servo") };
         let time = GaussNewtonRecursion::<N, S, P, W>::START_TIME;
-        let config = Listening::new(settings)?.fitter(&S::UNKNOWNS, W, time)?;
+        let listening = Listening::new(settings)?;
+        let config = listening.fitter(&S::UNKNOWNS, W, time)?;
         Ok(Self {
             fitter: Fitter::new(&config),
+            patience: listening.patience(config.block, W),
             free: Parameter::ALL.map(|parameter| {
                 S::UNKNOWNS.contains(&parameter.into()) && config.free[parameter as usize]
             }),

@@ -79,17 +79,7 @@ mod tests {
     #[test]
     fn gains_are_disproved_by_a_line_that_is_sure_alone() {
         let settings = TuningSettings::new(SAMPLE_TIME, 0.0, 10.0, 0.1);
-        let servo = IdentifiedServo {
-            parameters: ServoParameters {
-                a: 0.2,
-                b: 200.0,
-                coulomb: 0.0,
-                load: 0.0,
-            },
-            delay: SAMPLE_TIME,
-            covariance: [[0.0; 5]; 5],
-            unexplained: 0.0,
-        };
+        let servo = IdentifiedServo::known(ServoParameters::new(0.2, 200.0, 0.0, 0.0), SAMPLE_TIME);
         let tuning = settings.tune(&servo).expect("gains");
         let at = |factor: f64, part: f64| {
             let frequency = 2.0 * tuning.bandwidth;
@@ -149,17 +139,7 @@ mod tests {
             mode,
             errors: [0.001, 0.1],
         };
-        let servo = IdentifiedServo {
-            parameters: ServoParameters {
-                a: 0.0,
-                b: 100.0,
-                coulomb: 0.0,
-                load: 0.0,
-            },
-            delay: SAMPLE_TIME,
-            covariance: [[0.0; 5]; 5],
-            unexplained: 0.0,
-        };
+        let servo = IdentifiedServo::known(ServoParameters::new(0.0, 100.0, 0.0, 0.0), SAMPLE_TIME);
         let settings = TuningSettings::new(SAMPLE_TIME, 1e-5, 10.0, 0.1);
         let tuner = Tuner::for_response(&settings, &servo, Some(&resonance)).expect("a servo");
         let mut state = tuner.start();

@@ -145,12 +145,7 @@ mod tests {
 
     fn servo(covariance: [[f64; 5]; 5]) -> IdentifiedServo {
         IdentifiedServo {
-            parameters: ServoParameters {
-                a: 3.0,
-                b: 200.0,
-                coulomb: 1.0,
-                load: 0.0,
-            },
+            parameters: ServoParameters::new(3.0, 200.0, 1.0, 0.0),
             delay: 1e-3,
             covariance,
             unexplained: 0.0,

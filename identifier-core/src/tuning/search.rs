@@ -53,7 +53,7 @@ pub(super) struct Search {
     bandwidth: f64,
     notched: bool,
     /// The largest bandwidth without the notch, once that is looked for.
-    without: Option<LargestBandwidth>,
+    without: Option<Found>,
     /// Its check; none before it begins.
     case: Option<Case>,
     low: Option<(Design, Margins)>,
@@ -61,12 +61,12 @@ pub(super) struct Search {
     tried: u32,
 }
 
-/// The end of a search.
+/// Gains that keep everything, with their margins, and what keeps them from being faster if that was looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct LargestBandwidth {
+pub(super) struct Found {
     pub(super) design: Design,
     pub(super) margins: Margins,
-    pub(super) cap: Cap,
+    pub(super) cap: Option<Cap>,
 }
 
 impl GainCheck {
@@ -281,12 +281,8 @@ impl Search {
     }
 
     /// Takes the largest bandwidth without the notch, and begins with it, or ends with the better of both.
-    fn end(
-        &mut self,
-        judge: &GainCheck,
-        found: Option<LargestBandwidth>,
-    ) -> Option<Option<LargestBandwidth>> {
-        let unseen = |found: LargestBandwidth| found.cap == Cap::UnseenResonance;
+    fn end(&mut self, judge: &GainCheck, found: Option<Found>) -> Option<Option<Found>> {
+        let unseen = |found: Found| found.cap == Some(Cap::UnseenResonance);
         if !self.notched && judge.has_notch() && !found.is_some_and(unseen) {
             *self = Self {
                 notched: true,
@@ -298,9 +294,8 @@ impl Search {
         let Some(without) = self.without else {
             return Some(found);
         };
-        let is_worth = |with: &LargestBandwidth| {
-            with.design.bandwidth > Self::WORTH * without.design.bandwidth
-        };
+        let is_worth =
+            |with: &Found| with.design.bandwidth > Self::WORTH * without.design.bandwidth;
         Some(Some(found.filter(is_worth).unwrap_or(without)))
     }
 
@@ -311,7 +306,7 @@ impl Search {
         judge: &GainCheck,
         lines: &[MeasuredLine],
         is_explained: bool,
-    ) -> Option<Option<LargestBandwidth>> {
+    ) -> Option<Option<Found>> {
         let bandwidth = self.bandwidth;
         let Some(case) = &mut self.case else {
             self.case = Some(judge.open(bandwidth, self.notched));
@@ -325,10 +320,10 @@ impl Search {
         let next = match (self.low, self.high) {
             (Some((design, margins)), Some((high, cap))) => {
                 if high < Self::FINE * design.bandwidth {
-                    let found = LargestBandwidth {
+                    let found = Found {
                         design,
                         margins,
-                        cap,
+                        cap: Some(cap),
                     };
                     return self.end(judge, Some(found));
                 }

@@ -1,13 +1,12 @@
 use super::closed_loop::{PredictedSample, PredictedStep};
-use super::margins::Margins;
 use super::measured_line::MeasuredLine;
 use super::placement::Design;
 use super::possible_servos::{PossibleServo, PossibleServos};
 use super::prediction::{PredictionInputs, ResponsePrediction};
 use super::resonance::Resonance;
 use super::response_time::ByTime;
-use super::search::{Case, GainCheck, LargestBandwidth, Search, Verdict};
-use super::{Cap, Goal, Tuning, TuningError, TuningSettings};
+use super::search::{Case, Found, GainCheck, Search, Verdict};
+use super::{Goal, Tuning, TuningError, TuningSettings};
 use crate::parameters::IdentifiedServo;
 
 /// Finds gains for an identified servo, in slices of work that are short enough for the background of a chip. A slice
@@ -42,13 +41,6 @@ enum Task {
     Found(Found),
     Predict(Found, ResponsePrediction),
     End(Result<Tuning, TuningError>),
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Found {
-    design: Design,
-    margins: Margins,
-    cap: Option<Cap>,
 }
 
 impl Tuner {
@@ -152,13 +144,20 @@ impl Tuner {
             },
             Task::Search(search, asked) => {
                 match (search.work(&self.judge, lines, is_explained)?, *asked) {
-                    (None, _) => Task::End(Err(TuningError::NotKnown)),
-                    (Some(largest), Some(bandwidth)) => Task::End(Err(TuningError::TooFast {
+                    (Some(found), None) => Task::Found(found),
+                    (
+                        Some(Found {
+                            design,
+                            cap: Some(cap),
+                            ..
+                        }),
+                        Some(bandwidth),
+                    ) => Task::End(Err(TuningError::TooFast {
                         bandwidth,
-                        most: largest.design.bandwidth,
-                        cap: largest.cap,
+                        most: design.bandwidth,
+                        cap,
                     })),
-                    (Some(largest), None) => Task::Found(largest.into()),
+                    _ => Task::End(Err(TuningError::NotKnown)),
                 }
             }
             Task::Found(found) => self.predict(*found),
@@ -228,16 +227,6 @@ impl TuningSettings {
             if let Some(result) = tuner.work(&mut state) {
                 return result;
             }
-        }
-    }
-}
-
-impl From<LargestBandwidth> for Found {
-    fn from(largest: LargestBandwidth) -> Self {
-        Self {
-            design: largest.design,
-            margins: largest.margins,
-            cap: Some(largest.cap),
         }
     }
 }

@@ -157,17 +157,7 @@ mod tests {
     /// The gains for one mass with lines of the true servo.
     fn tuned(lines: &[MeasuredLine]) -> Tuning {
         let PossibleServo { a, b, delay } = ONE_MASS;
-        let servo = IdentifiedServo {
-            parameters: ServoParameters {
-                a,
-                b,
-                coulomb: 0.0,
-                load: 0.0,
-            },
-            delay,
-            covariance: [[0.0; 5]; 5],
-            unexplained: 0.0,
-        };
+        let servo = IdentifiedServo::known(ServoParameters::new(a, b, 0.0, 0.0), delay);
         let settings = TuningSettings::new(TIME, 1e-6, 10.0, 0.1);
         let tuner = Tuner::new(&settings, &servo).expect("a servo");
         let mut state = tuner.start();

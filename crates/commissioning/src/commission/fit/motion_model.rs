@@ -1,16 +1,12 @@
 use super::PARAMETERS;
 use identifier_core::fit::{Fit, Fitter};
-use identifier_core::identifier::DelayedInputs;
 use identifier_core::parameters::Unknowns;
 
 /// The model of a motion: a, b, c, the delay and d.
 pub(super) type MotionModel = Unknowns<5>;
 
-/// Its last commands.
-pub(super) type MotionInputs<N> = DelayedInputs<N, 8>;
-
 /// A fitter of it.
 pub(super) type MotionFitter<N> = Fitter<N, MotionModel, PARAMETERS>;
 
 /// A fit of it under way.
-pub(super) type MotionFit<N> = Fit<N, MotionInputs<N>, PARAMETERS>;
+pub(super) type MotionFit<N> = Fit<N, PARAMETERS>;

@@ -1,4 +1,4 @@
-use super::block::NumberedBlock;
+use crate::fit::NumberedBlock;
 use crate::number::Number;
 use crate::reason::Reason;
 
@@ -7,7 +7,7 @@ pub(crate) const PATIENCE: f64 = 1.0;
 
 /// The wait for a first fit: the time in motion without one, and the reason once that is too long.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FirstFitWait {
+pub(super) struct FirstFitWait {
     /// Blocks in motion.
     moving: u32,
     /// Blocks since the last one with a count.
@@ -18,7 +18,7 @@ pub(crate) struct FirstFitWait {
 }
 
 impl FirstFitWait {
-    pub(crate) const START: Self = Self {
+    pub(super) const START: Self = Self {
         moving: 0,
         resting: u32::MAX,
         reason: None,
@@ -26,7 +26,7 @@ impl FirstFitWait {
     };
 
     /// A first fit has succeeded.
-    pub(crate) fn end(&mut self) {
+    pub(super) fn end(&mut self) {
         *self = Self {
             is_over: true,
             ..Self::START
@@ -34,7 +34,7 @@ impl FirstFitWait {
     }
 
     /// Takes a block; `patience` is in blocks.
-    pub(crate) fn take<N: Number>(&mut self, patience: u32, numbered: &NumberedBlock<N>) {
+    pub(super) fn take<N: Number>(&mut self, patience: u32, numbered: &NumberedBlock<N>) {
         /// At low speed counts are rare: a servo is in motion for this part of the patience after each.
         const REST_PER_PATIENCE: u32 = 20;
         self.resting = if numbered.block.travel == N::ZERO {
@@ -48,7 +48,7 @@ impl FirstFitWait {
     }
 
     /// Takes the reason why a fit to a full record failed. True if the fit is overdue and the reason is new.
-    pub(crate) fn object(&mut self, patience: u32, reason: Reason) -> bool {
+    pub(super) fn object(&mut self, patience: u32, reason: Reason) -> bool {
         let is_overdue = self.moving >= patience;
         let is_new = is_overdue && self.reason != Some(reason);
         if is_overdue {
@@ -58,7 +58,7 @@ impl FirstFitWait {
     }
 
     /// Why there is no first fit, once it is overdue.
-    pub(crate) fn reason(&self, patience: u32) -> Option<Reason> {
+    pub(super) fn reason(&self, patience: u32) -> Option<Reason> {
         // Slow or interrupted motion fills no record; until twice the time a first fit may be under way.
         let is_without_record = self.moving >= patience.saturating_mul(2);
         let fallback = is_without_record.then_some(Reason::TooLittleMotion);
