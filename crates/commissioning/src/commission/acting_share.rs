@@ -73,12 +73,7 @@ mod tests {
     /// True if a servo is found weak. A share of its command acts, one or more samples late, under a command that
     /// steps.
     fn is_weak(share: f64, delay: usize) -> bool {
-        let parameters = ServoParameters {
-            a: 4.0,
-            b: 300.0,
-            coulomb: 60.0,
-            load: 20.0,
-        };
+        let parameters = ServoParameters::new(4.0, 300.0, 60.0, 20.0);
         let servo = RoughModel::<f64>::from_si(&parameters, TIME, RESOLUTION);
         let mut measured = ActingShare::new(400.0);
         let commands: [f64; 400] = core::array::from_fn(|k| if k < 40 { 2.0 } else { 0.8 });

@@ -113,24 +113,14 @@ pub(super) mod tests {
     use identifier_core::parameters::ServoParameters;
     use identifier_core::settings::ControllerSettings;
 
-    pub(in crate::commission) const LIMITS: Limits = Limits {
-        travel: [-1.0, 1.0],
-        speed: 20.0,
-        command: [-8.0, 10.0],
-        duration: 1.0,
-    };
+    pub(in crate::commission) const LIMITS: Limits = Limits::new([-1.0, 1.0], 20.0, [-8.0, 10.0]);
 
     /// The widest loop for a servo of a gain, at a sample time. `counts` are those per turn, and the delay is in
     /// samples.
     pub(in crate::commission) fn loop_for(b: f64, time: f64, counts: f64, delay: f64) -> Loop<f64> {
         let resolution = core::f64::consts::TAU / counts;
         let units = Units::new(time, resolution).expect("valid");
-        let parameters = ServoParameters {
-            a: 0.5,
-            b,
-            coulomb: 10.0,
-            load: 3.0,
-        };
+        let parameters = ServoParameters::new(0.5, b, 10.0, 3.0);
         let servo = RoughModel::from_si(&parameters, time, resolution);
         let conservative = ConservativePid::new(&units, &LIMITS);
         let most = conservative.max_bandwidth();
@@ -146,13 +136,12 @@ pub(super) mod tests {
         let omega = ConservativePid::<f64>::MAX_BANDWIDTH;
         let expected = HoldingGains {
             controller: ControllerSettings {
-                kp: 1.4 * omega * omega / b,
-                kd: (2.2 * omega - 0.5) / b,
-                ki: 0.2 * omega * omega * omega / b,
                 limit: LIMITS.command,
-                reference_filter: 0.0,
-                notch: 0.0,
-                feed_forward: None,
+                ..ControllerSettings::pid(
+                    1.4 * omega * omega / b,
+                    (2.2 * omega - 0.5) / b,
+                    0.2 * omega * omega * omega / b,
+                )
             },
             cutoff: 6.0 * omega,
         };
@@ -199,12 +188,7 @@ pub(super) mod tests {
     fn a_slower_loop_is_the_one_that_is_placed_with_less_bandwidth() {
         let (time, resolution) = (1e-4, core::f64::consts::TAU / 1e6);
         let units = Units::new(time, resolution).expect("valid");
-        let parameters = ServoParameters {
-            a: 0.0,
-            b: 200.0,
-            coulomb: 10.0,
-            load: 3.0,
-        };
+        let parameters = ServoParameters::new(0.0, 200.0, 10.0, 3.0);
         let servo = RoughModel::from_si(&parameters, time, resolution);
         let conservative = ConservativePid::<f64>::new(&units, &LIMITS);
         let within = |bandwidth| {

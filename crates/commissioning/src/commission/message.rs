@@ -183,48 +183,16 @@ impl<N: Number> Candidate<N> {
 mod tests {
     use super::*;
     use crate::commission::Limits;
+    use crate::commission::trial::tests::predicted;
     use identifier_core::parameters::ServoParameters;
-    use identifier_core::tuning::PredictedResponse;
 
     const RESOLUTION: f64 = 1e-4;
 
     /// Where the trial's step of this size begins, rad.
     fn start(step: f64, travel: [f64; 2]) -> f64 {
-        let tuning = Tuning {
-            kp: 1.0,
-            kd: 0.01,
-            ki: 1.0,
-            cutoff: 500.0,
-            reference_filter: 0.0,
-            notch: 0.0,
-            feed_forward: None,
-            bandwidth: 50.0,
-            cap: None,
-            predicted_response: PredictedResponse {
-                step,
-                rise_time: 0.04,
-                quickest_rise_time: 0.04,
-                slowest_rise_time: 0.04,
-                overshoot: 0.0,
-                settling_time: 0.08,
-                sensitivity: 1.2,
-                gain_margins: [0.1, 8.0],
-                command_share: 0.3,
-                noise: 0.0,
-                compliance: 1e-4,
-            },
-        };
-        let servo = IdentifiedServo {
-            parameters: ServoParameters {
-                a: 0.0,
-                b: 200.0,
-                coulomb: 0.0,
-                load: 0.0,
-            },
-            delay: 0.0,
-            covariance: [[0.0; 5]; 5],
-            unexplained: 0.0,
-        };
+        let mut tuning = predicted();
+        tuning.predicted_response.step = step;
+        let servo = IdentifiedServo::known(ServoParameters::new(0.0, 200.0, 0.0, 0.0), 0.0);
         let limits = Limits::new(travel, 15.0, [-10.0, 10.0]);
         let settings = CommissionSettings::new(1e-3, RESOLUTION, limits);
         let candidate = Candidate::<f64>::new(&tuning, &servo, &settings).expect("gains");

@@ -29,14 +29,14 @@ mod tests;
 mod trial;
 
 pub use error::CommissionError;
-pub(crate) use fit::{FitSettings, MotionRecord, ServoFit, ServoFitter};
+pub(crate) use fit::{MotionRecord, ServoFit, ServoFitter};
 pub use gains::HoldingGains;
 pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};
 pub use limits::Limits;
 pub use message::{Decision, RecordEvent};
 pub use phase::Phase;
 pub use probing::{CommandRamp, LargestMotion};
-pub(crate) use probing::{Probing, ProbingSettings, ProbingState};
+pub(crate) use probing::{Probing, ProbingState};
 pub(crate) use rough_model::RoughModel;
 pub use settings::CommissionSettings;
 pub use solver::CommissionSolver;

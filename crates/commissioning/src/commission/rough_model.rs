@@ -66,11 +66,13 @@ impl<N: Number> RoughModel<N> {
     pub(crate) fn to_si(self, time: f64, resolution: f64) -> Option<ServoParameters> {
         let acceleration = resolution / (time * time);
         let si = |value: N| value.to_f64() * acceleration;
-        self.is_known().then(|| ServoParameters {
-            a: self.viscous.to_f64() / time,
-            b: si(self.gain),
-            coulomb: si(self.coulomb()),
-            load: si(self.load()),
+        self.is_known().then(|| {
+            ServoParameters::new(
+                self.viscous.to_f64() / time,
+                si(self.gain),
+                si(self.coulomb()),
+                si(self.load()),
+            )
         })
     }
 

@@ -1,4 +1,4 @@
-use super::{CommissionError, FitSettings, Limits, ProbingSettings, noise};
+use super::{CommissionError, Limits, noise};
 use crate::watch::{Use, WatchSettings};
 use identifier_core::error::Allowed;
 use identifier_core::tuning::{Goal, Tuner, TuningSettings};
@@ -94,26 +94,6 @@ impl CommissionSettings {
         }
     }
 
-    /// Settings of the motions.
-    pub(super) fn probing(&self) -> ProbingSettings {
-        ProbingSettings {
-            sample_time: self.sample_time,
-            resolution: self.resolution,
-            limits: self.limits,
-            max_gain: self.max_gain,
-            command_delay: self.command_delay,
-        }
-    }
-
-    /// Settings of the fits.
-    pub(super) fn fit(&self) -> FitSettings {
-        FitSettings {
-            sample_time: self.sample_time,
-            resolution: self.resolution,
-            command_delay: self.command_delay,
-        }
-    }
-
     /// # Errors
     /// The setting that is not allowed.
     pub(super) fn check(&self) -> Result<(), CommissionError> {
@@ -184,30 +164,23 @@ impl Limits {
     pub fn check(&self) -> Result<(), CommissionError> {
         let [low, high] = self.travel;
         let [least, most] = self.command;
-        let refuse = |setting, value, needed| {
-            Err(CommissionError::OutOfRange {
-                setting,
-                value,
-                needed,
-            })
-        };
-        if !(low <= 0.0 && low.is_finite()) {
-            return refuse("travel", low, 0.0);
-        }
-        if !(high >= 0.0 && high.is_finite() && high > low) {
-            return refuse("travel", high, 0.0);
-        }
-        if !(self.speed > 0.0 && self.speed.is_finite()) {
-            return refuse("speed", self.speed, f64::MIN_POSITIVE);
-        }
-        if !(least < 0.0 && least.is_finite()) {
-            return refuse("command", least, -f64::MIN_POSITIVE);
-        }
-        if !(most > 0.0 && most.is_finite()) {
-            return refuse("command", most, f64::MIN_POSITIVE);
-        }
-        if !(self.duration > 0.0 && self.duration.is_finite()) {
-            return refuse("duration", self.duration, f64::MIN_POSITIVE);
+        let (speed, duration) = (self.speed, self.duration);
+        let rows = [
+            ("travel", low, low <= 0.0, 0.0),
+            ("travel", high, high >= 0.0 && high > low, 0.0),
+            ("speed", speed, speed > 0.0, f64::MIN_POSITIVE),
+            ("command", least, least < 0.0, -f64::MIN_POSITIVE),
+            ("command", most, most > 0.0, f64::MIN_POSITIVE),
+            ("duration", duration, duration > 0.0, f64::MIN_POSITIVE),
+        ];
+        for (setting, value, holds, needed) in rows {
+            if !(holds && value.is_finite()) {
+                return Err(CommissionError::OutOfRange {
+                    setting,
+                    value,
+                    needed,
+                });
+            }
         }
         Ok(())
     }

@@ -215,12 +215,7 @@ mod tests {
 
     /// A servo with friction of 20 % of the limit and a load of 10 %.
     fn servo(time: f64) -> RoughModel<f64> {
-        let truth = ServoParameters {
-            a: 1.0,
-            b: B,
-            coulomb: 0.2 * LIMIT * B,
-            load: 0.1 * LIMIT * B,
-        };
+        let truth = ServoParameters::new(1.0, B, 0.2 * LIMIT * B, 0.1 * LIMIT * B);
         RoughModel::from_si(&truth, time, RESOLUTION)
     }
 

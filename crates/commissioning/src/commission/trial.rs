@@ -338,7 +338,7 @@ impl<N: Number> Trial<N> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::commission::HoldingGains;
     use identifier_core::control::ControlSample;
@@ -353,7 +353,7 @@ mod tests {
     const COMPLIANCE: f64 = 1e-4;
 
     /// The predicted response of a first-order system: a rise of τ ln 9, no overshoot.
-    fn predicted() -> Tuning {
+    pub(in crate::commission) fn predicted() -> Tuning {
         Tuning {
             kp: 1.0,
             kd: 0.01,
@@ -438,17 +438,7 @@ mod tests {
             command: 0.0,
         };
         let mut holding = Holding::take_over(controller, limit, 0.0, &at_rest, 1.0, 60);
-        let mut servo = IdentifiedServo {
-            parameters: ServoParameters {
-                a: 0.0,
-                b: B,
-                coulomb,
-                load: 0.0,
-            },
-            delay: 1e-3,
-            covariance: [[0.0; 5]; 5],
-            unexplained: 0.0,
-        };
+        let mut servo = IdentifiedServo::known(ServoParameters::new(0.0, B, coulomb, 0.0), 1e-3);
         super::super::corrected::set_one_known(&mut servo, IdentifiedServo::COULOMB, error);
         let mut trial = Trial::<f64>::new(tuning, &units, step, &servo, true);
         let [mut from, mut to] = [0.0; 2];

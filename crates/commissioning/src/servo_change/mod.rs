@@ -190,35 +190,17 @@ mod tests {
     use super::*;
     use identifier_core::tuning::{Goal, TuningSettings};
 
-    const SERVO: ServoParameters = ServoParameters {
-        a: 0.5,
-        b: 250.0,
-        coulomb: 50.0,
-        load: 25.0,
-    };
+    const SERVO: ServoParameters = ServoParameters::new(0.5, 250.0, 50.0, 25.0);
 
-    const ERRORS: ServoParameters = ServoParameters {
-        a: 0.1,
-        b: 0.5,
-        coulomb: 1.0,
-        load: 1.0,
-    };
+    const ERRORS: ServoParameters = ServoParameters::new(0.1, 0.5, 1.0, 1.0);
 
     const LIMIT: f64 = 10.0;
 
     fn predicted() -> CommissionedServo {
-        let mut covariance = [[0.0; 5]; 5];
-        for (i, error) in [ERRORS.a, ERRORS.b, ERRORS.coulomb, 0.0, ERRORS.load]
-            .into_iter()
-            .enumerate()
-        {
-            covariance[i][i] = error * error;
-        }
+        let errors = IdentifiedServo::known(ERRORS, 0.0).values();
         let servo = IdentifiedServo {
-            parameters: SERVO,
-            delay: 0.0,
-            covariance,
             unexplained: 1e-4,
+            ..IdentifiedServo::known(SERVO, 0.0).with_errors(errors)
         };
         let mut settings = TuningSettings::new(1e-3, 1e-4, LIMIT, 0.1);
         settings.goal = Goal::Bandwidth(40.0);
@@ -228,12 +210,7 @@ mod tests {
 
     /// A change of the servo whose standard errors are those of the predicted one times a factor.
     fn change_to(servo: ServoParameters, errors: f64) -> Option<Reason> {
-        let errors = ServoParameters {
-            a: errors * ERRORS.a,
-            b: errors * ERRORS.b,
-            coulomb: errors * ERRORS.coulomb,
-            load: errors * ERRORS.load,
-        };
+        let errors = ServoParameters::from_fn(|of| errors * ERRORS.get(of));
         predicted()
             .change(&servo, &errors)
             .map(|change| change.reason)
@@ -241,12 +218,7 @@ mod tests {
 
     /// All accelerations of a servo with another inertia.
     fn with_inertia(factor: f64) -> ServoParameters {
-        ServoParameters {
-            a: SERVO.a / factor,
-            b: SERVO.b / factor,
-            coulomb: SERVO.coulomb / factor,
-            load: SERVO.load / factor,
-        }
+        ServoParameters::from_fn(|of| SERVO.get(of) / factor)
     }
 
     #[test]

@@ -13,19 +13,14 @@ mod whitening;
 
 pub(crate) use motion::MotionRecord;
 pub(crate) use servo_fit::ServoFit;
-pub(crate) use servo_fitter::{FitSettings, ServoFitter};
+pub(crate) use servo_fitter::ServoFitter;
 
 use identifier_core::parameters::IdentifiedServo;
 
 /// The parameters of a servo, in the order of [`IdentifiedServo`]'s covariance.
 const PARAMETERS: usize = 5;
-
-/// The same, then position and velocity with which the record begins.
-const UNKNOWNS: usize = 7;
 const A: usize = IdentifiedServo::A;
 const B: usize = IdentifiedServo::B;
 const COULOMB: usize = IdentifiedServo::COULOMB;
 const DELAY: usize = IdentifiedServo::DELAY;
 const LOAD: usize = IdentifiedServo::LOAD;
-const POSITION: usize = 5;
-const VELOCITY: usize = 6;

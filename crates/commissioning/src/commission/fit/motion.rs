@@ -100,8 +100,8 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
         let (mut position, mut low, mut high) = (N::ZERO, N::ZERO, N::ZERO);
         for block in self.blocks() {
             position += block.travel;
-            low = if position < low { position } else { low };
-            high = if position > high { position } else { high };
+            low = low.smaller(position);
+            high = high.larger(position);
         }
         high - low
     }

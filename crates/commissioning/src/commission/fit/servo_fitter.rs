@@ -1,12 +1,13 @@
 use core::marker::PhantomData;
 
+use super::super::CommissionSettings;
 use super::super::conservative_pid::ConservativePid;
 use super::motion::MotionRecord;
-use super::motion_model::{MotionFit, MotionFitter};
+use super::motion_model::MotionFitter;
 use super::prediction::PredictionRun;
 use super::servo_fit::ServoFit;
 use super::whitening::inverse_factor;
-use super::{A, B, COULOMB, DELAY, LOAD, PARAMETERS, POSITION, UNKNOWNS, VELOCITY};
+use super::{A, B, COULOMB, DELAY, LOAD, PARAMETERS};
 use identifier_core::fit::{Blocking, FitResult, Fitter};
 use identifier_core::model::FrictionStep;
 use identifier_core::number::Number;
@@ -14,18 +15,7 @@ use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 
-/// Settings of a fitter, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FitSettings {
-    /// Sample time, s.
-    pub sample_time: f64,
-    /// Position of a count, rad.
-    pub resolution: f64,
-    /// The known part of the delay from the reading of the encoder to the change of the output, s.
-    pub command_delay: f64,
-}
-
-impl FitSettings {
+impl CommissionSettings {
     /// The blocks of a record that is not yet full.
     pub(crate) fn blocking<N: Number>(&self) -> Blocking<N> {
         /// s; within it a command of a few hundred rad/s is nearly even.
@@ -41,12 +31,12 @@ impl FitSettings {
 /// The motion is short and begins at rest, or nearly. The model may therefore simulate it in open loop. Nothing is
 /// lost if a count is much of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ServoFitter<N> {
-    settings: FitSettings,
+pub(crate) struct ServoFitter<'a, N> {
+    settings: &'a CommissionSettings,
     number: PhantomData<N>,
 }
 
-impl<N: Number> ServoFitter<N> {
+impl<'a, N: Number> ServoFitter<'a, N> {
     /// Blocks of a pass in a slice of work.
     const BLOCKS: usize = 3;
 
@@ -56,17 +46,14 @@ impl<N: Number> ServoFitter<N> {
     /// The speed of a servo at standstill, counts per sample: a count in a hundred.
     const STOOD: f64 = 0.01;
 
-    /// The largest speed with which a record begins, in standard deviations.
-    const FASTEST_AT_FIRST: f64 = 4.0;
-
     /// The longest delay, s.
     const MAX_DELAY: f64 = 0.02;
 
     /// For records with these settings.
     #[must_use]
-    pub(crate) fn new(settings: &FitSettings) -> Self {
+    pub(crate) fn new(settings: &'a CommissionSettings) -> Self {
         Self {
-            settings: *settings,
+            settings,
             number: PhantomData,
         }
     }
@@ -81,7 +68,7 @@ impl<N: Number> ServoFitter<N> {
         /// Factor on the standard errors of an earlier estimate, because a servo may change.
         const CAUTION: f64 = 2.0;
         let fitter = self.fitter_for(motion, known, known.is_some());
-        let mut fit = self.fit_to(&fitter, motion);
+        let mut fit = fitter.begin_fit(motion.len());
         if let Some(servo) = known {
             let scale = self.scale();
             let row = |factor: [f64; PARAMETERS]| {
@@ -116,7 +103,7 @@ impl<N: Number> ServoFitter<N> {
                 let Some(result) = ended else {
                     return Some(Err(Reason::TooLittleEvidence));
                 };
-                let afresh = self.fit_to(&fit.fitter, motion);
+                let afresh = fit.fitter.begin_fit(motion.len());
                 let own = PredictionRun::begin(&fit.fitter, afresh, &result.parameters);
                 fit.found = Some((result, own));
                 return None;
@@ -134,8 +121,6 @@ impl<N: Number> ServoFitter<N> {
     ) -> MotionFitter<N> {
         let time = self.settings.sample_time;
         let speed = self.speed_at_first(motion, is_held);
-        let [low, high] = self.bounds(motion, speed);
-        let own = |bounds: [f64; UNKNOWNS]| core::array::from_fn(|i| bounds[i]);
         let (mut initial, mut deviation) = ([None; PARAMETERS], [None; PARAMETERS]);
         initial[DELAY] = Some(self.expected_delay());
         deviation[DELAY] = Some(Self::UNKNOWN_DELAY.max(time) / time);
@@ -148,18 +133,9 @@ impl<N: Number> ServoFitter<N> {
         Fitter::from_rest(
             motion.samples().whole().unsigned_abs(),
             speed,
-            [low, high].map(own),
+            self.bounds(motion),
             [initial, deviation],
         )
-    }
-
-    /// A fit to a motion before its first block.
-    fn fit_to<const W: usize>(
-        &self,
-        fitter: &MotionFitter<N>,
-        motion: &MotionRecord<N, W>,
-    ) -> MotionFit<N> {
-        fitter.begin_fit(motion.len())
     }
 
     /// Samples.
@@ -192,22 +168,13 @@ impl<N: Number> ServoFitter<N> {
         scale
     }
 
-    /// The least and the largest unknowns, for a record that begins with a speed of such a deviation.
-    fn bounds<const W: usize>(
-        &self,
-        motion: &MotionRecord<N, W>,
-        speed: f64,
-    ) -> [[f64; UNKNOWNS]; 2] {
-        let time = self.settings.sample_time;
-        let samples = motion.samples().to_f64();
-        let fastest = Self::FASTEST_AT_FIRST * speed;
-        let mut low = [-f64::from(f32::MAX); UNKNOWNS];
-        let mut high = [f64::from(f32::MAX); UNKNOWNS];
-        [low[A], low[B], low[COULOMB], low[DELAY]] = [0.0; 4];
-        high[A] = FrictionStep::<N>::LARGEST_RATE / samples;
-        high[DELAY] = Self::MAX_DELAY / time;
-        (low[POSITION], high[POSITION]) = (-1.0, 1.0);
-        (low[VELOCITY], high[VELOCITY]) = (-fastest, fastest);
+    /// The least and the largest parameters.
+    fn bounds<const W: usize>(&self, motion: &MotionRecord<N, W>) -> [[f64; PARAMETERS]; 2] {
+        let mut low = [0.0; PARAMETERS];
+        let mut high = [f64::from(f32::MAX); PARAMETERS];
+        low[LOAD] = -high[LOAD];
+        high[A] = FrictionStep::<N>::LARGEST_RATE / motion.samples().to_f64();
+        high[DELAY] = Self::MAX_DELAY / self.settings.sample_time;
         [low, high]
     }
 
@@ -235,12 +202,7 @@ impl<N: Number> ServoFitter<N> {
         let per_scale = self.scale().map(|scale| 1.0 / scale);
         let value = |i: usize| result.parameters[i].to_f64() * per_scale[i];
         let servo = IdentifiedServo {
-            parameters: ServoParameters {
-                a: value(A),
-                b: value(B),
-                coulomb: value(COULOMB),
-                load: value(LOAD),
-            },
+            parameters: ServoParameters::new(value(A), value(B), value(COULOMB), value(LOAD)),
             delay: value(DELAY),
             covariance: core::array::from_fn(|i| {
                 core::array::from_fn(|j| {

@@ -128,9 +128,9 @@ impl<N: Number> CommissionIsr<N> {
         Ok(Self {
             settings: *settings,
             hysteresis,
-            blocking: settings.fit().blocking(),
+            blocking: settings.blocking(),
             tolerated_noise,
-            probing: Probing::new(&settings.probing())?,
+            probing: Probing::new(settings)?,
             watch: ServoWatch::new(&settings.watch())?,
             standing: StandingTest::new(
                 high.max(-low),
@@ -161,7 +161,7 @@ impl<N: Number> CommissionIsr<N> {
     /// The largest motion that is possible before the servo is identified.
     #[must_use]
     pub fn largest_motion(&self) -> LargestMotion {
-        self.probing.largest_motion()
+        self.settings.largest_motion()
     }
 
     /// The slices of work that the solver does in each sample.

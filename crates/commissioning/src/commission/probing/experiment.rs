@@ -1,11 +1,10 @@
-use super::super::CommissionError;
 use super::super::conservative_pid::ConservativePid;
 use super::super::regression::Regression;
 use super::super::rough_model::RoughModel;
+use super::super::{CommissionError, CommissionSettings};
 use super::observer::{Observer, ObserverState};
 use super::plan::{COMMANDS, Plan};
 use super::state::{FreeMotion, ProbingStage, ProbingState};
-use super::{LargestMotion, ProbingSettings};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
@@ -21,14 +20,13 @@ pub(crate) struct Probing<N> {
     pub(super) plan: Plan<N>,
     pub(super) observer: Observer<N>,
     pub(super) regression: Regression<N>,
-    settings: ProbingSettings,
 }
 
 impl<N: Number> Probing<N> {
     /// # Errors
-    /// See [`ProbingSettings::check`].
-    pub(crate) fn new(settings: &ProbingSettings) -> Result<Self, CommissionError> {
-        settings.check()?;
+    /// See [`CommissionSettings::check_motion`].
+    pub(crate) fn new(settings: &CommissionSettings) -> Result<Self, CommissionError> {
+        settings.check_motion()?;
         let time = settings.sample_time;
         let limits = &settings.limits;
         // As fast as rounding lets it be: its acceleration must stay below that of a half-cycle.
@@ -42,29 +40,7 @@ impl<N: Number> Probing<N> {
             plan: Plan::new(settings),
             observer: Observer::new(omega.min(1200.0) * time),
             regression: Regression::new((80.0 * time).min(0.3), stride),
-            settings: *settings,
         })
-    }
-
-    /// Bounds of the first motion.
-    #[must_use]
-    pub(crate) fn largest_motion(&self) -> LargestMotion {
-        let limits = &self.settings.limits;
-        let [least, most] = limits.command;
-        let (mut travel, mut speed) = (limits.travel, limits.speed);
-        let acceleration = self.settings.max_gain.map(|gain| gain * most.max(-least));
-        let reached = |acceleration: f64, time: f64| 0.5 * acceleration * time * time;
-        if let Some(acceleration) = acceleration {
-            let reached = reached(acceleration, limits.duration);
-            travel = travel.map(|end| end.clamp(-reached, reached));
-            speed = speed.min(acceleration * limits.duration);
-        }
-        let time = LargestMotion::STUCK_ENCODER_TIME.min(limits.duration);
-        LargestMotion {
-            travel,
-            speed,
-            unseen: acceleration.map(|acceleration| reached(acceleration, time)),
-        }
     }
 
     /// Begins from rest; `held` is the command that a controller holds it with now.

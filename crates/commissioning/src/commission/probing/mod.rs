@@ -34,5 +34,4 @@ mod state;
 pub use command_ramp::CommandRamp;
 pub(crate) use experiment::Probing;
 pub use settings::LargestMotion;
-pub(crate) use settings::ProbingSettings;
 pub(crate) use state::ProbingState;

@@ -1,5 +1,6 @@
+use super::super::CommissionSettings;
 use super::super::noise::{EDGE_COUNTS, QUANTISATION_SIGMA};
-use super::{CommandRamp, ProbingSettings};
+use super::CommandRamp;
 use identifier_core::number::Number;
 
 /// Commands that may be under way.
@@ -102,7 +103,7 @@ impl<N: Number> Plan<N> {
     /// The time after which a motion of an identified servo may end, s.
     const LATER: f64 = 0.15;
 
-    pub(super) fn new(settings: &ProbingSettings) -> Self {
+    pub(super) fn new(settings: &CommissionSettings) -> Self {
         let time = settings.sample_time;
         let counts = 1.0 / settings.resolution;
         let limits = &settings.limits;

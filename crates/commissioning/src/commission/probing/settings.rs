@@ -1,34 +1,40 @@
-use super::super::{CommissionError, Limits};
+use super::super::{CommissionError, CommissionSettings};
 
-/// Settings of a probing motion, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ProbingSettings {
-    /// Sample time, s.
-    pub sample_time: f64,
-    /// Position of a count, rad.
-    pub resolution: f64,
-    /// Limits of the axis.
-    pub limits: Limits,
-    /// The largest b that the servo may have, rad/s² per command unit, if it is stated.
-    pub max_gain: Option<f64>,
-    /// The known part of the delay from the reading of the encoder to the change of the output, s.
-    pub command_delay: f64,
-}
-
-impl ProbingSettings {
+impl CommissionSettings {
     /// The least travel to either side, counts.
-    pub(crate) const MIN_TRAVEL_COUNTS: f64 = 16.0;
+    const MIN_TRAVEL_COUNTS: f64 = 16.0;
 
     /// The least speed, counts per second.
-    pub(crate) const MIN_SPEED_COUNTS: f64 = 200.0;
+    const MIN_SPEED_COUNTS: f64 = 200.0;
 
     /// The part of the speed limit by which all of the command may change the speed in a sample.
-    pub(crate) const MAX_SPEED_CHANGE: f64 = 0.15;
+    const MAX_SPEED_CHANGE: f64 = 0.15;
+
+    /// Bounds of the first motion.
+    #[must_use]
+    pub(in crate::commission) fn largest_motion(&self) -> LargestMotion {
+        let limits = &self.limits;
+        let [least, most] = limits.command;
+        let (mut travel, mut speed) = (limits.travel, limits.speed);
+        let acceleration = self.max_gain.map(|gain| gain * most.max(-least));
+        let reached = |acceleration: f64, time: f64| 0.5 * acceleration * time * time;
+        if let Some(acceleration) = acceleration {
+            let reached = reached(acceleration, limits.duration);
+            travel = travel.map(|end| end.clamp(-reached, reached));
+            speed = speed.min(acceleration * limits.duration);
+        }
+        let time = LargestMotion::STUCK_ENCODER_TIME.min(limits.duration);
+        LargestMotion {
+            travel,
+            speed,
+            unseen: acceleration.map(|acceleration| reached(acceleration, time)),
+        }
+    }
 
     /// # Errors
     /// Limits that contradict themselves or are too small for evidence with this encoder. Also limits that the
     /// strongest servo could pass within a few samples.
-    pub(crate) fn check(&self) -> Result<(), CommissionError> {
+    pub(super) fn check_motion(&self) -> Result<(), CommissionError> {
         let limits = &self.limits;
         limits.check()?;
         let [low, high] = limits.travel;

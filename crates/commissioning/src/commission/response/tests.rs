@@ -74,15 +74,8 @@ fn shown_through(mode: Option<&Mode>, noise: &dyn Fn(f64) -> f64, gain: f64) -> 
         })
         .collect();
     let servo = IdentifiedServo {
-        parameters: ServoParameters {
-            a: A,
-            b: gain,
-            coulomb: 20.0,
-            load: 0.0,
-        },
-        delay: 4e-4,
-        covariance: [[0.0; 5]; 5],
         unexplained: 1e-4,
+        ..IdentifiedServo::known(ServoParameters::new(A, gain, 20.0, 0.0), 4e-4)
     };
     let mut fit = ResponseFit::begin(&lines, &servo, false, SAMPLE_TIME).expect("enough lines");
     for _ in 0..60_000 {
@@ -160,12 +153,7 @@ fn one_mass_shows_no_resonance() {
 #[test]
 fn friction_and_load_are_those_that_balance_the_response_motions() {
     const RESOLUTION: f64 = 1e-4;
-    let truth = ServoParameters {
-        a: A,
-        b: B,
-        coulomb: 60.0,
-        load: -25.0,
-    };
+    let truth = ServoParameters::new(A, B, 60.0, -25.0);
     let limits = Limits::new([-1.0, 1.0], 15.0, [-10.0, 10.0]);
     let settings = CommissionSettings::new(SAMPLE_TIME, RESOLUTION, limits);
     let mut response = MeasuredResponse::<f64>::new(&settings);

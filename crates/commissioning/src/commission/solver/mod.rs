@@ -25,7 +25,6 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     settings: CommissionSettings,
     /// The phase of the motion that is recorded.
     motion: Phase,
-    fitter: ServoFitter<N>,
     record: MotionRecord<N, W>,
     response: MeasuredResponse<N>,
     evidence: Evidence,
@@ -75,7 +74,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         Ok(Self {
             settings,
             motion: Phase::Idle,
-            fitter: ServoFitter::new(&settings.fit()),
             record: MotionRecord::EMPTY,
             response: MeasuredResponse::new(&settings),
             evidence: Evidence::NONE,
@@ -162,7 +160,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             Work::Decide => self.proceed(Step::after(&self.evidence)),
             Work::Fit(fit) => {
-                let fitted = self.fitter.work(fit, &self.record)?;
+                let fitted = ServoFitter::new(&self.settings).work(fit, &self.record)?;
                 self.take_servo(fitted)
             }
             Work::Plan(_) => self.plan(),
@@ -202,7 +200,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 self.evidence.is_recorded = false;
                 // The first motion has no estimate before it.
                 let before = self.evidence.fitted.filter(|_| self.evidence.probes > 1);
-                self.work = Work::Fit(self.fitter.begin(&self.record, before.as_ref()));
+                let fitter = ServoFitter::new(&self.settings);
+                self.work = Work::Fit(fitter.begin(&self.record, before.as_ref()));
                 None
             }
             Step::FrequencyResponse | Step::MoreLines => {

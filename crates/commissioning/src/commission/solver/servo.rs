@@ -21,12 +21,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             noise,
             ..
         } = self.settings;
-        let mut rough = IdentifiedServo {
-            parameters: servo.to_si(sample_time, resolution)?,
-            delay: self.settings.command_delay + sample_time,
-            covariance: [[0.0; 5]; 5],
-            unexplained: 0.0,
-        };
+        let mut rough = IdentifiedServo::known(
+            servo.to_si(sample_time, resolution)?,
+            self.settings.command_delay + sample_time,
+        );
         for (place, value) in rough.values().into_iter().enumerate() {
             set_one_known(&mut rough, place, value);
         }

@@ -1,23 +1,15 @@
 use std::vec::Vec;
 
 use super::unknown_servos::{Unknown, unknown_servos};
-use crate::commission::{FitSettings, MotionRecord, ServoFitter};
+use crate::commission::{MotionRecord, ServoFitter};
 use identifier_core::fit::Recorder;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use virtual_servo::{Effects, Plant};
 
-fn settings(unknown: &Unknown) -> FitSettings {
-    FitSettings {
-        sample_time: unknown.sample_time,
-        resolution: unknown.resolution(),
-        command_delay: 0.0,
-    }
-}
-
 fn recorded<const W: usize>(unknown: &Unknown, samples: &[[f32; 2]]) -> MotionRecord<f32, W> {
-    let (blocking, mut recorder) = (settings(unknown).blocking(), Recorder::EMPTY);
+    let (blocking, mut recorder) = (unknown.settings().blocking(), Recorder::EMPTY);
     let mut motion = MotionRecord::EMPTY;
     for &[increment, command] in samples {
         recorder.push(&blocking, increment, command);
@@ -33,7 +25,8 @@ fn fitted<const W: usize>(
     motion: &MotionRecord<f32, W>,
     prior: Option<&IdentifiedServo>,
 ) -> Result<IdentifiedServo, Reason> {
-    let fitter = ServoFitter::new(&settings(unknown));
+    let settings = unknown.settings();
+    let fitter = ServoFitter::new(&settings);
     let mut fit = fitter.begin(motion, prior);
     loop {
         if let Some(result) = fitter.work(&mut fit, motion) {
@@ -124,12 +117,7 @@ fn ordinary(effects: Effects) -> Unknown {
     unknown.sample_time = 1e-4;
     unknown.delay = 1.3;
     unknown.held = None;
-    unknown.parameters = ServoParameters {
-        a: 1.5,
-        b: 100.0,
-        coulomb: 60.0,
-        load: 20.0,
-    };
+    unknown.parameters = ServoParameters::new(1.5, 100.0, 60.0, 20.0);
     unknown.effects = effects;
     unknown
 }
@@ -173,12 +161,7 @@ fn shaken(unknown: &Unknown, late: usize) -> Vec<[f32; 2]> {
 fn an_estimate_at_its_bound_is_refused() {
     let mut unknown = ordinary(Effects::NONE);
     unknown.sample_time = 1e-3;
-    unknown.parameters = ServoParameters {
-        a: 5.0,
-        b: 100.0,
-        coulomb: 30.0,
-        load: 0.0,
-    };
+    unknown.parameters = ServoParameters::new(5.0, 100.0, 30.0, 0.0);
     fn fit<const W: usize>(unknown: &Unknown, late: usize) -> Result<(), Reason> {
         let motion = recorded::<W>(unknown, &shaken(unknown, late));
         fitted(unknown, &motion, None).map(|_| ())
@@ -221,7 +204,7 @@ fn prior_knowledge_reduces_the_standard_errors_of_a_second_fit() {
 #[test]
 fn a_missing_block_is_noticed() {
     let unknown = ordinary(Effects::NONE);
-    let (blocking, mut recorder) = (settings(&unknown).blocking(), Recorder::EMPTY);
+    let (blocking, mut recorder) = (unknown.settings().blocking(), Recorder::EMPTY);
     let mut motion = MotionRecord::<f32, 64>::EMPTY;
     let mut blocks = unknown
         .probe()

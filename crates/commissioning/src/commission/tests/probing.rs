@@ -1,7 +1,7 @@
 use std::vec::Vec;
 
 use super::unknown_servos::{Probed, Unknown, unknown_servos};
-use crate::commission::{CommissionError, Limits, Probing, ProbingSettings, RoughModel};
+use crate::commission::{CommissionError, CommissionSettings, Limits, Probing, RoughModel};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use virtual_servo::Effects;
@@ -128,12 +128,7 @@ fn coasting(parameters: ServoParameters, counts: f64, sample_time: f64, limits: 
 /// The first count comes when the ramp has long been at the command limit.
 #[test]
 fn a_coarse_encoder_under_all_of_the_command_neither_leaves_the_travel_nor_is_jammed() {
-    let parameters = ServoParameters {
-        a: 0.436,
-        b: 2.0916,
-        coulomb: 30.63,
-        load: -16.88,
-    };
+    let parameters = ServoParameters::new(0.436, 2.0916, 30.63, -16.88);
     let limits = Limits {
         travel: [-0.5, 0.5],
         speed: 30.0,
@@ -154,12 +149,7 @@ fn a_coarse_encoder_under_all_of_the_command_neither_leaves_the_travel_nor_is_ja
 
 #[test]
 fn a_motion_ends_though_a_resonance_keeps_the_servo_from_rest() {
-    let parameters = ServoParameters {
-        a: 5.5014,
-        b: 283.98,
-        coulomb: 2.68,
-        load: -26.25,
-    };
+    let parameters = ServoParameters::new(5.5014, 283.98, 2.68, -26.25);
     let limits = Limits {
         travel: [-0.3, 0.3],
         speed: 6.46,
@@ -186,12 +176,7 @@ fn a_motion_ends_though_a_resonance_keeps_the_servo_from_rest() {
 /// The relay and the loop that holds it where it stops are too fast for the motor alone, four times as strong as both masses.
 #[test]
 fn a_relay_that_drives_a_resonance_ends_and_the_loop_after_it_gives_way() {
-    let parameters = ServoParameters {
-        a: 0.16,
-        b: 118.9,
-        coulomb: 250.0,
-        load: 95.0,
-    };
+    let parameters = ServoParameters::new(0.16, 118.9, 250.0, 95.0);
     let limits = Limits::new([-1.47, 1.47], 29.7, [-10.0, 10.0]);
     let oscillating = Some(Err(Reason::Oscillating));
     for (hertz, progress) in [
@@ -308,7 +293,7 @@ fn a_servo_that_may_pass_the_speed_limit_in_few_samples_is_refused_with_what_wou
     let strong = |time_factor: f64, command_factor: f64| {
         // A sixth of the speed limit in a sample.
         let gain = settings.limits.speed / (6.0 * Unknown::COMMAND * settings.sample_time);
-        let mut strong = ProbingSettings {
+        let mut strong = CommissionSettings {
             sample_time: time_factor * settings.sample_time,
             max_gain: Some(gain),
             ..settings
@@ -327,30 +312,14 @@ fn a_servo_that_may_pass_the_speed_limit_in_few_samples_is_refused_with_what_wou
 
 #[test]
 fn a_stated_gain_bounds_how_far_a_stuck_encoder_lets_an_axis_go() {
-    let mut settings = ProbingSettings {
-        sample_time: 1e-4,
-        resolution: 1e-4,
-        limits: Limits {
-            travel: [-3.0, 3.0],
-            speed: 50.0,
-            command: [-2.0, 1.0],
-            duration: 2.0,
-        },
-        max_gain: None,
-        command_delay: 0.0,
-    };
-    let unseen = |settings: &ProbingSettings| {
-        let probing = Probing::<f32>::new(settings).expect("allowed");
-        probing.largest_motion().unseen
-    };
-    assert_eq!(unseen(&settings), None);
+    let limits = Limits::new([-3.0, 3.0], 50.0, [-2.0, 1.0]);
+    let mut settings = CommissionSettings::new(1e-4, 1e-4, limits);
+    assert_eq!(settings.largest_motion().unseen, None);
     settings.max_gain = Some(400.0);
-    // ½ b u t², t being 0.15 s.
-    assert!(
-        unseen(&settings).is_some_and(|motion_direction| (motion_direction - 9.0).abs() < 1e-9)
-    );
-    settings.limits.duration = 0.1;
-    assert!(
-        unseen(&settings).is_some_and(|motion_direction| (motion_direction - 4.0).abs() < 1e-9)
-    );
+    // ½ b u t², t being at most 0.15 s.
+    for (duration, distance) in [(2.0, 9.0), (0.1, 4.0)] {
+        settings.limits.duration = duration;
+        let unseen = settings.largest_motion().unseen.expect("bounded");
+        assert!((unseen - distance).abs() < 1e-9, "{duration} s: {unseen}");
+    }
 }

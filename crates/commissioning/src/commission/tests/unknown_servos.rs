@@ -2,7 +2,7 @@
 
 use std::vec::Vec;
 
-use crate::commission::{Limits, Probing, ProbingSettings, ProbingState};
+use crate::commission::{CommissionSettings, Limits, Probing, ProbingState};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use virtual_servo::{Effects, Encoder, Servo, SplitMix64};
@@ -53,12 +53,7 @@ impl Unknown {
         let within = random.uniform(-0.7, 0.7) * coulomb;
         let held = (random.next_uniform() < 0.5).then_some((within - load) / b);
         Self {
-            parameters: ServoParameters {
-                a,
-                b,
-                coulomb,
-                load,
-            },
+            parameters: ServoParameters::new(a, b, coulomb, load),
             effects: Effects::NONE,
             delay,
             counts,
@@ -91,14 +86,8 @@ impl Unknown {
         std::f64::consts::TAU / self.counts
     }
 
-    pub(crate) fn settings(&self) -> ProbingSettings {
-        ProbingSettings {
-            sample_time: self.sample_time,
-            resolution: self.resolution(),
-            limits: self.limits,
-            max_gain: None,
-            command_delay: 0.0,
-        }
+    pub(crate) fn settings(&self) -> CommissionSettings {
+        CommissionSettings::new(self.sample_time, self.resolution(), self.limits)
     }
 
     /// Its first motion.

@@ -32,34 +32,19 @@ fn axes(rate: f64, drive: Drive) -> [Axis; 3] {
     };
     [
         axis(
-            ServoParameters {
-                a: 0.2174,
-                b: 257.7,
-                coulomb: 0.0,
-                load: 0.0,
-            },
+            ServoParameters::new(0.2174, 257.7, 0.0, 0.0),
             10_000.0,
             10.0,
             40.0,
         ),
         axis(
-            ServoParameters {
-                a: 2.0,
-                b: 900.0,
-                coulomb: 150.0,
-                load: 20.0,
-            },
+            ServoParameters::new(2.0, 900.0, 150.0, 20.0),
             65_536.0,
             1.0,
             50.0,
         ),
         axis(
-            ServoParameters {
-                a: 5.0,
-                b: 60.0,
-                coulomb: 40.0,
-                load: -90.0,
-            },
+            ServoParameters::new(5.0, 60.0, 40.0, -90.0),
             4096.0,
             5.0,
             20.0,

@@ -20,12 +20,12 @@ fn axis(random: &mut SplitMix64) -> Axis {
     let delay = random.uniform(0.0, 2.0);
     let bandwidth = log_uniform(random, 10.0, 60.0).min(0.06 / sample_time);
     Axis {
-        servo: ServoParameters {
-            a: random.uniform(0.0, 5.0),
+        servo: ServoParameters::new(
+            random.uniform(0.0, 5.0),
             b,
-            coulomb: b * limit * random.uniform(0.0, 0.2),
-            load: b * limit * random.uniform(-0.3, 0.3),
-        },
+            b * limit * random.uniform(0.0, 0.2),
+            b * limit * random.uniform(-0.3, 0.3),
+        ),
         counts_per_rev: random.one_of(&[1000.0, 4096.0, 10_000.0, 65_536.0, 131_072.0]),
         sample_time,
         limit,

@@ -195,15 +195,8 @@ fn oscillates_that_grow_are_no_jump_and_a_jump_amid_oscillates_is_one() {
 }
 
 const SERVO: IdentifiedServo = IdentifiedServo {
-    parameters: ServoParameters {
-        a: 1.0,
-        b: 200.0,
-        coulomb: 20.0,
-        load: 10.0,
-    },
-    delay: 0.0,
-    covariance: [[0.0; 5]; 5],
     unexplained: 3e-4,
+    ..IdentifiedServo::known(ServoParameters::new(1.0, 200.0, 20.0, 10.0), 0.0)
 };
 
 /// A loop that oscillates about its setpoint with this amplitude in counts, growing by a factor from half-cycle to
@@ -260,89 +253,35 @@ fn six_half_cycles_that_do_not_decay_are_an_oscillation() {
         let (seen, _) = found(&settings, |k| oscillating(amplitude, growth, command, k));
         assert_eq!(seen, None, "{amplitude} {growth} {command}");
     }
-    // The same half-cycles are the setpoint's own where it makes them.
-    let (seen, _) = found(&settings, |k| {
-        let seen = oscillating(40.0, 1.0, 3.0, k);
-        let setpoint = if (k / 20) % 2 == 0 { 90.0 } else { -90.0 };
-        Observation {
-            setpoint: Some(setpoint),
-            ..seen
-        }
-    });
-    assert_eq!(seen, None);
-    let (seen, _) = found(&settings, |k| Observation {
-        setpoint: None,
-        ..oscillating(40.0, 1.0, 3.0, k)
-    });
-    assert_eq!(seen, None, "a relay's");
+    // The same half-cycles are the setpoint's own where it makes them, or a relay's.
+    let of_setpoint = |k| Some(if (k / 20) % 2 == 0 { 90.0 } else { -90.0 });
+    for setpoint in [of_setpoint, |_| None] {
+        let (seen, _) = found(&settings, |k| Observation {
+            setpoint: setpoint(k),
+            ..oscillating(40.0, 1.0, 3.0, k)
+        });
+        assert_eq!(seen, None);
+    }
 }
 
 #[test]
 fn contradictory_settings_are_refused_by_name() {
-    let sound = settings(1e3);
-    let refused = |settings: WatchSettings| {
-        let refused = ServoWatch::<f32>::new(&settings);
-        refused.expect_err("it is refused").parameter
-    };
-    for (settings, name) in [
-        (
-            WatchSettings {
-                travel: [0.1, 1.0],
-                ..sound
-            },
-            "travel",
-        ),
-        (
-            WatchSettings {
-                travel: [-1.0, -0.1],
-                ..sound
-            },
-            "travel",
-        ),
-        (
-            WatchSettings {
-                travel: [f64::NAN, 1.0],
-                ..sound
-            },
-            "travel",
-        ),
-        (
-            WatchSettings {
-                speed: 0.0,
-                ..sound
-            },
-            "speed",
-        ),
-        (
-            WatchSettings {
-                speed: f64::NAN,
-                ..sound
-            },
-            "speed",
-        ),
-        (
-            WatchSettings {
-                command: [0.0, 1.0],
-                ..sound
-            },
-            "command",
-        ),
-        (
-            WatchSettings {
-                command: [-1.0, f64::INFINITY],
-                ..sound
-            },
-            "command",
-        ),
-        (
-            WatchSettings {
-                sample_time: 0.0,
-                ..sound
-            },
-            "sample_time",
-        ),
-    ] {
-        assert_eq!(refused(settings), name);
+    type Change = fn(&mut WatchSettings);
+    let rows: [(&str, Change); 8] = [
+        ("travel", |s| s.travel = [0.1, 1.0]),
+        ("travel", |s| s.travel = [-1.0, -0.1]),
+        ("travel", |s| s.travel = [f64::NAN, 1.0]),
+        ("speed", |s| s.speed = 0.0),
+        ("speed", |s| s.speed = f64::NAN),
+        ("command", |s| s.command = [0.0, 1.0]),
+        ("command", |s| s.command = [-1.0, f64::INFINITY]),
+        ("sample_time", |s| s.sample_time = 0.0),
+    ];
+    for (name, change) in rows {
+        let mut settings = settings(1e3);
+        change(&mut settings);
+        let refused = ServoWatch::<f32>::new(&settings).expect_err("it is refused");
+        assert_eq!(refused.parameter, name);
     }
 }
 

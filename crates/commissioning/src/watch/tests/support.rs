@@ -91,15 +91,16 @@ impl Axis {
     pub(crate) fn identified(&self, [a, b, coulomb]: [f64; 3]) -> IdentifiedServo {
         let servo = &self.servo;
         IdentifiedServo {
-            parameters: ServoParameters {
-                a: a * servo.a,
-                b: b * servo.b,
-                coulomb: coulomb * servo.coulomb,
-                load: servo.load,
-            },
-            delay: self.delay * self.sample_time,
-            covariance: [[0.0; 5]; 5],
             unexplained: 0.3 * self.units(),
+            ..IdentifiedServo::known(
+                ServoParameters::new(
+                    a * servo.a,
+                    b * servo.b,
+                    coulomb * servo.coulomb,
+                    servo.load,
+                ),
+                self.delay * self.sample_time,
+            )
         }
     }
 }
