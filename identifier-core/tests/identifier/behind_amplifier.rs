@@ -1,16 +1,14 @@
 //! A declared amplifier acts for every law: with it a, b and c are found as without the
 //! effect, and undeclared it spoils them.
 
-use core::f64::consts::TAU;
-
 use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Term, Terms, Unknown, Unknowns};
-use identifier_core::settings::{FromSettings, ParameterRangeSettings, TermSettings, diagonal};
-use virtual_servo::{Effects, Encoder, Servo as TrueServo};
+use identifier_core::settings::{FromSettings, TermSettings, diagonal};
+use virtual_servo::Effects;
 
-use crate::support::{Controller, Kind, Reference, TRUTH, on_all_cores, paper};
+use crate::support::{TRUTH, beside_pid, on_all_cores, paper};
 
 type Gradient = GradientIdentifier<f64, LowPass<f64>, Unknowns<4>, 4>;
 type GaussNewton = GaussNewtonIdentifier<f64, Unknowns<4>, 4>;
@@ -32,14 +30,9 @@ fn effects() -> [(&'static str, Effects, TermSettings); 3] {
 }
 
 fn settings(declared: &TermSettings) -> Settings {
-    let mut settings = Settings::new(1e-3, 10_000.0);
+    let mut settings = Settings::new(1e-3, 10_000.0).with_servo_range([0.0, 5.0], [150.0, 400.0]);
     let given = &mut settings.identifier;
-    given.parameter_range = Some(ParameterRangeSettings {
-        a: [0.0, 5.0],
-        b: [150.0, 400.0],
-    });
     given.bandwidth = Some(35.0);
-    given.correction = None;
     given.gamma = Some(diagonal(
         [30.0, 2000.0, 600.0, 0.0].map(|entry| entry + 1e-6),
     ));
@@ -56,32 +49,14 @@ fn found<I: FromSettings + Identify<f64>>(
     seed: u32,
     time: f64,
 ) -> (ServoParameters, Option<f64>) {
-    let servo = paper(seed);
+    let servo = paper(TRUTH, 35.0, seed);
     let (amplifier, behind) = settings.amplifier::<f64, 8>().expect("sound settings");
     let mut amplified = amplifier.start();
     let identifier: I = behind.build().expect("sound settings");
-    let mut state = identifier.start();
-    let mut plant = TrueServo::at_rest(&TRUTH, effects, servo.sample_time, seed).expect("sound");
-    let encoder = Encoder::new(servo.counts_per_rev);
-    let mut controller = Controller::new(Kind::Pid, &servo);
-    let mut reference = Reference::new(&servo, 0.5, seed + 3);
-    let mut count = encoder.read(plant.position());
-    for _ in 0..(time / servo.sample_time) as u32 {
-        let now = encoder.read(plant.position());
-        let moved = (now - count) as i32;
-        count = now;
-        let position = now as f64 * TAU / servo.counts_per_rev;
-        let command = controller.command(reference.next(), position);
-        identifier
-            .process(
-                &mut state,
-                moved,
-                amplifier.process(&mut amplified, command),
-            )
-            .expect("ordinary samples");
-        identifier.work(&mut state, u32::MAX);
-        plant.advance(command);
-    }
+    let samples = (time / servo.sample_time) as u32;
+    let state = beside_pid(&identifier, &servo, effects, (0.5, samples), |command| {
+        amplifier.process(&mut amplified, command)
+    });
     let delay = identifier.value_in(&identifier.snapshot(&state), Unknown::Delay);
     (identifier.estimates(&state).expect("estimates"), delay)
 }
@@ -170,29 +145,42 @@ fn declarations_without_effect_are_refused_by_name() {
         let built = settings(&declared).build::<I>();
         built.err().expect("refused").to_string()
     }
-    let with = |change: fn(&mut TermSettings)| {
-        let mut terms = TermSettings::NONE;
-        change(&mut terms);
-        terms
+    let delay = TermSettings {
+        delay: 1.6e-3,
+        ..TermSettings::NONE
     };
-    let delay = with(|terms| terms.delay = 1.6e-3);
-    let current_loop = with(|terms| terms.current_loop = 1e-3);
-    for answer in [refusal::<Gradient>(delay), refusal::<GaussNewton>(delay)] {
-        assert!(answer.starts_with("delay is declared"), "{answer}");
-    }
-    for answer in [
-        refusal::<Gradient>(current_loop),
-        refusal::<GaussNewton>(current_loop),
-        refusal::<BareGaussNewton>(current_loop),
+    let current_loop = TermSettings {
+        current_loop: 1e-3,
+        ..TermSettings::NONE
+    };
+    for (answer, beginning) in [
+        (refusal::<Gradient>(delay), "delay is declared"),
+        (refusal::<GaussNewton>(delay), "delay is declared"),
+        (
+            refusal::<Gradient>(current_loop),
+            "current_loop is declared",
+        ),
+        (
+            refusal::<GaussNewton>(current_loop),
+            "current_loop is declared",
+        ),
+        (
+            refusal::<BareGaussNewton>(current_loop),
+            "current_loop is declared",
+        ),
     ] {
-        assert!(answer.starts_with("current_loop is declared"), "{answer}");
+        assert!(answer.starts_with(beginning), "{answer}");
     }
-    for (declared, name) in [
-        (with(|terms| terms.delay = 6.1e-3), "delay"),
-        (with(|terms| terms.delay = -1e-3), "delay"),
-        (with(|terms| terms.current_loop = 1.0), "current_loop"),
-        (with(|terms| terms.dead_band = f64::NAN), "dead_band"),
-    ] {
+    type Change = fn(&mut TermSettings);
+    let rows: [(Change, &str); 4] = [
+        (|terms| terms.delay = 6.1e-3, "delay"),
+        (|terms| terms.delay = -1e-3, "delay"),
+        (|terms| terms.current_loop = 1.0, "current_loop"),
+        (|terms| terms.dead_band = f64::NAN, "dead_band"),
+    ];
+    for (change, name) in rows {
+        let mut declared = TermSettings::NONE;
+        change(&mut declared);
         let refused = settings(&declared).amplifier::<f64, 8>();
         let answer = refused.expect_err("refused").to_string();
         assert!(answer.starts_with(name), "{answer}");

@@ -1,10 +1,9 @@
 //! Γ where none is stated: for servos of a range and motions that it knows nothing of.
 
-use crate::support::{Draw, on_all_cores, quantile};
+use crate::support::{Bench, Draw, on_all_cores, quantile};
 use identifier_core::excitation::{Excitation, Prbs};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::{GradientLoop, Settings};
-use virtual_servo::{Encoder, Plant};
 
 /// Errors of b after a minute, relative, of servos whose dither has an amplitude, rad, and their command a limit.
 fn errors(sample_time: f64, amplitude: f64, limit: f64) -> Vec<f64> {
@@ -13,22 +12,22 @@ fn errors(sample_time: f64, amplitude: f64, limit: f64) -> Vec<f64> {
         .with_servo_range([0.0, 50.0], [110.0, 1000.0]);
     on_all_cores(12, |seed| {
         let mut draw = Draw::new(5000 + seed);
-        let truth = ServoParameters {
-            a: draw.uniform(0.0, 50.0),
-            b: draw.between(110.0, 1000.0),
-            coulomb: draw.uniform(0.0, 20.0) * amplitude.min(1.0),
-            load: draw.uniform(-40.0, 40.0) * limit.min(1.0),
-        };
+        let truth = ServoParameters::new(
+            draw.uniform(0.0, 50.0),
+            draw.between(110.0, 1000.0),
+            draw.uniform(0.0, 20.0) * amplitude.min(1.0),
+            draw.uniform(-40.0, 40.0) * limit.min(1.0),
+        );
         let servo_loop: GradientLoop = settings.build().expect("certified");
         let prbs = Prbs::new(&settings.units().expect("valid"), amplitude, 0.1, 9).expect("valid");
         let (mut state, mut dither) = (servo_loop.start(0), Excitation::<f32>::start(&prbs));
-        let mut servo = Plant::at_rest(&truth, sample_time);
-        let encoder = Encoder::new(10_000.0);
+        let mut servo = Bench::new(&truth, &settings, 0);
         for _ in 0..(60.0 / sample_time) as u32 {
-            let count = encoder.read(servo.position) as i32;
             let offset = prbs.process(&mut dither);
-            let step = servo_loop.process(&mut state, 0, offset, count);
-            servo.advance(step.expect("possible").control.command.into());
+            let step = servo_loop.process(&mut state, 0, offset, servo.count());
+            servo
+                .plant
+                .advance(step.expect("possible").control.command.into());
         }
         let found = servo_loop.estimates(&state).expect("estimates");
         (found.b / truth.b - 1.0).abs()

@@ -1,8 +1,8 @@
 //! Gauss–Newton driven by the command that acted, over random servos under any controller.
 
 use crate::support::{
-    Draw, Kind, Loop, Servo, amplitude_for, humble_servo, on_all_cores, ordinary_servo, per_cent,
-    quantile,
+    Draw, Kind, Loop, Servo, amplitude_for, humble_servo, learn, on_all_cores, ordinary_servo,
+    per_cent, quantile, shown,
 };
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
@@ -11,10 +11,6 @@ use identifier_core::parameters::{PerParameter, ServoParameters, Unknowns};
 use identifier_core::settings::FromSettings;
 
 type Identifier<N> = GaussNewtonIdentifier<N, Unknowns<4>, 4>;
-
-fn settings(servo: &Servo) -> Settings {
-    Settings::new(servo.sample_time, servo.counts_per_rev)
-}
 
 #[derive(Debug, Clone, Copy)]
 struct Outcome {
@@ -59,10 +55,7 @@ fn run<N: Number>(
     let mut last_step = 0.0;
     for k in 0..samples {
         let (increment, command) = run.sample();
-        let seen = identifier
-            .learn(&mut state, N::from_f64(increment), N::from_f64(command))
-            .expect("ordinary samples");
-        identifier.work(&mut state, u32::MAX);
+        let seen = learn(&identifier, &mut state, (increment, command));
         match seen.event {
             Event::Started => started = started.min(k as f64 * servo.sample_time),
             Event::LoadStep => {
@@ -79,7 +72,7 @@ fn run<N: Number>(
     }
     Outcome {
         servo: *servo,
-        found: identifier.estimates_in(&identifier.snapshot(&state)),
+        found: shown(&identifier, &state),
         rms: (sum / count as f64 * 12.0).sqrt(),
         started,
         saturation: run.saturation(),
@@ -95,7 +88,7 @@ fn saturated_servos(kind: Kind, servos: u32, time: f64) -> Vec<Outcome> {
         let servo = ordinary_servo(i);
         let part = Draw::new(i + 7777).uniform(0.25, 0.75);
         let amplitude = amplitude_for(Kind::Pid, &servo, part);
-        run::<f32>(kind, &servo, amplitude, time, &settings(&servo))
+        run::<f32>(kind, &servo, amplitude, time, &servo.settings())
     })
 }
 
@@ -188,7 +181,7 @@ fn it_starts_without_a_guess() {
             servo.limit = authority / b;
             let part = draw.uniform(0.02, 0.6);
             let amplitude = amplitude_for(Kind::Pid, &servo, part);
-            let mut config = settings(&servo);
+            let mut config = servo.settings();
             if let Some(factor) = guess {
                 config.identifier.initial.b = Some(factor * b);
             }
@@ -228,7 +221,7 @@ fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
     // From a motion of a few counts to full use of the limit.
     let natural = servo.authority() / (servo.bandwidth * servo.bandwidth);
     let amplitude = draw.between(10.0 * servo.count(), 20.0 * servo.count() + natural);
-    let identifier = settings(&servo).build::<I>().expect("settings");
+    let identifier = servo.settings().build::<I>().expect("settings");
     let mut state = identifier.start();
     let mut run = Loop::new(kind, &servo, amplitude);
     let samples = (TIME / servo.sample_time) as u64;
@@ -236,10 +229,7 @@ fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
     let mut error = 0.0;
     for k in 0..samples {
         let (increment, command) = run.sample();
-        let seen = identifier
-            .learn(&mut state, increment as f32, command as f32)
-            .expect("ordinary samples");
-        identifier.work(&mut state, u32::MAX);
+        let seen = learn(&identifier, &mut state, (increment, command));
         if seen.event != Event::None {
             events.push((k as f64 * servo.sample_time, seen.event));
         }
@@ -247,11 +237,11 @@ fn humble<I: Identify<f32> + FromSettings>(i: u32) -> (Ending, Servo, String) {
             path += increment.abs();
             error += f64::from(seen.output_error).powi(2);
             if before.is_none() {
-                before = Some(identifier.estimates_in(&identifier.snapshot(&state)));
+                before = Some(shown(&identifier, &state));
             }
         }
     }
-    let found = identifier.estimates_in(&identifier.snapshot(&state));
+    let found = shown(&identifier, &state);
     let truth = servo.parameters;
     let off = (found.b / truth.b - 1.0).abs();
     let deviation = identifier
@@ -361,7 +351,8 @@ fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
     let mut draw = Draw::new(i + 31_337);
     let part = draw.uniform(0.1, 0.5);
     let amplitude = amplitude_for(Kind::Pid, &servo, part);
-    let identifier = settings(&servo)
+    let identifier = servo
+        .settings()
         .build::<Identifier<f32>>()
         .expect("settings");
     let mut state = identifier.start();
@@ -371,20 +362,13 @@ fn load_steps(i: u32) -> (Vec<LoadStep>, [u32; 2], f64) {
         let mut first = f64::INFINITY;
         for k in 0..(time / servo.sample_time) as u64 {
             let (increment, command) = run.sample();
-            let seen = identifier
-                .learn(&mut state, increment as f32, command as f32)
-                .expect("ordinary samples");
-            identifier.work(&mut state, u32::MAX);
+            let seen = learn(&identifier, &mut state, (increment, command));
             if seen.event == Event::LoadStep {
                 steps += 1;
                 first = first.min(k as f64 * servo.sample_time);
             }
         }
-        (
-            identifier.estimates_in(&identifier.snapshot(&state)),
-            steps,
-            first,
-        )
+        (shown(&identifier, &state), steps, first)
     };
     let (mut before, _, _) = feed(&mut run, SETTLED);
     let mut results = Vec::new();

@@ -1,21 +1,16 @@
 //! A listening identifier under any input, in both formats, and with the amplifier off.
 
 use crate::support::{
-    Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
+    Kind, Loop, amplitude_for, learn, on_all_cores, ordinary_servo, per_cent, quantile, shown,
 };
 use identifier_core::Settings;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
 use identifier_core::number::Number;
 use identifier_core::parameters::{ServoParameters, Unknowns};
-use identifier_core::settings::IdentifierSettings;
 use proptest::prelude::*;
 
 type Identifier<N> = GaussNewtonIdentifier<N, Unknowns<4>, 4>;
-
-fn settings(servo: &Servo) -> Settings {
-    Settings::new(servo.sample_time, servo.counts_per_rev)
-}
 
 fn is_finite(p: &ServoParameters) -> bool {
     [p.a, p.b, p.coulomb, p.load].iter().all(|x| x.is_finite())
@@ -29,19 +24,13 @@ fn in_format<N: Number>(
     let identifier = config.build::<Identifier<N>>().expect("settings");
     let mut state = identifier.start();
     for &(increment, command) in record {
-        identifier
-            .learn(&mut state, N::from_f64(increment), N::from_f64(command))
-            .expect("ordinary samples");
-        identifier.work(&mut state, u32::MAX);
+        learn(&identifier, &mut state, (increment, command));
     }
     let errors = identifier
         .report(&state)
         .errors_of_parameters()
         .expect("started");
-    (
-        identifier.estimates_in(&identifier.snapshot(&state)),
-        errors,
-    )
+    (shown(&identifier, &state), errors)
 }
 
 #[test]
@@ -56,8 +45,8 @@ fn f32_and_f64_agree_within_the_estimates_wander() {
             .map(|_| run.sample())
             .map(|(increment, command)| (increment, f64::from(command as f32)))
             .collect();
-        let (single, _) = in_format::<f32>(&record, &settings(&servo));
-        let (double, _) = in_format::<f64>(&record, &settings(&servo));
+        let (single, _) = in_format::<f32>(&record, &servo.settings());
+        let (double, _) = in_format::<f64>(&record, &servo.settings());
         let truth = servo.parameters;
         [
             (single.b / double.b - 1.0).abs() / 1e-3,
@@ -86,29 +75,27 @@ fn an_amplifier_that_is_off_is_reported_and_not_learnt_from() {
         let friction = 1.3 * servo.parameters.load.abs() + 0.02 * servo.authority();
         servo.parameters.coulomb = friction;
         let amplitude = amplitude_for(Kind::Pid, &servo, 0.3);
-        let identifier = settings(&servo)
+        let identifier = servo
+            .settings()
             .build::<Identifier<f32>>()
             .expect("settings");
         let mut state = identifier.start();
         let mut run = Loop::new(Kind::Pid, &servo, amplitude);
         let mut noticed = f64::INFINITY;
         let second = (1.0 / servo.sample_time) as u64;
-        let mut before = identifier.estimates_in(&identifier.snapshot(&state));
+        let mut before = shown(&identifier, &state);
         for k in 0..9 * second {
             run.powered = !(4 * second..6 * second).contains(&k);
             if k == 4 * second {
-                before = identifier.estimates_in(&identifier.snapshot(&state));
+                before = shown(&identifier, &state);
             }
             let (increment, command) = run.sample();
-            let seen = identifier
-                .learn(&mut state, increment as f32, command as f32)
-                .expect("ordinary samples");
-            identifier.work(&mut state, u32::MAX);
+            let seen = learn(&identifier, &mut state, (increment, command));
             if seen.event == Event::NotFollowing && k >= 4 * second {
                 noticed = noticed.min(k as f64 * servo.sample_time - 4.0);
             }
         }
-        let after = identifier.estimates_in(&identifier.snapshot(&state));
+        let after = shown(&identifier, &state);
         (
             servo,
             noticed,
@@ -132,34 +119,6 @@ fn milliradians() -> Settings {
     Settings {
         resolution: 1e-3,
         ..Settings::new(1e-3, 1.0)
-    }
-}
-
-#[test]
-fn settings_out_of_range_are_named() {
-    assert!(milliradians().build::<Identifier<f32>>().is_ok());
-    type Change = fn(&mut IdentifierSettings);
-    let cases: [(&str, Change); 8] = [
-        ("bandwidth", |i| i.bandwidth = Some(-1.0)),
-        ("start_time", |i| i.start_time = Some(f64::NAN)),
-        ("max_speed", |i| i.max_speed = Some(0.0)),
-        ("memory", |i| i.memory = Some(1e-6)),
-        ("noise", |i| i.noise = Some(0.0)),
-        ("uncertainty", |i| i.uncertainty.a = Some(-1.0)),
-        ("bounds.b", |i| i.bounds.b = Some([-1.0, 5.0])),
-        ("initial.b", |i| {
-            i.bounds.b = Some([1.0, 5.0]);
-            i.initial.b = Some(7.0);
-        }),
-    ];
-    for (name, change) in cases {
-        let mut config = milliradians();
-        change(&mut config.identifier);
-        let refused = config
-            .build::<Identifier<f32>>()
-            .expect_err(name)
-            .to_string();
-        assert!(refused.starts_with(name), "{refused}");
     }
 }
 
@@ -215,7 +174,7 @@ proptest! {
                 prop_assert!(seen.output_error.is_finite());
             }
             identifier.work(&mut state, 200);
-            prop_assert!(is_finite(&identifier.estimates_in(&identifier.snapshot(&state))));
+            prop_assert!(is_finite(&shown(&identifier, &state)));
             if let Some(errors) = identifier.report(&state).errors_of_parameters() {
                 prop_assert!(is_finite(&errors), "{errors:?}");
             }

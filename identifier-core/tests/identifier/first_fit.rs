@@ -1,6 +1,6 @@
 //! A first fit that does not succeed: its reason after a second of motion, and the fit that succeeds later.
 
-use crate::support::{Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo};
+use crate::support::{Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, paper};
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GaussNewtonIdentifier, Identify};
 use identifier_core::parameters::{ServoParameters, Unknowns};
@@ -27,23 +27,9 @@ const REASONS: [Reason; 9] = [
 
 fn servo(sample_time: f64) -> Servo {
     Servo {
-        parameters: ServoParameters {
-            a: 2.0,
-            b: 250.0,
-            coulomb: 15.0,
-            load: 20.0,
-        },
-        counts_per_rev: 10_000.0,
         sample_time,
-        limit: 10.0,
-        bandwidth: 20.0,
-        offset: 0.0,
-        seed: 5,
+        ..paper(ServoParameters::new(2.0, 250.0, 15.0, 20.0), 20.0, 5)
     }
-}
-
-fn settings(servo: &Servo) -> Settings {
-    Settings::new(servo.sample_time, servo.counts_per_rev)
 }
 
 /// A servo in the motion from which it can be identified.
@@ -83,7 +69,7 @@ impl OpenLoop {
 /// Settings and samples for which a first fit has no other reason not to succeed.
 fn case(reason: Reason, sample_time: f64) -> (Settings, Box<dyn FnMut() -> Sample>) {
     let servo = servo(sample_time);
-    let mut settings = settings(&servo);
+    let mut settings = servo.settings();
     let mut motion = lively(&servo);
     let mut open = OpenLoop::new(sample_time);
     let quick = Servo {
@@ -221,7 +207,7 @@ fn gauss_newton_reports_why_there_is_no_first_fit_after_a_second_of_motion() {
 fn noise_found<I: Identify<f32> + FromSettings>(sample_time: f64, counts: f64) -> Option<f64> {
     let servo = servo(sample_time);
     let (mut motion, mut draw, mut off) = (lively(&servo), Draw::new(9), 0.0);
-    let mut run = Run::<I>::new(&settings(&servo));
+    let mut run = Run::<I>::new(&servo.settings());
     let before = run.identifier.report(&run.state).noise;
     assert_eq!(before, None);
     run.run(3.0, || {
@@ -294,7 +280,7 @@ fn a_healthy_servo_never_waits_for_a_first_fit() {
         };
         let amplitude = amplitude_for(Kind::Pid, &servo, 0.2);
         let mut moved = Loop::new(Kind::Pid, &servo, amplitude);
-        let mut recursion = Run::<GaussNewton>::new(&settings(&servo));
+        let mut recursion = Run::<GaussNewton>::new(&servo.settings());
         recursion.run(3.0, || moved.sample());
         (recursion.reported, recursion.started)
     });

@@ -1,25 +1,22 @@
 //! The gradient identifier beside any controller: random servos, limits that act, friction.
 
 use crate::support::{
-    Draw, Kind, Loop, Servo, amplitude_for, on_all_cores, ordinary_servo, per_cent, quantile,
+    Draw, Kind, Loop, Servo, amplitude_for, learn, on_all_cores, ordinary_servo, per_cent, quantile,
 };
 use identifier_core::Settings;
 use identifier_core::identifier::{Event, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ParameterSet, ServoParameters, Unknowns};
-use identifier_core::settings::{ParameterRangeSettings, diagonal};
+use identifier_core::settings::diagonal;
 
 type Listener<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
 
 /// The settings of the identifier for a servo: a box around it, four times as wide in b, and Γ of the size
 /// that the box and the command suggest. Nothing of the controller.
 fn settings(servo: &Servo) -> Settings {
-    let mut settings = Settings::new(servo.sample_time, servo.counts_per_rev);
-    let b = servo.parameters.b;
-    settings.identifier.parameter_range = Some(ParameterRangeSettings {
-        a: [0.0, 2.0 * servo.parameters.a.max(1.0)],
-        b: [b / 2.0, b * 2.0],
-    });
+    let ServoParameters { a, b, .. } = servo.parameters;
+    let mut settings =
+        (servo.settings()).with_servo_range([0.0, 2.0 * a.max(1.0)], [b / 2.0, b * 2.0]);
     settings.identifier.bandwidth = Some(servo.bandwidth);
     settings.identifier.initial.b = Some(b * Draw::new(servo.seed).between(0.5, 2.0));
     // φ is about [speed, command]: equal rates for a and b, sized by the guard.
@@ -49,9 +46,7 @@ fn run<S: ParameterSet<P>, const P: usize>(kind: Kind, servo: &Servo, time: f64)
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for k in 0..samples {
         let (increment, command) = run.sample();
-        let seen = identifier
-            .learn(&mut state, increment as f32, command as f32)
-            .expect("ordinary samples");
+        let seen = learn(&identifier, &mut state, (increment, command));
         restarts += u32::from(seen.event == Event::Restarted);
         if 4 * k > 3 * samples {
             travelled += increment.abs();

@@ -4,7 +4,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::{Draw, Kind, Loop, Servo, amplitude_for};
+use crate::support::{Draw, Kind, Loop, Servo, amplitude_for, paper, shown};
 use heapless::spsc::Queue;
 use identifier_core::Settings;
 use identifier_core::identifier::{
@@ -21,20 +21,7 @@ type Recursion = GaussNewtonRecursion<f32, Unknowns<4>, 4, W>;
 type FirstFit = GaussNewtonFitter<f32, Unknowns<4>, 4, W>;
 
 fn servo(seed: u32) -> Servo {
-    Servo {
-        parameters: ServoParameters {
-            a: 2.0,
-            b: 250.0,
-            coulomb: 15.0,
-            load: 20.0,
-        },
-        counts_per_rev: 10_000.0,
-        sample_time: 1e-3,
-        limit: 10.0,
-        bandwidth: 40.0,
-        offset: 0.0,
-        seed,
-    }
+    paper(ServoParameters::new(2.0, 250.0, 15.0, 20.0), 40.0, seed)
 }
 
 /// The servo in the motion from which it can be identified.
@@ -81,6 +68,14 @@ impl Halves {
         }
     }
 
+    fn estimates(&self) -> ServoParameters {
+        shown(&self.recorder, &self.recording)
+    }
+
+    fn take_over(&mut self, fitted: &GaussNewtonFitted<f32>) {
+        self.recorder.take_over(&mut self.recording, fitted);
+    }
+
     fn learn(&mut self, (increment, command): (f32, f32)) -> Update<f32> {
         let seen = self.recorder.learn(&mut self.recording, increment, command);
         if let Some(block) = self.recorder.take_block(&mut self.recording) {
@@ -89,12 +84,13 @@ impl Halves {
         seen.expect("ordinary samples")
     }
 
-    /// Until there is a result, at most `samples` samples.
-    fn find(&mut self, motion: &mut Loop, samples: u32) -> Option<GaussNewtonFitted<f32>> {
-        (0..samples).find_map(|_| {
+    /// Until there is a result.
+    fn find(&mut self, motion: &mut Loop) -> GaussNewtonFitted<f32> {
+        let found = (0..4000).find_map(|_| {
             self.learn(sample(motion));
             self.fitter.work(&mut self.fitting, u32::MAX)
-        })
+        });
+        found.expect("a motion with enough information")
     }
 }
 
@@ -115,17 +111,14 @@ fn compare<I: Identify<f32> + FromSettings>(budget: u32) {
         assert_eq!(Ok(halves.learn((increment, command))), seen, "sample {k}");
         whole.work(&mut state, budget);
         if let Some(fitted) = halves.fitter.work(&mut halves.fitting, budget) {
-            halves.recorder.take_over(&mut halves.recording, &fitted);
+            halves.take_over(&fitted);
         }
+        assert_eq!(halves.estimates(), shown(&whole, &state));
         let Halves {
             recorder,
             recording,
             ..
         } = &halves;
-        assert_eq!(
-            recorder.estimates_in(&recorder.snapshot(recording)),
-            whole.estimates_in(&whole.snapshot(&state))
-        );
         assert_eq!(
             recorder.at_bounds_in(&recorder.snapshot(recording)),
             whole.at_bounds_in(&whole.snapshot(&state))
@@ -137,7 +130,7 @@ fn compare<I: Identify<f32> + FromSettings>(budget: u32) {
         started += u32::from(seen.is_ok_and(|seen| seen.event == Event::Started));
     }
     assert!(started > 0);
-    assert!(off(&whole.estimates_in(&whole.snapshot(&state))) < 0.02);
+    assert!(off(&shown(&whole, &state)) < 0.02);
 }
 
 #[test]
@@ -198,12 +191,8 @@ fn no_first_fit_spans_a_gap() {
 fn a_fit_of_a_recording_before_a_gap_is_not_adopted() {
     let mut motion = motion(4);
     let mut halves = Halves::new();
-    let fitted = halves
-        .find(&mut motion, 4000)
-        .expect("a motion with enough information");
-    let before = halves
-        .recorder
-        .estimates_in(&halves.recorder.snapshot(&halves.recording));
+    let fitted = halves.find(&mut motion);
+    let before = halves.estimates();
 
     let mut joined = halves.recording;
     halves.recorder.resume_moving(&mut joined, 0.0);
@@ -211,33 +200,21 @@ fn a_fit_of_a_recording_before_a_gap_is_not_adopted() {
     let (increment, command) = sample(&mut motion);
     let seen = halves.recorder.learn(&mut joined, increment, command);
     assert_eq!(seen.map(|seen| seen.event), Ok(Event::None));
-    assert_eq!(
-        halves
-            .recorder
-            .estimates_in(&halves.recorder.snapshot(&joined)),
-        before
-    );
+    assert_eq!(shown(&halves.recorder, &joined), before);
 
     // The same without the gap.
-    halves.recorder.take_over(&mut halves.recording, &fitted);
+    halves.take_over(&fitted);
     assert_eq!(halves.learn((increment, command)).event, Event::Started);
-    assert!(
-        off(&halves
-            .recorder
-            .estimates_in(&halves.recorder.snapshot(&halves.recording)))
-            < 0.05
-    );
+    assert!(off(&halves.estimates()) < 0.05);
 }
 
 #[test]
 fn a_running_recursion_is_not_restarted() {
     let mut motion = motion(5);
     let mut halves = Halves::new();
-    let fitted = halves
-        .find(&mut motion, 4000)
-        .expect("a motion with enough information");
+    let fitted = halves.find(&mut motion);
     for event in [Event::Started, Event::None] {
-        halves.recorder.take_over(&mut halves.recording, &fitted);
+        halves.take_over(&fitted);
         assert_eq!(halves.learn(sample(&mut motion)).event, event);
     }
 }
@@ -247,15 +224,11 @@ fn a_first_fit_that_is_lost_is_repeated() {
     let mut motion = motion(6);
     let mut halves = Halves::new();
     for _ in 0..3 {
-        halves
-            .find(&mut motion, 4000)
-            .expect("a motion with enough information");
+        halves.find(&mut motion);
     }
     assert!(!halves.recorder.is_running(&halves.recording));
-    let fitted = halves
-        .find(&mut motion, 4000)
-        .expect("a motion with enough information");
-    halves.recorder.take_over(&mut halves.recording, &fitted);
+    let fitted = halves.find(&mut motion);
+    halves.take_over(&fitted);
     assert_eq!(halves.learn(sample(&mut motion)).event, Event::Started);
     assert!(halves.recorder.is_running(&halves.recording));
 }
@@ -326,9 +299,7 @@ fn in_two_threads(seed: u32, rush: f64, enough: impl Fn(&Happened) -> bool) -> H
             happened.started += u32::from(seen.event == Event::Started);
             happened.restarted += u32::from(seen.event == Event::Restarted);
             if happened.started > 0 {
-                happened.worst = happened
-                    .worst
-                    .max(off(&recorder.estimates_in(&recorder.snapshot(&state))));
+                happened.worst = happened.worst.max(off(&shown(&recorder, &state)));
             }
             if let Some(block) = recorder.take_block(&mut state) {
                 happened.blocks += 1;

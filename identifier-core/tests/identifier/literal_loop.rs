@@ -1,14 +1,13 @@
 //! The loop driven by the command that acted against the paper's (5)–(7), (9) and (11), written down
 //! here once more, in absolute positions and with a PID of the model's own.
 
-use crate::support::Draw;
+use crate::support::{Bench, Draw};
 use identifier_core::GradientLoop;
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::Identify;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{ControllerSettings, ParameterRangeSettings, Settings};
+use identifier_core::settings::{ControllerSettings, Settings, diagonal};
 use virtual_servo::excitation::BandLimitedWhiteNoise;
-use virtual_servo::{Encoder, Plant};
 
 /// The paper's equations, sampled: every quantity in SI and double precision.
 struct Literal {
@@ -110,27 +109,17 @@ fn where_no_limit_acts_it_is_the_papers_loop() {
         let ki = 0.1 * bandwidth * kp;
         let guess = b * random.between(0.7, 1.4);
         let gamma = [random.between(0.5, 15.0), b * random.between(0.5, 10.0)];
-        let mut settings = Settings {
-            controller: Some(ControllerSettings::pid(kp, kd, ki)),
-            ..Settings::new(sample_time, counts)
-        };
+        let mut settings = Settings::new(sample_time, counts)
+            .with_pid(kp, kd, ki, f64::INFINITY)
+            .with_servo_range([0.0, 20.0], [b / 1.5, b * 1.5]);
         settings.identifier.initial.b = Some(guess);
-        settings.identifier.parameter_range = Some(ParameterRangeSettings {
-            a: [0.0, 20.0],
-            b: [b / 1.5, b * 1.5],
-        });
-        settings.identifier.gamma = Some(diagonal(gamma));
+        settings.identifier.gamma = Some(diagonal([gamma[0], gamma[1], 0.0, 0.0]));
         let servo_loop: GradientLoop<f64, 2> = settings.build().expect("certified");
         let identifier = servo_loop.identifier();
 
-        let servo = ServoParameters {
-            a,
-            b,
-            coulomb: 0.0,
-            load,
-        };
+        let servo = ServoParameters::new(a, b, 0.0, load);
         let start = random.uniform(-2e9, 2e9) as i32;
-        let mut bench = Bench::new(&servo, sample_time, counts, start);
+        let mut bench = Bench::new(&servo, &settings, start);
         let units = settings.units().expect("valid");
         let reference = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, seed).expect("valid");
         let mut wanted = Excitation::<f64>::start(&reference);
@@ -171,34 +160,4 @@ fn where_no_limit_acts_it_is_the_papers_loop() {
     // Agreement of two loops that learn nothing would prove nothing.
     assert!(learnt > SERVOS / 2, "{learnt} of {SERVOS} learnt");
     println!("{SERVOS} servos, 60 s: output errors at most {furthest:.1e} rad apart");
-}
-
-fn diagonal([a, b]: [f64; 2]) -> [[f64; 4]; 4] {
-    let mut gamma = [[0.0; 4]; 4];
-    gamma[0][0] = a;
-    gamma[1][1] = b;
-    gamma
-}
-
-/// A true servo with an encoder whose counter has 32 bits and starts anywhere.
-#[derive(Debug, Clone, Copy)]
-struct Bench {
-    plant: Plant,
-    encoder: Encoder,
-    start: i32,
-}
-
-impl Bench {
-    fn new(servo: &ServoParameters, sample_time: f64, counts: f64, start: i32) -> Self {
-        Self {
-            plant: Plant::at_rest(servo, sample_time),
-            encoder: Encoder::new(counts),
-            start,
-        }
-    }
-
-    fn count(&self) -> i32 {
-        self.start
-            .wrapping_add(self.encoder.read(self.plant.position) as i32)
-    }
 }

@@ -4,7 +4,12 @@ mod behind_amplifier;
 mod chosen_gamma;
 mod command_driven;
 mod command_driven_robustness;
+#[cfg(feature = "fixed")]
+mod constants;
+mod discretisation;
 mod first_fit;
+#[cfg(feature = "fixed")]
+mod fixed_servo_loop;
 mod gradient;
 mod halves;
 mod literal_loop;

@@ -1,36 +1,19 @@
 //! Impossible settings are refused by name, with a value that would do, and leave the state unchanged.
 
+use crate::support::certified;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::Unknowns;
-use identifier_core::settings::{
-    ControllerSettings, ParameterRangeSettings, SettingsError, diagonal,
-};
-use identifier_core::{GradientLoop, Settings};
+use identifier_core::settings::{ControllerSettings, FromSettings, SettingsError, diagonal};
+use identifier_core::{GaussNewton, GradientLoop, Settings};
 
 type Listener = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
 
 fn valid() -> Settings {
-    let mut settings = Settings {
-        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
-        ..Settings::new(1e-3, 10_000.0)
-    };
-    settings.identifier.parameter_range = Some(ParameterRangeSettings {
-        a: [0.0, 50.0],
-        b: [110.0, 1000.0],
-    });
+    let mut settings = certified();
     settings.identifier.gamma = Some(diagonal([23.0, 1700.0, 100.0, 0.0]));
     settings
-}
-
-fn refusal(change: impl FnOnce(&mut Settings)) -> String {
-    let mut settings = valid();
-    change(&mut settings);
-    settings
-        .build::<GradientLoop<f32, 3>>()
-        .expect_err("refused")
-        .to_string()
 }
 
 #[test]
@@ -45,65 +28,85 @@ fn the_first_thing_that_is_named_is_the_first_thing_wrong() {
 
 #[test]
 fn every_setting_out_of_range_is_named() {
+    fn refusal<T: FromSettings>(change: impl FnOnce(&mut Settings)) -> String {
+        let mut settings = valid();
+        change(&mut settings);
+        let refused = settings.build::<T>().err().expect("refused");
+        refused.to_string()
+    }
+    fn pid(settings: &mut Settings, kp: f64, kd: f64, ki: f64) {
+        settings.controller = Some(ControllerSettings::pid(kp, kd, ki));
+    }
+    fn controller(settings: &mut Settings) -> &mut ControllerSettings {
+        settings.controller.as_mut().expect("it has one")
+    }
+    fn range(settings: &mut Settings, a: [f64; 2], b: [f64; 2]) {
+        *settings = settings.with_servo_range(a, b);
+    }
     assert!(valid().build::<GradientLoop<f32, 3>>().is_ok());
+    assert!(valid().build::<GaussNewton>().is_ok());
     type Change = fn(&mut Settings);
-    let cases: [(&str, Change); 18] = [
+    let of_gradient: [(&str, Change); 27] = [
         ("sample_time", |s| s.sample_time = 0.0),
         ("sample_time", |s| s.sample_time = f64::NAN),
         ("resolution", |s| s.resolution = -1.0),
-        ("cutoff", |s| s.cutoff = 1e9),
-        ("kp", |s| {
-            s.controller = Some(ControllerSettings::pid(-1.0, 0.19, 4.0))
-        }),
-        ("kd", |s| {
-            s.controller = Some(ControllerSettings::pid(9.0, f64::NAN, 4.0))
-        }),
-        ("limit_low", |s| {
-            s.controller = Some(ControllerSettings {
-                limit: [1.0, 2.0],
-                ..ControllerSettings::pid(9.0, 0.19, 4.0)
-            });
-        }),
+        ("resolution", |s| s.resolution = f64::NAN),
+        ("cutoff", |s| s.cutoff = 4000.0),
+        ("kp", |s| pid(s, -1.0, 0.19, 4.0)),
+        ("kp", |s| s.identifier.correction = Some([0.0, 1.0, 1.0])),
+        ("kd", |s| pid(s, 9.0, f64::NAN, 4.0)),
+        ("ki", |s| pid(s, 9.0, 0.19, f64::NAN)),
+        ("limit_low", |s| controller(s).limit = [1.0, 2.0]),
+        ("limit_high", |s| controller(s).limit = [-1.0, 0.0]),
         ("reference_filter", |s| {
-            s.controller = Some(ControllerSettings {
-                reference_filter: -1.0,
-                ..ControllerSettings::pid(9.0, 0.19, 4.0)
-            });
+            controller(s).reference_filter = -1.0
         }),
         ("controller", |s| s.controller = None),
-        ("servo_range.b", |s| {
-            s.identifier.parameter_range = Some(ParameterRangeSettings {
-                a: [0.0, 1.0],
-                b: [9.0, 8.0],
-            });
-        }),
-        ("a_min", |s| {
-            s.identifier.parameter_range = Some(ParameterRangeSettings {
-                a: [-1.0, 1.0],
-                b: [110.0, 200.0],
-            });
-        }),
+        ("servo_range.b", |s| range(s, [0.0, 1.0], [9.0, 8.0])),
+        ("a_min", |s| range(s, [-1.0, 1.0], [110.0, 200.0])),
+        ("b_min", |s| range(s, [0.0, 1.0], [0.0, 1.0])),
         ("gamma", |s| {
             s.identifier.gamma = None;
-            s.controller = Some(ControllerSettings::pid(9.0, 0.19, 4.0));
+            pid(s, 9.0, 0.19, 4.0);
         }),
         ("gamma", |s| {
             s.identifier.gamma = Some(diagonal([1.0, -1.0, 1.0, 0.0]))
         }),
         ("mu", |s| s.identifier.mu = Some(0.0)),
+        ("mu", |s| s.identifier.mu = Some(10.5)),
+        ("bounds.a", |s| s.identifier.bounds.a = Some([0.0, 501.0])),
         ("bounds.b", |s| s.identifier.bounds.b = Some([0.0, 10.0])),
         ("bounds.coulomb", |s| {
             s.identifier.bounds.coulomb = Some([-1.0, 10.0])
         }),
+        ("initial.a", |s| s.identifier.initial.a = Some(-1.0)),
+        ("initial.b", |s| s.identifier.initial.b = Some(f64::NAN)),
         ("initial.b", |s| {
             s.identifier.initial.b = Some(1.0);
             s.identifier.bounds.b = Some([2.0, 3.0]);
         }),
         ("max_speed", |s| s.identifier.max_speed = Some(-1.0)),
     ];
-    for (name, change) in cases {
-        let answer = refusal(change);
-        assert!(answer.contains(name), "{name}: {answer}");
+    for (name, change) in of_gradient {
+        let answer = refusal::<GradientLoop<f32, 3>>(change);
+        assert!(answer.starts_with(name), "{name}: {answer}");
+    }
+    let of_gauss_newton: [(&str, Change); 8] = [
+        ("bandwidth", |s| s.identifier.bandwidth = Some(-1.0)),
+        ("start_time", |s| s.identifier.start_time = Some(f64::NAN)),
+        ("max_speed", |s| s.identifier.max_speed = Some(0.0)),
+        ("memory", |s| s.identifier.memory = Some(1e-6)),
+        ("noise", |s| s.identifier.noise = Some(0.0)),
+        ("uncertainty", |s| s.identifier.uncertainty.a = Some(-1.0)),
+        ("bounds.b", |s| s.identifier.bounds.b = Some([-1.0, 5.0])),
+        ("initial.b", |s| {
+            s.identifier.bounds.b = Some([1.0, 5.0]);
+            s.identifier.initial.b = Some(7.0);
+        }),
+    ];
+    for (name, change) in of_gauss_newton {
+        let answer = refusal::<GaussNewton>(change);
+        assert!(answer.starts_with(name), "{name}: {answer}");
     }
 }
 

@@ -1,36 +1,29 @@
 //! Under any input: no panic, no NaN, no estimate outside its bounds.
 
+use crate::support::{certified, shown};
 use identifier_core::Settings;
-use identifier_core::control::{CommandLimit, ControlState, Controller, Gains};
+use identifier_core::control::{ControlState, Controller};
 use identifier_core::error::StepError;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
-use identifier_core::interval::Interval;
 use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
-use identifier_core::parameters::{ServoParameters, Unknowns};
+use identifier_core::parameters::{Parameter, ServoParameters, Unknowns};
 use identifier_core::settings::{
-    ControllerSettings, FromSettings, IdentifierSettings, ParameterRangeSettings, SettingsError,
+    ControllerSettings, FromSettings, IdentifierSettings, SettingsError,
 };
-use identifier_core::stability::ParameterRange;
-use identifier_core::units::Units;
 use proptest::prelude::*;
 
 type Identifier<N> = GradientIdentifier<N, LowPass<N>, Unknowns<2>, 2>;
 
 /// A loop that is certified.
 fn settings(limit: Option<f64>) -> Settings {
-    let controller = ControllerSettings::pid(9.0, 0.19, 4.0);
     let mut settings = Settings {
         resolution: 6e-4,
-        cutoff: 500.0,
-        controller: Some(limit.map_or(controller, |limit| controller.limited(limit))),
-        ..Settings::new(1e-3, 1.0)
+        ..certified()
     };
+    let controller = settings.controller.as_mut().expect("it has one");
+    *controller = controller.limited(limit.unwrap_or(f64::INFINITY));
     let learning = &mut settings.identifier;
-    learning.parameter_range = Some(ParameterRangeSettings {
-        a: [0.0, 50.0],
-        b: [110.0, 1000.0],
-    });
     learning.initial.a = Some(0.0);
     learning.initial.b = Some(50.0);
     learning.bounds.a = Some([0.0, 100.0]);
@@ -142,16 +135,12 @@ where
         }
         identifier.work(&mut state, 100);
         let finite = |found: ServoParameters| {
-            let ServoParameters {
-                a,
-                b,
-                coulomb,
-                load,
-            } = found;
-            [a, b, coulomb, load].iter().all(|value| value.is_finite())
+            Parameter::ALL
+                .iter()
+                .all(|of| of.value_in(&found).is_finite())
         };
         let (found, errors) = (
-            identifier.estimates_in(&identifier.snapshot(&state)),
+            shown(&identifier, &state),
             identifier.report(&state).errors_of_parameters(),
         );
         prop_assert!(finite(found), "{found:?}");
@@ -266,7 +255,7 @@ proptest! {
                 prop_assert!(sample.command.is_finite(), "{sample:?}");
                 identifier.update(&mut state, sample.increment, sample.command);
             }
-            let estimates = identifier.estimates_in(&identifier.snapshot(&state));
+            let estimates = shown(&identifier, &state);
             prop_assert!(estimates.a.is_finite() && estimates.b.is_finite(), "{estimates:?}");
             prop_assert!(estimates.load.is_finite(), "{estimates:?}");
         }
@@ -284,12 +273,9 @@ fn build(n: &[f64; 16], small: &[f64; 4]) -> Result<Identifier<f32>, SettingsErr
             ..ControllerSettings::pid(n[1], n[2], n[3])
         }),
         ..Settings::new(1e-3, 1.0)
-    };
+    }
+    .with_servo_range([n[6], n[7]], [n[8], n[9]]);
     let learning = &mut settings.identifier;
-    learning.parameter_range = Some(ParameterRangeSettings {
-        a: [n[6], n[7]],
-        b: [n[8], n[9]],
-    });
     learning.initial.a = Some(n[13]);
     learning.initial.b = Some(n[14]);
     learning.bounds.a = Some([-n[15], n[15]]);
@@ -297,90 +283,4 @@ fn build(n: &[f64; 16], small: &[f64; 4]) -> Result<Identifier<f32>, SettingsErr
     learning.gamma = Some(gamma([[n[11], small[2]], [small[2], n[12]]]));
     learning.mu = Some(n[10]);
     settings.build()
-}
-
-/// Error of broken settings.
-fn refused(change: impl FnOnce(&mut Settings)) -> SettingsError {
-    let mut settings = settings(None);
-    change(&mut settings);
-    settings
-        .build::<Identifier<f64>>()
-        .expect_err("broken on purpose")
-}
-
-#[test]
-fn every_refusal_names_its_parameter() {
-    let interval = |min, max| Interval::new("interval", min, max).expect("ordered");
-    let parameter = |error: SettingsError| match error {
-        SettingsError::Range(range) => range.parameter,
-        other => panic!("{other}"),
-    };
-    assert_eq!(
-        parameter(refused(|s| s.identifier.initial.a = Some(-1.0))),
-        "initial.a"
-    );
-    assert_eq!(
-        parameter(refused(|s| s.identifier.initial.b = Some(f64::NAN))),
-        "initial.b"
-    );
-    assert_eq!(
-        parameter(refused(|s| s.identifier.bounds.a = Some([0.0, 501.0]))),
-        "bounds.a"
-    );
-    assert_eq!(
-        parameter(refused(|s| s.identifier.bounds.b = Some([0.0, 5000.0]))),
-        "bounds.b"
-    );
-    for (name, result) in [
-        ("sample_time", Units::new(0.0, 1.0).map(|_| ())),
-        ("sample_time", Units::new(f64::NAN, 1.0).map(|_| ())),
-        ("position_unit", Units::new(1e-3, f64::INFINITY).map(|_| ())),
-        ("kp", Gains::new(0.0, 1.0, 1.0).map(|_| ())),
-        ("kd", Gains::new(1.0, -1.0, 1.0).map(|_| ())),
-        ("ki", Gains::new(1.0, 1.0, f64::NAN).map(|_| ())),
-        ("limit", CommandLimit::symmetric(f64::NAN).map(|_| ())),
-        ("limit_low", CommandLimit::asymmetric(0.5, 1.0).map(|_| ())),
-        (
-            "limit_high",
-            CommandLimit::asymmetric(-1.0, 0.0).map(|_| ()),
-        ),
-        (
-            "b_min",
-            ParameterRange::new(interval(0.0, 1.0), interval(0.0, 1.0)).map(|_| ()),
-        ),
-        (
-            "a_min",
-            ParameterRange::new(interval(-1.0, 1.0), interval(1.0, 2.0)).map(|_| ()),
-        ),
-    ] {
-        let error = result.expect_err(name);
-        assert_eq!(error.parameter, name);
-        assert!(error.to_string().contains(name));
-    }
-    for mu in [10.5, 0.1] {
-        let error = refused(|settings| settings.identifier.mu = Some(mu));
-        assert!(matches!(error, SettingsError::Certificate(_)));
-    }
-    for (name, error) in [
-        ("max_speed", refused(|s| s.identifier.max_speed = Some(0.0))),
-        ("sample_time", refused(|s| s.sample_time = 0.0)),
-        ("resolution", refused(|s| s.resolution = f64::NAN)),
-        ("cutoff", refused(|s| s.cutoff = 4000.0)),
-        (
-            "kp",
-            refused(|s| s.identifier.correction = Some([0.0, 1.0, 1.0])),
-        ),
-    ] {
-        assert_eq!(parameter(error), name);
-    }
-    let setting = |error: SettingsError| match error {
-        SettingsError::NotGiven { setting } => setting,
-        other => panic!("{other}"),
-    };
-    assert_eq!(setting(refused(|s| s.identifier.gamma = None)), "gamma");
-    let nothing_it_follows_from = refused(|s| {
-        s.controller = None;
-        s.identifier.parameter_range = None;
-    });
-    assert_eq!(setting(nothing_it_follows_from), "correction");
 }

@@ -1,35 +1,18 @@
 //! The interrupt copies a few words of a sample, and the background computes that sample's estimates from
 //! them later.
 
-use crate::support::{Kind, Loop, Servo};
+use crate::support::{Kind, Loop, Servo, paper, shown};
 use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Unknowns};
-use identifier_core::settings::{FromSettings, ParameterRangeSettings, diagonal};
+use identifier_core::settings::{FromSettings, diagonal};
 
-const SERVO: Servo = Servo {
-    parameters: ServoParameters {
-        a: 0.5,
-        b: 250.0,
-        coulomb: 0.0,
-        load: 20.0,
-    },
-    counts_per_rev: 10_000.0,
-    sample_time: 1e-3,
-    limit: 10.0,
-    bandwidth: 40.0,
-    offset: 0.0,
-    seed: 5,
-};
+const SERVO: Servo = paper(ServoParameters::new(0.5, 250.0, 0.0, 20.0), 40.0, 5);
 
 fn settings() -> Settings {
-    let mut settings = Settings::new(SERVO.sample_time, SERVO.counts_per_rev);
+    let mut settings = (SERVO.settings()).with_servo_range([0.0, 50.0], [110.0, 1000.0]);
     let identifier = &mut settings.identifier;
-    identifier.parameter_range = Some(ParameterRangeSettings {
-        a: [0.0, 50.0],
-        b: [110.0, 1000.0],
-    });
     identifier.initial.a = Some(5.0);
     identifier.initial.b = Some(150.0);
     // More than the servo has.
@@ -59,7 +42,7 @@ fn shown_later<N: Copy, I: Identify<N>>(
             continue;
         }
         let now = (
-            identifier.estimates_in(&identifier.snapshot(&state)),
+            shown(identifier, &state),
             identifier.at_bounds_in(&identifier.snapshot(&state)),
         );
         if let Some((shown, then)) = waiting.replace((identifier.snapshot(&state), now)) {

@@ -1,9 +1,12 @@
 //! Random servos, controllers as in other firmware, and the loop that runs them.
 
 use core::f64::consts::{PI, TAU};
+use identifier_core::Settings;
+use identifier_core::identifier::{Identify, Update};
+use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::excitation::NormalSource;
-use virtual_servo::{Encoder, Plant};
+use virtual_servo::{Effects, Encoder, Plant, Servo as TrueServo};
 
 /// A source of random draws.
 pub(crate) struct Draw(NormalSource);
@@ -32,6 +35,29 @@ impl Draw {
     }
 }
 
+/// The paper's loop with a limit, certified.
+pub(crate) fn certified() -> Settings {
+    Settings::new(1e-3, 10_000.0)
+        .with_pid(9.0, 0.19, 4.0, 10.0)
+        .with_servo_range([0.0, 50.0], [110.0, 1000.0])
+}
+
+/// Takes an ordinary sample, and does all of the background's work.
+pub(crate) fn learn<N: Number, I: Identify<N>>(
+    identifier: &I,
+    state: &mut I::State,
+    (increment, command): (f64, f64),
+) -> Update<N> {
+    let seen = identifier.learn(state, N::from_f64(increment), N::from_f64(command));
+    identifier.work(state, u32::MAX);
+    seen.expect("ordinary samples")
+}
+
+/// The present estimates, those before the first fit too.
+pub(crate) fn shown<N: Copy, I: Identify<N>>(identifier: &I, state: &I::State) -> ServoParameters {
+    identifier.estimates_in(&identifier.snapshot(state))
+}
+
 /// A servo, its encoder, amplifier and sample time, SI.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Servo {
@@ -54,26 +80,48 @@ impl Servo {
     pub(crate) fn authority(&self) -> f64 {
         self.parameters.b * self.limit
     }
+
+    /// What an identifier is told of it.
+    pub(crate) fn settings(&self) -> Settings {
+        Settings::new(self.sample_time, self.counts_per_rev)
+    }
 }
 
 /// The paper's servo with friction and load.
-pub(crate) const TRUTH: ServoParameters = ServoParameters {
-    a: 0.2174,
-    b: 257.7,
-    coulomb: 10.0,
-    load: 20.0,
-};
+pub(crate) const TRUTH: ServoParameters = ServoParameters::new(0.2174, 257.7, 10.0, 20.0);
 
-/// The paper's servo with an encoder and a reference.
-pub(crate) fn paper(seed: u32) -> Servo {
+/// A servo with the paper's encoder, sample time and limit.
+pub(crate) const fn paper(parameters: ServoParameters, bandwidth: f64, seed: u32) -> Servo {
     Servo {
-        parameters: TRUTH,
+        parameters,
         counts_per_rev: 10_000.0,
         sample_time: 1e-3,
         limit: 10.0,
-        bandwidth: 35.0,
+        bandwidth,
         offset: 0.0,
         seed,
+    }
+}
+
+/// A true servo with an encoder whose counter has 32 bits and starts anywhere.
+pub(crate) struct Bench {
+    pub(crate) plant: Plant,
+    encoder: Encoder,
+    start: i32,
+}
+
+impl Bench {
+    pub(crate) fn new(servo: &ServoParameters, settings: &Settings, start: i32) -> Self {
+        Self {
+            plant: Plant::at_rest(servo, settings.sample_time),
+            encoder: Encoder::new(TAU / settings.resolution),
+            start,
+        }
+    }
+
+    pub(crate) fn count(&self) -> i32 {
+        let moved = self.encoder.read(self.plant.position);
+        self.start.wrapping_add(moved as i32)
     }
 }
 
@@ -277,6 +325,35 @@ impl Loop {
     }
 }
 
+/// Runs an identifier beside a PID around a servo with effects for a number of samples. `told` is the command that it
+/// is told of one.
+pub(crate) fn beside_pid<N: Copy, I: Identify<N>>(
+    identifier: &I,
+    servo: &Servo,
+    effects: &Effects,
+    (amplitude, samples): (f64, u32),
+    mut told: impl FnMut(f64) -> N,
+) -> I::State {
+    let mut state = identifier.start();
+    let mut plant = TrueServo::at_rest(&servo.parameters, effects, servo.sample_time, servo.seed)
+        .expect("sound");
+    let encoder = Encoder::new(servo.counts_per_rev);
+    let mut controller = Controller::new(Kind::Pid, servo);
+    let mut reference = Reference::new(servo, amplitude, servo.seed + 3);
+    let mut count = encoder.read(plant.position());
+    for _ in 0..samples {
+        let now = encoder.read(plant.position());
+        let moved = (now - std::mem::replace(&mut count, now)) as i32;
+        let command = controller.command(reference.next(), now as f64 * servo.count());
+        identifier
+            .process(&mut state, moved, told(command))
+            .expect("ordinary samples");
+        identifier.work(&mut state, u32::MAX);
+        plant.advance(command);
+    }
+    state
+}
+
 /// The amplitude of the reference for which the limit acts a part of the time.
 pub(crate) fn amplitude_for(kind: Kind, servo: &Servo, part: f64) -> f64 {
     let natural = servo.authority() / (servo.bandwidth * servo.bandwidth);
@@ -310,12 +387,7 @@ pub(crate) fn ordinary_servo(seed: u32) -> Servo {
     let friction = draw.one_of(&[0.0, 1.0]) * draw.between(0.003, 0.1) * authority;
     let load = draw.uniform(-0.3, 0.3) * authority;
     Servo {
-        parameters: ServoParameters {
-            a,
-            b,
-            coulomb: friction,
-            load,
-        },
+        parameters: ServoParameters::new(a, b, friction, load),
         counts_per_rev,
         sample_time,
         limit,
@@ -339,12 +411,7 @@ pub(crate) fn humble_servo(seed: u32) -> Servo {
     let friction = draw.between(0.005, 0.15) * authority;
     let load = draw.uniform(-0.2, 0.2) * authority;
     Servo {
-        parameters: ServoParameters {
-            a,
-            b,
-            coulomb: friction,
-            load,
-        },
+        parameters: ServoParameters::new(a, b, friction, load),
         counts_per_rev,
         sample_time,
         limit,

@@ -1,13 +1,10 @@
 //! Servos with one real-world effect at a time: with its term the model identifies all parameters.
 
-use core::f64::consts::TAU;
-
-use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, Identify};
 use identifier_core::parameters::{AllUnknowns, ServoParameters, Term, Terms, Unknown};
-use virtual_servo::{Effects, Encoder, Servo as TrueServo};
+use virtual_servo::Effects;
 
-use crate::support::{Controller, Kind, Reference, Servo, on_all_cores};
+use crate::support::{Servo, TRUTH, beside_pid, on_all_cores, paper};
 
 /// A servo and the amplitude of its reference, rad.
 struct Case {
@@ -20,37 +17,35 @@ struct Case {
 
 /// The paper's servo with friction, a fast axis, a geared motor.
 fn cases() -> [Case; 3] {
-    let servo =
-        |[a, b, coulomb, load]: [f64; 4], counts_per_rev, sample_time, limit, bandwidth| Servo {
-            parameters: ServoParameters {
-                a,
-                b,
-                coulomb,
-                load,
-            },
-            counts_per_rev,
-            sample_time,
-            limit,
-            bandwidth,
-            offset: 0.0,
-            seed: 0,
-        };
+    let paper = paper(TRUTH, 35.0, 0);
     [
         Case {
             name: "paper",
-            servo: servo([0.2174, 257.7, 10.0, 20.0], 10_000.0, 1e-3, 10.0, 35.0),
+            servo: paper,
             amplitude: 0.5,
             length: 30_000,
         },
         Case {
             name: "axis",
-            servo: servo([1.5, 400.0, 150.0, 30.0], 65_536.0, 1e-4, 10.0, 120.0),
+            servo: Servo {
+                parameters: ServoParameters::new(1.5, 400.0, 150.0, 30.0),
+                counts_per_rev: 65_536.0,
+                sample_time: 1e-4,
+                bandwidth: 120.0,
+                ..paper
+            },
             amplitude: 0.1,
             length: 150_000,
         },
         Case {
             name: "geared",
-            servo: servo([6.0, 80.0, 15.0, -10.0], 4096.0, 1e-3, 12.0, 25.0),
+            servo: Servo {
+                parameters: ServoParameters::new(6.0, 80.0, 15.0, -10.0),
+                counts_per_rev: 4096.0,
+                limit: 12.0,
+                bandwidth: 25.0,
+                ..paper
+            },
             amplitude: 0.5,
             length: 30_000,
         },
@@ -138,32 +133,17 @@ impl Found {
 
 fn run(case: &Case, seed: u32, effects: &Effects, demanded: Terms) -> Found {
     let servo = Servo { seed, ..case.servo };
-    let mut settings = Settings::new(servo.sample_time, servo.counts_per_rev);
+    let mut settings = servo.settings();
     let terms = &mut settings.identifier.terms;
     terms.demanded = demanded;
     terms.low_speed_velocity = Some(low_speed(&servo));
     terms.ripple_order = Some(f64::from(RIPPLE));
     let identifier: GaussNewtonIdentifier<f32, AllUnknowns, { Unknown::COUNT }> =
         settings.build().expect("sound settings");
-    let mut state = identifier.start();
-    let mut plant = TrueServo::at_rest(&servo.parameters, effects, servo.sample_time, seed)
-        .expect("sound effects");
-    let encoder = Encoder::new(servo.counts_per_rev);
-    let mut controller = Controller::new(Kind::Pid, &servo);
-    let mut reference = Reference::new(&servo, case.amplitude, seed + 3);
-    let mut count = encoder.read(plant.position());
-    for _ in 0..case.length {
-        let now = encoder.read(plant.position());
-        let moved = (now - count) as i32;
-        count = now;
-        let position = now as f64 * TAU / servo.counts_per_rev;
-        let command = controller.command(reference.next(), position);
-        identifier
-            .process(&mut state, moved, command as f32)
-            .expect("ordinary samples");
-        identifier.work(&mut state, u32::MAX);
-        plant.advance(command);
-    }
+    let motion = (case.amplitude, case.length);
+    let state = beside_pid(&identifier, &servo, effects, motion, |command| {
+        command as f32
+    });
     let shown = identifier.snapshot(&state);
     let size = |unknown| Some((unknown, identifier.value_in(&shown, unknown)?));
     Found {

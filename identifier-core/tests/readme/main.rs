@@ -14,12 +14,7 @@ use identifier_core::Settings;
 use identifier_core::identifier::Identify;
 use identifier_core::parameters::{ServoParameters, Term, Unknown};
 
-const TRUTH: ServoParameters = ServoParameters {
-    a: 2.0,
-    b: 257.7,
-    coulomb: 10.0,
-    load: 20.0,
-};
+const TRUTH: ServoParameters = ServoParameters::new(2.0, 257.7, 10.0, 20.0);
 
 #[track_caller]
 fn assert_within(found: f64, truth: f64, part: f64) {

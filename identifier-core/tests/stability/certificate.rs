@@ -5,9 +5,7 @@ use identifier_core::control::{ControlState, Controller, Gains};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{
-    ControllerSettings, ParameterRangeSettings, SettingsError, diagonal,
-};
+use identifier_core::settings::{ControllerSettings, SettingsError, diagonal};
 use identifier_core::stability::{Certificate, CertificateError, ParameterRange, SampledLoop};
 use identifier_core::{GradientLoop, Settings};
 use virtual_servo::Plant;
@@ -222,14 +220,11 @@ fn the_automatic_mu_certifies_every_range_that_some_mu_certifies() {
 fn a_loop_that_sampling_makes_unstable_is_refused_although_its_range_is_certified() {
     let mut settings = Settings {
         cutoff: 100.0,
-        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
         ..Settings::new(0.02, 10_000.0)
+            .with_pid(9.0, 0.19, 4.0, 10.0)
+            .with_servo_range([0.0, 50.0], [110.0, 1000.0])
     };
     let learning = &mut settings.identifier;
-    learning.parameter_range = Some(ParameterRangeSettings {
-        a: [0.0, 50.0],
-        b: [110.0, 1000.0],
-    });
     learning.initial.b = Some(50.0);
     learning.bounds.a = Some([0.0, 25.0]);
     learning.bounds.b = Some([5.0, 5000.0]);
@@ -276,12 +271,7 @@ fn the_sampled_test_agrees_with_running_the_loop() {
         };
         let transfer = VelocityEstimate::<f64>::transfer(&controller.velocity);
         let predicted = SampledLoop::new(&units, &gains, &transfer).is_stable(a, b);
-        let servo = ServoParameters {
-            a,
-            b,
-            coulomb: 0.0,
-            load: 0.0,
-        };
+        let servo = ServoParameters::new(a, b, 0.0, 0.0);
         let mut plant = Plant::at_rest(&servo, units.sample_time());
         let mut control = ControlState::default();
         let mut last = 0.0;

@@ -8,12 +8,7 @@ use identifier_core::tuning::{
 
 use crate::support::{identified, tuned};
 
-const SERVO: ServoParameters = ServoParameters {
-    a: 0.2174,
-    b: 257.7,
-    coulomb: 0.0,
-    load: 0.0,
-};
+const SERVO: ServoParameters = ServoParameters::new(0.2174, 257.7, 0.0, 0.0);
 
 /// The same without friction.
 const FREE: ServoParameters = ServoParameters { a: 0.0, ..SERVO };

@@ -33,12 +33,7 @@ fn servo(n: u32) -> (IdentifiedServo, TuningSettings) {
     } else {
         std::f64::consts::TAU / counts
     };
-    let parameters = ServoParameters {
-        a,
-        b,
-        coulomb: 0.02 * friction * LIMIT * b,
-        load: 0.0,
-    };
+    let parameters = ServoParameters::new(a, b, 0.02 * friction * LIMIT * b, 0.0);
     let errors = [error * (a + 1.0), error * b, error * sample_time];
     let step = between(0.01, 0.5, step).max(40.0 * resolution);
     (

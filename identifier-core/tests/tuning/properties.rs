@@ -51,12 +51,7 @@ fn case() -> impl Strategy<Value = Case> {
         |((b, a, friction, error), (rate, delay, counts), goal, (part, feed_forward))| {
             let limit = 10.0;
             let sample_time = 1.0 / rate;
-            let parameters = ServoParameters {
-                a,
-                b,
-                coulomb: friction * limit * b,
-                load: 0.0,
-            };
+            let parameters = ServoParameters::new(a, b, friction * limit * b, 0.0);
             let resolution = if counts > 0.0 {
                 std::f64::consts::TAU / counts
             } else {

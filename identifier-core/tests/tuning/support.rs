@@ -16,16 +16,7 @@ pub(crate) fn identified(
     delay: f64,
     [a, b, of_delay]: [f64; 3],
 ) -> IdentifiedServo {
-    let mut covariance = [[0.0; 5]; 5];
-    covariance[IdentifiedServo::A][IdentifiedServo::A] = a * a;
-    covariance[IdentifiedServo::B][IdentifiedServo::B] = b * b;
-    covariance[IdentifiedServo::DELAY][IdentifiedServo::DELAY] = of_delay * of_delay;
-    IdentifiedServo {
-        parameters,
-        delay,
-        covariance,
-        unexplained: 0.0,
-    }
+    IdentifiedServo::known(parameters, delay).with_errors([a, b, 0.0, of_delay, 0.0])
 }
 
 /// A servo and its delay, s.

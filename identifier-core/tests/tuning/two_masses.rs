@@ -23,12 +23,7 @@ fn modes() -> impl Iterator<Item = Mode> {
 }
 
 fn servo(coulomb: f64) -> IdentifiedServo {
-    let parameters = ServoParameters {
-        a: 0.03,
-        b: 500.0,
-        coulomb,
-        load: 0.0,
-    };
+    let parameters = ServoParameters::new(0.03, 500.0, coulomb, 0.0);
     identified(parameters, 3e-4, [0.0; 3])
 }
 
@@ -158,12 +153,7 @@ fn viscous_friction_that_is_uncertain_damps_no_mode() {
         damping: 0.01,
         ratio: 1.5,
     };
-    let truth = ServoParameters {
-        a: 0.2,
-        b: 840.0,
-        coulomb: 0.0,
-        load: 0.0,
-    };
+    let truth = ServoParameters::new(0.2, 840.0, 0.0, 0.0);
     let known = identified(ServoParameters { a: 2.9, ..truth }, 2.5e-4, [2.1, 0.0, 0.0]);
     let resonance = Resonance {
         mode,

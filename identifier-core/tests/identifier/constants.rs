@@ -1,6 +1,6 @@
 //! Configurations as constants: the same bits as from the constructor, and refused if they are not what was written.
-#![cfg(feature = "fixed")]
 
+use crate::support::{Bench, shown};
 use fixed::types::I16F16;
 use identifier_core::constants::{Configuration, Constants, ConstantsError, words};
 use identifier_core::fixed_point::{FixedLoop, Word};
@@ -10,36 +10,21 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
 use identifier_core::parameters::{AbLoad, IdentifiedServo, Parameter, ServoParameters, Unknowns};
-use identifier_core::settings::{
-    ControllerSettings, FromSettings, ParameterRangeSettings, diagonal,
-};
+use identifier_core::settings::{FromSettings, diagonal};
 use identifier_core::{GradientLoop, Settings};
-use virtual_servo::{Encoder, Plant, ServoParameters as TrueServo};
 
 type GaussNewtonLoop<I> = ServoLoop<f32, LowPass<f32>, I>;
 
-const TRUTH: ServoParameters = ServoParameters {
-    a: 0.2174,
-    b: 257.7,
-    coulomb: 6.0,
-    load: -15.0,
-};
+const TRUTH: ServoParameters = ServoParameters::new(0.2174, 257.7, 6.0, -15.0);
 
 /// The paper's gains, at a bandwidth and a resolution of a seed's choice.
 fn settings(seed: u32) -> Settings {
     let part = f64::from(seed) / 16.0;
-    let mut settings = Settings {
-        controller: Some(ControllerSettings::pid(9.0 + part, 0.19, 4.0 - part).limited(10.0)),
-        ..Settings::new(
-            1e-3 * (1.0 - 0.3 * part),
-            10_000.0 + 977.0 * f64::from(seed),
-        )
-    };
+    let counts = 10_000.0 + 977.0 * f64::from(seed);
+    let mut settings = Settings::new(1e-3 * (1.0 - 0.3 * part), counts)
+        .with_pid(9.0 + part, 0.19, 4.0 - part, 10.0)
+        .with_servo_range([0.0, 50.0], [110.0, 1000.0]);
     let identifier = &mut settings.identifier;
-    identifier.parameter_range = Some(ParameterRangeSettings {
-        a: [0.0, 50.0],
-        b: [110.0, 1000.0],
-    });
     identifier.initial.b = Some(150.0 + 100.0 * part);
     identifier.bounds.coulomb = Some([0.0, 100.0]);
     identifier.bounds.load = Some([-100.0, 100.0]);
@@ -67,20 +52,13 @@ fn both<T: Configuration + FromSettings + PartialEq>(settings: &Settings) -> (T,
 
 /// The bits of commands and estimates of a run; `sample` is a sample of the loop, and returns the command.
 fn bits(settings: &Settings, mut sample: impl FnMut(i32, i32) -> (f64, [f64; 4])) -> Vec<u64> {
-    let servo = TrueServo {
-        a: TRUTH.a,
-        b: TRUTH.b,
-        coulomb: TRUTH.coulomb,
-        load: TRUTH.load,
-    };
-    let mut plant = Plant::at_rest(&servo, settings.sample_time);
-    let encoder = Encoder::new(std::f64::consts::TAU / settings.resolution);
+    let mut bench = Bench::new(&TRUTH, settings, 0);
     let mut bits = Vec::new();
     for k in 0..2500 {
         let way = k % 680;
         let setpoint = 3 * if way < 340 { way } else { 680 - way };
-        let (command, estimates) = sample(setpoint, encoder.read(plant.position) as i32);
-        plant.advance(command);
+        let (command, estimates) = sample(setpoint, bench.count());
+        bench.plant.advance(command);
         bits.push(command.to_bits());
         bits.extend(estimates.map(f64::to_bits));
     }
@@ -100,8 +78,7 @@ where
         let step = servo_loop.process(&mut state, setpoint, 0.0, count);
         let identifier = servo_loop.identifier();
         identifier.work(state.identification_mut(), 8);
-        let estimates =
-            in_order(identifier.estimates_in(&identifier.snapshot(state.identification())));
+        let estimates = in_order(shown(identifier, state.identification()));
         let machine = identifier.machine_estimates(state.identification());
         for (parameter, si) in Parameter::ALL.into_iter().zip(estimates) {
             let found = f64::from(machine.get(parameter)) * identifier.machine_unit(parameter);
@@ -125,8 +102,7 @@ where
     bits(settings, |setpoint, count| {
         let step = servo_loop.process(&mut state, setpoint, I16F16::ZERO, count);
         let identifier = servo_loop.identifier();
-        let estimates =
-            in_order(identifier.estimates_in(&identifier.snapshot(state.identification())));
+        let estimates = in_order(shown(identifier, state.identification()));
         let machine = identifier.machine_estimates(state.identification());
         for (parameter, si) in Parameter::ALL.into_iter().zip(estimates) {
             let off =
@@ -191,18 +167,8 @@ fn a_recursion_starts_from_constants() {
     let built: GaussNewtonLoop<GaussNewtonRecursion<f32, Unknowns<4>, 4>> =
         settings.build().expect("valid");
     let servo = IdentifiedServo {
-        parameters: TRUTH,
-        delay: 0.0,
-        covariance: core::array::from_fn(|i| {
-            core::array::from_fn(|j| {
-                if i == j {
-                    [0.01, 1.0, 0.1, 0.0, 0.1][i]
-                } else {
-                    0.0
-                }
-            })
-        }),
         unexplained: 2e-4,
+        ..IdentifiedServo::known(TRUTH, 0.0).with_errors([0.1, 1.0, 0.3, 0.0, 0.3])
     };
     let motion = ExpectedMotion {
         bandwidth: 30.0,
@@ -219,14 +185,10 @@ fn a_recursion_starts_from_constants() {
         assert!(identifier.is_running(state.identification()));
         let bits = bits(&settings, |setpoint, count| {
             let step = servo_loop.process(&mut state, setpoint, 0.0, count);
-            let estimates =
-                in_order(identifier.estimates_in(&identifier.snapshot(state.identification())));
+            let estimates = in_order(shown(identifier, state.identification()));
             (step.expect("in range").control.command.into(), estimates)
         });
-        (
-            bits,
-            identifier.estimates_in(&identifier.snapshot(state.identification())),
-        )
+        (bits, shown(identifier, state.identification()))
     };
     let (bits_read, found) = run(&read, read.identifier().start_from(&known));
     let (bits_built, _) = run(&built, built.identifier().start_from_known(&servo, &motion));

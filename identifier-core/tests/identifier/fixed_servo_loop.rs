@@ -1,6 +1,7 @@
 //! The fixed-point loop: the same as that of double precision on the same measurements, safe under any
 //! input, and refused by name where fixed point does not suffice.
 
+use crate::support::{Bench, certified, shown};
 use fixed::types::I16F16;
 use identifier_core::GradientLoop;
 use identifier_core::control::{Controller, Setpoint};
@@ -13,50 +14,28 @@ use identifier_core::measurement::{
 };
 use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, ServoParameters, Unknowns};
 use identifier_core::settings::{
-    ControllerSettings, ParameterRangeSettings, RangeSettings, Settings, SettingsError, diagonal,
+    ControllerSettings, RangeSettings, Settings, SettingsError, diagonal,
 };
 use proptest::prelude::*;
 use virtual_servo::excitation::BandLimitedWhiteNoise;
-use virtual_servo::{Encoder, Plant};
-
-/// A true servo with an encoder whose counter has 32 bits and starts anywhere.
-struct Bench {
-    plant: Plant,
-    encoder: Encoder,
-    start: i32,
-}
-
-impl Bench {
-    fn new(servo: &ServoParameters, settings: &Settings, start: i32) -> Self {
-        Self {
-            plant: Plant::at_rest(servo, settings.sample_time),
-            encoder: Encoder::new(std::f64::consts::TAU / settings.resolution),
-            start,
-        }
-    }
-
-    fn count(&self) -> i32 {
-        let moved = self.encoder.read(self.plant.position);
-        self.start.wrapping_add(moved as i32)
-    }
-}
 
 /// The paper's loop with a box and a limit.
 fn settings() -> Settings {
-    let mut settings = Settings {
-        controller: Some(ControllerSettings::pid(9.0, 0.19, 4.0).limited(10.0)),
-        ..Settings::new(1e-3, 10_000.0)
-    };
+    let mut settings = certified();
     let identifier = &mut settings.identifier;
-    identifier.parameter_range = Some(ParameterRangeSettings {
-        a: [0.0, 50.0],
-        b: [110.0, 1000.0],
-    });
     identifier.initial.b = Some(150.0);
     identifier.bounds.a = Some([0.0, 100.0]);
     identifier.bounds.coulomb = Some([0.0, 100.0]);
     identifier.bounds.load = Some([-100.0, 100.0]);
     identifier.gamma = Some(diagonal([20.0, 1000.0, 100.0, 100.0]));
+    settings
+}
+
+/// The same with a filter of the reference, s.
+fn filtered(reference_filter: f64) -> Settings {
+    let mut settings = settings();
+    let controller = settings.controller.as_mut().expect("it has one");
+    controller.reference_filter = reference_filter;
     settings
 }
 
@@ -140,12 +119,9 @@ fn side_by_side<S: ParameterSet<P>, const P: usize>(
     (distances, estimates)
 }
 
-const SERVO: ServoParameters = ServoParameters {
-    a: 0.2174,
-    b: 257.7,
-    coulomb: 0.0,
-    load: 0.0,
-};
+const SERVO: ServoParameters = ServoParameters::new(0.2174, 257.7, 0.0, 0.0);
+
+const WITH_FRICTION: ServoParameters = ServoParameters::new(0.2174, 257.7, 10.0, 20.0);
 
 #[test]
 fn on_the_same_measurements_fixed_and_floating_point_agree() {
@@ -164,16 +140,11 @@ fn on_the_same_measurements_fixed_and_floating_point_agree() {
 
 #[test]
 fn with_friction_fixed_and_floating_point_agree() {
-    let servo = ServoParameters {
-        coulomb: 10.0,
-        load: 20.0,
-        ..SERVO
-    };
-    let (_, [exact, found]) = side_by_side::<Unknowns<3>, 3>(&settings(), &servo, 20.0);
+    let (_, [exact, found]) = side_by_side::<Unknowns<3>, 3>(&settings(), &WITH_FRICTION, 20.0);
     assert_alike(&exact, &found, 2e-3);
-    let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings(), &servo, 20.0);
+    let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings(), &WITH_FRICTION, 20.0);
     assert_alike(&exact, &found, 2e-3);
-    let (_, [exact, found]) = side_by_side::<AbLoad, 3>(&settings(), &servo, 20.0);
+    let (_, [exact, found]) = side_by_side::<AbLoad, 3>(&settings(), &WITH_FRICTION, 20.0);
     assert_alike(&exact, &found, 2e-3);
 }
 
@@ -213,21 +184,16 @@ fn assert_alike(exact: &ServoParameters, found: &ServoParameters, tolerance: f64
 
 #[test]
 fn fast_loops_fit_and_give_the_same_estimates() {
-    let servo = ServoParameters {
-        coulomb: 10.0,
-        load: 20.0,
-        ..SERVO
-    };
     for sample_time in [2.5e-5, 1e-4, 2.5e-4] {
         let mut settings = Settings {
             sample_time,
             cutoff: 500.0,
             ..settings()
         };
-        let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings, &servo, 5.0);
+        let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings, &WITH_FRICTION, 5.0);
         assert_alike(&exact, &found, 5e-3);
         settings.identifier.gamma = Some(diagonal([0.2, 110.0, 10.0, 10.0]));
-        let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings, &servo, 5.0);
+        let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings, &WITH_FRICTION, 5.0);
         assert_alike(&exact, &found, 5e-3);
     }
 }
@@ -311,13 +277,6 @@ fn an_impossible_increment_is_refused_and_the_state_unchanged() {
 
 type Words = GradientIdentifier<Word, LowPass<Word>, Unknowns<3>, 3>;
 
-fn refusal(change: impl FnOnce(&mut Settings)) -> String {
-    let mut settings = settings();
-    change(&mut settings);
-    let built: Result<Words, SettingsError> = settings.build();
-    built.expect_err("it does not fit").to_string()
-}
-
 /// The ranges as they follow from the settings, changed.
 fn with_ranges(settings: &mut Settings, change: fn(&mut RangeSettings)) {
     let mut ranges = RangeSettings::from_settings(settings).expect("a controller");
@@ -327,61 +286,57 @@ fn with_ranges(settings: &mut Settings, change: fn(&mut RangeSettings)) {
 
 #[test]
 fn settings_out_of_range_are_refused_with_a_value_that_fits() {
-    for (answer, parts) in [
+    fn gamma(settings: &mut Settings, b: f64) {
+        settings.identifier.gamma = Some(diagonal([20.0, b, 100.0, 100.0]));
+    }
+    type Change = fn(&mut Settings);
+    let rows: [(Change, [&str; 2]); 10] = [
         (
-            refusal(|settings| with_ranges(settings, |ranges| ranges.error = 1e6)),
+            |s| with_ranges(s, |ranges| ranges.error = 1e6),
             ["ranges.error = 1000000", "at most 42165"],
         ),
         (
-            refusal(|settings| with_ranges(settings, |ranges| ranges.command = 5.0)),
+            |s| with_ranges(s, |ranges| ranges.command = 5.0),
             ["ranges.command = 5", "at least 10"],
         ),
+        (|s| gamma(s, 1e12), ["gamma = 1e12", "at most"]),
+        (|s| gamma(s, 1e-11), ["gamma = 1e-11", "at least"]),
         (
-            refusal(|settings| {
-                settings.identifier.gamma = Some(diagonal([20.0, 1e12, 100.0, 100.0]));
-            }),
-            ["gamma = 1e12", "at most"],
-        ),
-        (
-            refusal(|settings| {
-                settings.identifier.gamma = Some(diagonal([1e-11, 1000.0, 100.0, 100.0]));
-            }),
-            ["gamma = 1e-11", "at least"],
-        ),
-        (
-            refusal(|settings| {
-                let mut gamma = diagonal([20.0, 1000.0, 100.0, 100.0]);
+            |s| {
+                let gamma = s.identifier.gamma.as_mut().expect("given");
                 (gamma[0][1], gamma[1][0]) = (1.0, 1.0);
-                settings.identifier.gamma = Some(gamma);
-            }),
+            },
             ["gamma", "diagonal"],
         ),
         (
-            refusal(|settings| {
-                settings.controller = Some(ControllerSettings::pid(9.0, 0.19, 1e-7).limited(10.0));
-            }),
+            |s| s.controller = Some(ControllerSettings::pid(9.0, 0.19, 1e-7).limited(10.0)),
             ["sample_time = 0.001", "at least"],
         ),
         (
-            refusal(|settings| settings.identifier.bounds.a = Some([0.0, 300.0])),
+            |s| s.identifier.bounds.a = Some([0.0, 300.0]),
             ["bounds.a = 300", "250"],
         ),
         (
-            refusal(|settings| settings.identifier.bounds.coulomb = None),
+            |s| s.identifier.bounds.coulomb = None,
             ["bounds.coulomb", "required"],
         ),
         (
-            refusal(|settings| settings.identifier.parameter_range = None),
+            |s| s.identifier.parameter_range = None,
             ["bounds.b", "required"],
         ),
         (
-            refusal(|settings| {
-                settings.controller = None;
-                settings.identifier.correction = Some([9.0, 0.19, 4.0]);
-            }),
+            |s| {
+                s.controller = None;
+                s.identifier.correction = Some([9.0, 0.19, 4.0]);
+            },
             ["ranges", "required"],
         ),
-    ] {
+    ];
+    for (change, parts) in rows {
+        let mut settings = settings();
+        change(&mut settings);
+        let built: Result<Words, SettingsError> = settings.build();
+        let answer = built.expect_err("it does not fit").to_string();
         assert!(parts.iter().all(|part| answer.contains(part)), "{answer}");
     }
 }
@@ -427,15 +382,22 @@ fn the_value_that_a_refusal_names_is_accepted() {
     }
 }
 
-/// Runs a loop over any samples.
-fn run_any<V, S, const P: usize>(
-    words: &ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>>,
+/// Runs a loop over any samples: setpoint, offset, count and a command from outside. Rounding may change the limit by
+/// `room`.
+fn nothing_wraps<V, S, const P: usize>(
+    settings: &Settings,
     samples: &[(i32, i32, i32, Option<i32>)],
+    room: f64,
 ) -> Result<(), TestCaseError>
 where
     V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
+    let words: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>> = match settings.build() {
+        Ok(words) => words,
+        Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
+    };
+    let [low, high] = settings.controller.expect("it has one").limit;
     let identifier = words.identifier();
     let mut state = words.start(0);
     for &(setpoint, offset, count, command) in samples {
@@ -443,74 +405,40 @@ where
         let control = words
             .control(&mut state, setpoint, offset, count)
             .expect("every increment saturates");
-        let command = command.map_or(control.command, Word::from_bits);
-        let seen = identifier.update(state.identification_mut(), control.increment, command);
+        let seen = match command.map(Word::from_bits) {
+            None => words.learn(&mut state, &control),
+            Some(any) => {
+                if any.to_bits() % 16 == 0 {
+                    identifier.resume_moving(state.identification_mut(), any);
+                }
+                let increment = if count % 2 == 0 {
+                    any
+                } else {
+                    control.increment
+                };
+                identifier.update(state.identification_mut(), increment, any)
+            }
+        };
         prop_assert!(seen.output_error.abs() <= Word::ONE);
+        let applied = words.controller().command(control.command);
+        prop_assert!(applied >= low - room && applied <= high + room, "{applied}");
+        let found = shown(identifier, state.identification());
         for parameter in S::PARAMETERS {
-            let found = parameter.value_in(
-                &identifier
-                    .estimates(state.identification())
-                    .expect("estimates"),
-            );
+            let value = parameter.value_in(&found);
             let bounds = identifier.bounds(parameter).expect("one of the set");
             let room = 1e-6 * (bounds.max() - bounds.min());
-            let within = found >= bounds.min() - room && found <= bounds.max() + room;
+            let within = value >= bounds.min() - room && value <= bounds.max() + room;
             // The load holds what the integral has found besides.
-            prop_assert!(
-                within || parameter == Parameter::Load,
-                "{parameter:?} {found}"
-            );
+            let is_load = parameter == Parameter::Load && value.is_finite();
+            prop_assert!(within || is_load, "{parameter:?} {value}");
         }
     }
     Ok(())
 }
 
-/// Runs a loop over any samples: setpoint, offset, count and a command from outside.
-fn nothing_wraps<V, S, const P: usize>(
-    settings: &Settings,
-    samples: &[(i32, i32, i32, Option<i32>)],
-) -> Result<(), TestCaseError>
-where
-    V: VelocityEstimate<Word>,
-    S: ParameterSet<P>,
-{
-    let words: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>> =
-        settings.build().expect("it fits");
-    let mut state = words.start(0);
-    for &(setpoint, offset, count, command) in samples {
-        let offset = I16F16::from_bits(offset);
-        let control = words
-            .control(&mut state, setpoint, offset, count)
-            .expect("every increment saturates");
-        let seen = match command {
-            None => words.learn(&mut state, &control),
-            Some(any) => {
-                let any = Word::from_bits(any);
-                let joined = words.identifier();
-                if any.to_bits() % 16 == 0 {
-                    joined.resume_moving(state.identification_mut(), any);
-                }
-                joined.update(state.identification_mut(), any, any)
-            }
-        };
-        prop_assert!(seen.output_error.abs() <= Word::ONE);
-        let applied = words.controller().command(control.command);
-        prop_assert!(applied.abs() <= 10.0 + 1e-6);
-        let found = words
-            .identifier()
-            .estimates(state.identification())
-            .expect("estimates");
-        prop_assert!((0.0..=100.0 + 1e-6).contains(&found.a), "{found:?}");
-        let most = words.identifier().bounds(Parameter::B);
-        let most = most.expect("every model has it").max();
-        prop_assert!(
-            found.b >= 0.0 && found.b <= most * (1.0 + 1e-6),
-            "{found:?}"
-        );
-        prop_assert!((0.0..=100.0 + 1e-6).contains(&found.coulomb), "{found:?}");
-        prop_assert!(found.load.is_finite());
-    }
-    Ok(())
+/// The time constant of a filter of the reference, s: none, and from a sample on.
+fn reference_filters() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.0), 1e-3_f64..0.3, Just(100.0)]
 }
 
 fn any_samples() -> impl Strategy<Value = Vec<(i32, i32, i32, Option<i32>)>> {
@@ -534,18 +462,21 @@ proptest! {
     /// With any sensor readings nothing wraps (the tests check every sum for it), no estimate
     /// leaves its bounds, and the command stays within its limit.
     #[test]
-    fn nothing_wraps_with_any_input(samples in any_samples()) {
-        let mut settings = settings();
-        nothing_wraps::<LowPass<Word>, Unknowns<2>, 2>(&settings, &samples)?;
-        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples)?;
-        nothing_wraps::<AveragedDifference<Word>, Unknowns<3>, 3>(&settings, &samples)?;
-        nothing_wraps::<BackwardDifference, AbLoad, 3>(&settings, &samples)?;
+    fn nothing_wraps_with_any_input(
+        samples in any_samples(),
+        reference_filter in reference_filters(),
+    ) {
+        let mut settings = filtered(reference_filter);
+        nothing_wraps::<LowPass<Word>, Unknowns<2>, 2>(&settings, &samples, 1e-6)?;
+        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples, 1e-6)?;
+        nothing_wraps::<AveragedDifference<Word>, Unknowns<3>, 3>(&settings, &samples, 1e-6)?;
+        nothing_wraps::<BackwardDifference, AbLoad, 3>(&settings, &samples, 1e-6)?;
         // Steps that are large, and a guard that follows b̂.
         settings.identifier.gamma = Some(diagonal([400.0, 30_000.0, 400.0, 400.0]));
         settings.identifier.parameter_range = None;
         settings.identifier.bounds.b = Some([0.1, 2000.0]);
         settings.identifier.mu = Some(10.0);
-        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples)?;
+        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples, 1e-6)?;
     }
 
     /// The same for any servo, gains, limit, rate and encoder that are taken.
@@ -586,11 +517,7 @@ proptest! {
             gamma * omega,
             gamma * omega,
         ]));
-        let words: Result<FixedLoop<4>, _> = settings.build();
-        match words {
-            Ok(words) => run_any(&words, &samples)?,
-            Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
-        }
+        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples, 1e-4 * limit)?;
     }
 
     /// The words' controller is the numbers' controller, also where the counter wraps.
@@ -598,8 +525,12 @@ proptest! {
     fn the_controller_is_that_of_floating_point(
         steps in prop::collection::vec((-2000_i32..2000, -20_i32..20), 1..300),
         start in prop_oneof![any::<i32>(), i32::MAX - 20..=i32::MAX],
+        reference_filter in reference_filters(),
     ) {
-        let settings = settings();
+        let settings = filtered(reference_filter);
+        // Each sample rounds the filtered reference by a last bit of the error.
+        let last_bit = 9.0 * settings.resolution * 8192.0 / f64::from(1 << 30);
+        let tolerance = 1e-6 + last_bit * (1e3 * reference_filter).min(300.0);
         let exact: GradientLoop<f64, 2> = settings.build().expect("valid");
         let words: Controller<Word, LowPass<Word>> = settings.build().expect("it fits");
         let mut exact_state = exact.start(start);
@@ -611,7 +542,7 @@ proptest! {
             let real = exact.control(&mut exact_state, setpoint, 0.25, count).expect("in reach");
             let error = words.error(setpoint, I16F16::from_num(0.25), count);
             let found = words.process(&mut state, error, words.increment(moved)).expect("in reach");
-            prop_assert!((words.command(found.command) - real.command).abs() < 1e-6);
+            prop_assert!((words.command(found.command) - real.command).abs() < tolerance);
             prop_assert!((words.velocity(found.velocity) - real.velocity).abs() < 1e-5);
         }
     }

@@ -1,13 +1,14 @@
 //! Why the sampled model loop must be the sampled real loop: the textbook's discretisation beside
 //! the matched one, and the core beside an independent statement of its equations.
 
+use crate::support::certified;
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Unknowns};
-use identifier_core::settings::{ControllerSettings, ParameterRangeSettings, diagonal};
+use identifier_core::settings::diagonal;
 use identifier_core::units::Units;
 use virtual_servo::Plant;
 use virtual_servo::excitation::BandLimitedWhiteNoise;
@@ -24,19 +25,12 @@ const CUTOFF: f64 = 500.0;
 const LIMIT: f64 = 10.0;
 const INITIAL_B: f64 = 50.0;
 const BOUNDS: [[f64; 2]; 2] = [[0.0, 100.0], [5.0, 5000.0]];
-const PARAMETER_RANGE: ParameterRangeSettings = ParameterRangeSettings {
-    a: [0.0, 50.0],
-    b: [110.0, 1000.0],
-};
+/// The smallest b of the paper's range.
+const LEAST_B: f64 = 110.0;
 
 /// The paper's servo under a load, at rest.
 fn plant(load: f64) -> Plant {
-    let servo = ServoParameters {
-        a: A,
-        b: B,
-        coulomb: 0.0,
-        load,
-    };
+    let servo = ServoParameters::new(A, B, 0.0, load);
     Plant::at_rest(&servo, T)
 }
 
@@ -97,7 +91,7 @@ fn identify(discretisation: Discretisation, load: f64, duration: f64) -> Vec<[f6
         };
         // The guard of the sampled law, with the smallest α of the paper's box.
         let strength = T * (GAMMA[0] * phi[0] * phi[0] + GAMMA[1] * phi[1] * phi[1]);
-        let shortened = (0.05 * PARAMETER_RANGE.b[0] * KD / strength).min(1.0);
+        let shortened = (0.05 * LEAST_B * KD / strength).min(1.0);
         a = (a - T * shortened * GAMMA[0] * phi[0] * y).clamp(BOUNDS[0][0], BOUNDS[0][1]);
         b = (b - T * shortened * GAMMA[1] * phi[1] * y).clamp(BOUNDS[1][0], BOUNDS[1][1]);
 
@@ -149,12 +143,9 @@ fn textbook_discretisation_is_biased_and_the_matched_one_is_not() {
 fn identify_by_the_core(load: f64, duration: f64) -> Vec<[f64; 2]> {
     let mut settings = Settings {
         resolution: 1e-5,
-        cutoff: CUTOFF,
-        controller: Some(ControllerSettings::pid(KP, KD, KI).limited(LIMIT)),
-        ..Settings::new(T, 1.0)
+        ..certified()
     };
     let learning = &mut settings.identifier;
-    learning.parameter_range = Some(PARAMETER_RANGE);
     learning.initial.b = Some(INITIAL_B);
     learning.bounds.a = Some(BOUNDS[0]);
     learning.bounds.b = Some(BOUNDS[1]);

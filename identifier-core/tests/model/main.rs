@@ -1,3 +1,0 @@
-//! The model loop in discrete time.
-
-mod discretisation;
