@@ -13,15 +13,9 @@ use crate::rig::{Bench, Course, FaultInjection, ordinary};
 /// friction and load, held by gains.
 fn servos() -> [(&'static str, Bench); 3] {
     let mut stiff = ordinary();
-    stiff.servo = ServoParameters {
-        a: 1.5,
-        b: 1200.0,
-        coulomb: 150.0,
-        load: -300.0,
-    };
-    stiff.counts = 65_536.0;
+    stiff.servo = ServoParameters::new(1.5, 1200.0, 150.0, -300.0);
+    stiff.set_counts(65_536.0);
     stiff.settings.sample_time = 1e-4;
-    stiff.settings.resolution = std::f64::consts::TAU / stiff.counts;
     stiff.effects.delay = 1.5e-4;
     stiff.settings.limits.travel = [-0.5, 0.5];
     stiff.settings.limits.speed = 40.0;

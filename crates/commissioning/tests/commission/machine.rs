@@ -47,8 +47,7 @@ fn an_ordinary_servo_ends_with_new_gains_that_keep_their_prediction() {
 fn a_sound_servo_is_predicted_from_any_rest_between_two_counts() {
     for k in 0..60 {
         let mut bench = ordinary();
-        bench.counts = 65_536.0;
-        bench.settings.resolution = std::f64::consts::TAU / bench.counts;
+        bench.set_counts(65_536.0);
         bench.settings.goal = Goal::Bandwidth(100.0);
         bench.offset = f64::from(k) / 60.0;
         bench.servo.coulomb = f64::from(k % 7) * 8.0;
@@ -87,15 +86,9 @@ fn a_strong_servo_that_falls_when_it_is_released_is_caught_within_its_speed() {
     let coarse = (8.25, 4350.6, 2669.8, 12_607.5, 2e-3, 4096.0);
     for (a, b, coulomb, load, delay, counts) in [fine, coarse] {
         let mut bench = ordinary();
-        bench.servo = ServoParameters {
-            a,
-            b,
-            coulomb,
-            load,
-        };
+        bench.servo = ServoParameters::new(a, b, coulomb, load);
         bench.effects.delay = delay;
-        bench.counts = counts;
-        bench.settings.resolution = std::f64::consts::TAU / counts;
+        bench.set_counts(counts);
         bench.settings.limits.travel = [-0.9, 0.9];
         bench.settings.limits.speed = 84.35;
         for place in 0..8 {
@@ -245,8 +238,7 @@ fn a_bandwidth_beyond_the_sample_rate_is_refused_with_one_that_would_do() {
             panic!("{refused:?}");
         };
         assert!(bandwidth > 1900.0);
-        bench.counts = 131_072.0;
-        bench.settings.resolution = std::f64::consts::TAU / bench.counts;
+        bench.set_counts(131_072.0);
         bench.settings.goal = Goal::Bandwidth(most);
         for place in 0..16 {
             bench.offset = f64::from(place) / 16.0;

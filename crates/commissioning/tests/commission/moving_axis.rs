@@ -69,20 +69,19 @@ impl Axis {
         // As after a commissioning: b known to a thousandth, and estimates that are off by their errors.
         let errors = [0.1, 1e-3 * truth.b, 1e-3 * authority, 0.0, 1e-3 * authority];
         let mut draw = |value: f64, error: f64| value + error * normal(&mut random);
-        let mut servo = IdentifiedServo {
-            parameters: ServoParameters {
-                a: draw(truth.a, errors[0]).max(0.0),
-                b: draw(truth.b, errors[1]),
-                coulomb: draw(truth.coulomb, errors[2]).max(0.0),
-                load: draw(truth.load, errors[4]),
-            },
-            delay: 0.0,
-            covariance: [[0.0; 5]; 5],
+        let servo = IdentifiedServo {
             unexplained: resolution / 12.0_f64.sqrt() + noise,
+            ..IdentifiedServo::known(
+                ServoParameters::new(
+                    draw(truth.a, errors[0]).max(0.0),
+                    draw(truth.b, errors[1]),
+                    draw(truth.coulomb, errors[2]).max(0.0),
+                    draw(truth.load, errors[4]),
+                ),
+                0.0,
+            )
+            .with_errors(errors)
         };
-        for (i, error) in errors.into_iter().enumerate() {
-            servo.covariance[i][i] = error * error;
-        }
         let step = (50.0 * resolution).max(0.02 * authority * 0.01);
         let mut settings = TuningSettings::new(sample_time, resolution, LIMIT, step);
         settings.noise = noise;
@@ -127,12 +126,12 @@ impl Axis {
 
     /// From now on another servo, at the same place and speed.
     pub(crate) fn change(&mut self, inertia: f64, friction: f64) {
-        let other = ServoParameters {
-            a: self.truth.a / inertia,
-            b: self.truth.b / inertia,
-            coulomb: friction * self.truth.coulomb / inertia,
-            load: self.truth.load / inertia,
-        };
+        let other = ServoParameters::new(
+            self.truth.a / inertia,
+            self.truth.b / inertia,
+            friction * self.truth.coulomb / inertia,
+            self.truth.load / inertia,
+        );
         let mut plant = Plant::at_rest(&other, self.sample_time);
         (plant.position, plant.velocity) = (self.plant.position, self.plant.velocity);
         self.plant = plant;

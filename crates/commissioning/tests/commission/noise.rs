@@ -37,12 +37,12 @@ fn drawn(seed: u32, place: u32) -> Drawn {
     let decades = random.uniform(0.0, 2.0);
     let b = 50.0 * 10.0_f64.powf(decades);
     let counts = [4096.0, 16_384.0, 65_536.0][place as usize / 3 % 3];
-    let servo = ServoParameters {
-        a: random.uniform(0.0, 2.0),
+    let servo = ServoParameters::new(
+        random.uniform(0.0, 2.0),
         b,
-        coulomb: b * LIMIT * random.uniform(0.0, 0.2),
-        load: b * LIMIT * random.uniform(-0.2, 0.2),
-    };
+        b * LIMIT * random.uniform(0.0, 0.2),
+        b * LIMIT * random.uniform(-0.2, 0.2),
+    );
     let scale = 10.0_f64.powf(0.25 * (2.0 * decades).floor());
     let (travel, speed) = (0.5 * scale, 15.0 * scale);
     let limits = Limits::new([-travel, travel], speed, [-LIMIT, LIMIT]);

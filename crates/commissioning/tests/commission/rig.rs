@@ -100,12 +100,7 @@ impl Course {
 /// The paper's servo with a fine encoder, coasting.
 pub(crate) fn ordinary() -> Bench {
     Bench {
-        servo: ServoParameters {
-            a: 0.2174,
-            b: 257.7,
-            coulomb: 20.0,
-            load: 8.0,
-        },
+        servo: ServoParameters::new(0.2174, 257.7, 20.0, 8.0),
         effects: Effects::NONE,
         counts: 10_000.0,
         offset: 0.4,
@@ -121,6 +116,12 @@ pub(crate) fn ordinary() -> Bench {
 }
 
 impl Bench {
+    /// Gives it an encoder of so many counts per revolution.
+    pub(crate) fn set_counts(&mut self, counts: f64) {
+        self.counts = counts;
+        self.settings.resolution = std::f64::consts::TAU / counts;
+    }
+
     /// Commissions it; `disturb` may end it in any sample.
     pub(crate) fn commission(&self, disturb: &mut dyn FnMut(Phase) -> Option<Reason>) -> Course {
         self.run(&[], disturb)

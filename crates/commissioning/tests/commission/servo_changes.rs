@@ -8,12 +8,7 @@ use crate::moving_axis::{Axis, LIMIT};
 
 /// The paper's servo with friction.
 fn ordinary(sample_time: f64) -> Axis {
-    let truth = ServoParameters {
-        a: 0.5,
-        b: 257.7,
-        coulomb: 60.0,
-        load: 30.0,
-    };
+    let truth = ServoParameters::new(0.5, 257.7, 60.0, 30.0);
     Axis::new(truth, sample_time, 10_000.0, 0.0, 0.5, 1).expect("it has gains")
 }
 
@@ -87,12 +82,12 @@ impl Case {
 fn drawn(seed: u64) -> Option<Axis> {
     let mut random = SplitMix64::new(seed);
     let b = 30.0 * 100.0_f64.powf(random.uniform(0.0, 1.0));
-    let truth = ServoParameters {
-        a: random.uniform(0.0, 10.0),
+    let truth = ServoParameters::new(
+        random.uniform(0.0, 10.0),
         b,
-        coulomb: random.uniform(0.01, 0.15) * b * LIMIT,
-        load: random.uniform(-0.2, 0.2) * b * LIMIT,
-    };
+        random.uniform(0.01, 0.15) * b * LIMIT,
+        random.uniform(-0.2, 0.2) * b * LIMIT,
+    );
     let sample_time = random.one_of(&[4e-3, 2e-3, 1e-3, 2.5e-4, 1e-4, 5e-5]);
     let counts = 500.0 * 262.0_f64.powf(random.uniform(0.0, 1.0)).round();
     let noise = random.one_of(&[0.0, 0.0, 0.5, 1.0]);

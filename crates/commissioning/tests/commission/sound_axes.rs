@@ -44,12 +44,12 @@ fn axis(place: usize, random: &mut SplitMix64) -> Bench {
         cutoff: 8.0 * omega,
     };
     Bench {
-        servo: ServoParameters {
-            a: b * random.uniform(0.0, 8e-3),
+        servo: ServoParameters::new(
+            b * random.uniform(0.0, 8e-3),
             b,
             coulomb,
-            load: authority * random.uniform(-0.3, 0.3),
-        },
+            authority * random.uniform(-0.3, 0.3),
+        ),
         effects: Effects {
             delay,
             low_speed_friction: coulomb * random.uniform(0.0, 0.5),

@@ -18,12 +18,7 @@ use crate::rig::{Bench, Course, ordinary};
 fn strong() -> Bench {
     let counts = 6632.0;
     Bench {
-        servo: ServoParameters {
-            a: 0.1725,
-            b: 98_097.0,
-            coulomb: 20_469.0,
-            load: -14_431.0,
-        },
+        servo: ServoParameters::new(0.1725, 98_097.0, 20_469.0, -14_431.0),
         effects: Effects {
             current_loop: 1.087e-4,
             ..Effects::NONE
@@ -52,12 +47,7 @@ fn loaded(part: f64) -> Bench {
     let counts = 17_581.0;
     let b = 17_787.0;
     Bench {
-        servo: ServoParameters {
-            a: 0.4266,
-            b,
-            coulomb: 4484.0,
-            load: part * b,
-        },
+        servo: ServoParameters::new(0.4266, b, 4484.0, part * b),
         effects: Effects {
             delay: 2e-4,
             current_loop: 8.78e-5,
@@ -214,12 +204,7 @@ fn noise_at_rest_is_no_speed() {
         let counts = 4096.0;
         let limits = Limits::new([-1.0, 1.0], speed, [-10.0, 10.0]);
         let bench = Bench {
-            servo: ServoParameters {
-                a: 1.0,
-                b: 300.0,
-                coulomb: 50.0,
-                load: 0.0,
-            },
+            servo: ServoParameters::new(1.0, 300.0, 50.0, 0.0),
             counts,
             noise,
             settings: CommissionSettings::new(time, TAU / counts, limits),

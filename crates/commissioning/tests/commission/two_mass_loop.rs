@@ -161,12 +161,7 @@ impl TwoMassLoop {
 fn gains_that_half_cycle_the_second_mass_are_unstable_and_slower_ones_are_not() {
     let bench = hidden();
     let rigid = TuningSettings::new(1e-3, 0.0, 48.0, 0.1);
-    let known = IdentifiedServo {
-        parameters: bench.servo,
-        delay: 0.0,
-        covariance: [[0.0; 5]; 5],
-        unexplained: 0.0,
-    };
+    let known = IdentifiedServo::known(bench.servo, 0.0);
     let known = rigid.tune(&known).expect("one mass");
     let with = |factor: f64| {
         let tuning = Tuning {

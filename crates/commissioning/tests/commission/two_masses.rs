@@ -66,12 +66,12 @@ fn two_masses(seed: u64) -> Bench {
     let counts = log_uniform(random, 4096.0, 262_144.0).round();
     let travel = log_uniform(random, 0.3, 3.0);
     Bench {
-        servo: ServoParameters {
-            a: log_uniform(random, 0.02, 5.0),
+        servo: ServoParameters::new(
+            log_uniform(random, 0.02, 5.0),
             b,
             coulomb,
-            load: coulomb * random.uniform(-0.6, 0.6),
-        },
+            coulomb * random.uniform(-0.6, 0.6),
+        ),
         effects: Effects {
             delay: sample_time * random.uniform(0.0, 2.0),
             current_loop: log_uniform(random, 5e-5, 3e-4),
@@ -153,30 +153,26 @@ fn judge(bench: &Bench) -> Judged {
     }
 }
 
+/// A load on a spring behind a current loop (s): its resonance, Hz, with its damping, and its share of the inertia.
+fn on_a_spring(current_loop: f64, hertz: f64, damping: f64, share: f64) -> Effects {
+    Effects {
+        current_loop,
+        resonance: TAU * hertz,
+        resonance_damping: Some(damping),
+        inertia_ratio: share,
+        ..Effects::NONE
+    }
+}
+
 /// An axis on which friction hides a resonance of 224 Hz.
 pub(crate) fn hidden() -> Bench {
-    let counts = 35_645.0;
     let mut bench = ordinary();
-    bench.servo = ServoParameters {
-        a: 0.0653,
-        b: 491.35,
-        coulomb: 600.94,
-        load: 91.88,
-    };
-    bench.effects = Effects {
-        current_loop: 5.668e-5,
-        resonance: 1406.87,
-        resonance_damping: Some(0.01436),
-        inertia_ratio: 0.438,
-        ..Effects::NONE
-    };
-    bench.counts = counts;
-    bench.settings.resolution = TAU / counts;
+    bench.servo = ServoParameters::new(0.0653, 491.35, 600.94, 91.88);
+    bench.effects = on_a_spring(5.668e-5, 223.91, 0.01436, 0.438);
+    bench.set_counts(35_645.0);
     bench.settings.limits = Limits {
-        travel: [-PI, PI],
-        speed: 190.5,
-        command: [-48.0, 48.0],
         duration: 3.0,
+        ..Limits::new([-PI, PI], 190.5, [-48.0, 48.0])
     };
     bench
 }
@@ -186,10 +182,7 @@ fn a_resonance_that_friction_hides_is_found_and_a_notch_lets_gains_be_faster() {
     let [with, without] = [true, false].map(|notch| {
         let mut bench = hidden();
         bench.settings.notch = notch;
-        let judged = judge(&bench);
-        assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
-        let sensitivity = judged.sensitivity.expect("applied");
-        assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
+        let judged = borne(&bench);
         let shown = judged.resonance.expect("two masses") / bench.effects.resonance;
         assert!((shown - 1.0).abs() < 0.01, "{shown}");
         assert!(judged.travel <= 1.0 && judged.speed <= 1.0);
@@ -201,21 +194,9 @@ fn a_resonance_that_friction_hides_is_found_and_a_notch_lets_gains_be_faster() {
 /// An axis with a load on a spring.
 fn heavy(hertz: f64, share: f64) -> Bench {
     let mut bench = ordinary();
-    bench.servo = ServoParameters {
-        a: 0.5,
-        b: 400.0,
-        coulomb: 500.0,
-        load: -300.0,
-    };
-    bench.effects = Effects {
-        current_loop: 1e-4,
-        resonance: TAU * hertz,
-        resonance_damping: Some(0.02),
-        inertia_ratio: share,
-        ..Effects::NONE
-    };
-    bench.counts = 20_000.0;
-    bench.settings.resolution = TAU / bench.counts;
+    bench.servo = ServoParameters::new(0.5, 400.0, 500.0, -300.0);
+    bench.effects = on_a_spring(1e-4, hertz, 0.02, share);
+    bench.set_counts(20_000.0);
     bench.settings.sample_time = 2.5e-4;
     bench.settings.limits = Limits {
         duration: 3.0,
@@ -224,40 +205,38 @@ fn heavy(hertz: f64, share: f64) -> Bench {
     bench
 }
 
-fn assert_borne(bench: &Bench) {
+/// The end of a commissioning that applies gains which its resonance bears.
+fn borne(bench: &Bench) -> Judged {
     let judged = judge(bench);
-    let shown = judged
-        .resonance
-        .map_or(0.0, |shown| shown / bench.effects.resonance);
     println!(
-        "{} {} {:?} Ms {:?} f {shown:.3} travel {:.2} speed {:.2} {:.1} s",
+        "{} {} {:?} Ms {:?} {:.1} rad/s {:?} travel {:.2} speed {:.2} {:.1} s",
         judged.phase.name(),
         judged.reason,
         judged.no_gains,
         judged.sensitivity,
+        judged.bandwidth,
+        judged.resonance.map(|shown| shown / TAU),
         judged.travel,
         judged.speed,
         judged.time
     );
     assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
+    let sensitivity = judged.sensitivity.expect("applied");
+    assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
+    judged
+}
+
+/// The same where the resonance is shown.
+fn assert_borne(bench: &Bench) {
+    let shown = borne(bench).resonance.expect("two masses");
+    let shown = shown / bench.effects.resonance;
     assert!((shown - 1.0).abs() < 0.02, "{shown}");
-    assert!(
-        judged
-            .sensitivity
-            .is_some_and(|seen| seen < MAX_SENSITIVITY)
-    );
 }
 
 /// Axes at 1 kHz with an encoder in whose rounding single lines of high frequency are lost.
 fn hard_to_see(hertz: f64, share: f64) -> Bench {
     let mut bench = ordinary();
-    bench.effects = Effects {
-        current_loop: 1e-4,
-        resonance: TAU * hertz,
-        resonance_damping: Some(0.0133),
-        inertia_ratio: share,
-        ..Effects::NONE
-    };
+    bench.effects = on_a_spring(1e-4, hertz, 0.0133, share);
     bench
 }
 
@@ -266,33 +245,15 @@ fn assert_borne_from_any_count(bench: &Bench) {
     for part in 0..3 {
         let mut bench = *bench;
         bench.offset = f64::from(part) / 3.0;
-        let judged = judge(&bench);
-        println!(
-            "{} {} Ms {:?} {:.1} rad/s {:?} {:.1} s",
-            judged.phase.name(),
-            judged.reason,
-            judged.sensitivity,
-            judged.bandwidth,
-            judged.resonance.map(|shown| shown / TAU),
-            judged.time
-        );
-        assert_eq!(judged.phase, Phase::Applied, "{}", judged.reason);
-        let sensitivity = judged.sensitivity.expect("applied");
-        assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
+        borne(&bench);
     }
 }
 
 #[test]
 fn a_resonance_beyond_half_of_the_sampling_frequency_is_borne() {
     let mut bench = hard_to_see(510.0, 0.53);
-    bench.servo = ServoParameters {
-        a: 2.7,
-        b: 1000.0,
-        coulomb: 173.0,
-        load: -11.0,
-    };
-    bench.counts = 16_340.0;
-    bench.settings.resolution = TAU / bench.counts;
+    bench.servo = ServoParameters::new(2.7, 1000.0, 173.0, -11.0);
+    bench.set_counts(16_340.0);
     bench.settings.limits = Limits {
         duration: 5.0,
         ..Limits::new([-PI, PI], 28.0, [-1.0, 1.0])
@@ -303,14 +264,8 @@ fn a_resonance_beyond_half_of_the_sampling_frequency_is_borne() {
 #[test]
 fn a_narrow_resonance_between_two_lines_is_borne() {
     let mut bench = hard_to_see(307.5, 0.134);
-    bench.servo = ServoParameters {
-        a: 2.7,
-        b: 121.0,
-        coulomb: 165.0,
-        load: -12.5,
-    };
-    bench.counts = 60_848.0;
-    bench.settings.resolution = TAU / bench.counts;
+    bench.servo = ServoParameters::new(2.7, 121.0, 165.0, -12.5);
+    bench.set_counts(60_848.0);
     bench.settings.limits = Limits {
         duration: 5.0,
         ..Limits::new([-0.5, 0.5], 8.7, [-5.0, 5.0])
@@ -375,8 +330,7 @@ fn a_servo_that_oscillates_while_it_is_studied_is_held_more_slowly() {
 fn gravity_within_little_travel_is_shown_as_no_resonance() {
     for angle in [0.0, 0.8, 1.57, 3.1] {
         let mut bench = ordinary();
-        bench.counts = 65_536.0;
-        bench.settings.resolution = TAU / bench.counts;
+        bench.set_counts(65_536.0);
         bench.settings.limits.travel = [-0.1, 0.1];
         bench.servo.load = 0.0;
         let most = 0.19 * LIMIT * bench.servo.b;
