@@ -3,10 +3,9 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::path::Path;
 
 use crate::predict;
-use crate::support::{argument, assert_done, folder, printed_json, servo_id, standard_error};
+use crate::support::{Folder, folder, standard_error};
 use identifier_core::reason::Reason;
 use serde_json::Value;
 
@@ -195,18 +194,9 @@ fn scenario(base: &str, changes: [&[Lines]; 2]) -> String {
 }
 
 /// A run of a scenario: its result.
-fn identified(folder: &Path, text: &str) -> Value {
-    let [file, json] = ["scenario.toml", "result.json"].map(|name| folder.join(name));
-    std::fs::write(&file, text).expect("written");
-    let [file, json] = [&file, &json].map(|path| argument(path));
-    let output = servo_id(&["run", &file, "--json", &json, "--force"]);
-    assert!(
-        output.status.success(),
-        "{text}\n{}",
-        standard_error(&output)
-    );
-    let result = std::fs::read_to_string(&json).expect("a result");
-    serde_json::from_str(&result).expect("JSON")
+fn identified(folder: &Folder, text: &str) -> Value {
+    folder.write("scenario.toml", text);
+    folder.json("run scenario.toml")
 }
 
 /// Asserts that each row ends as is checked by its name, and that the servo is identified after each remedy.
@@ -276,15 +266,11 @@ fn neighbour(text: &str, step: u32) -> String {
 }
 
 /// How a commissioning ends: done, or the message.
-fn commissioned(folder: &Path, text: &str) -> Result<(), String> {
-    let file = folder.join("scenario.toml");
-    std::fs::write(&file, text).expect("written");
-    let output = servo_id(&["commission", &argument(&file)]);
-    output
-        .status
-        .success()
-        .then_some(())
-        .ok_or_else(|| standard_error(&output))
+fn commissioned(folder: &Folder, text: &str) -> Result<(), String> {
+    folder.write("scenario.toml", text);
+    let output = folder.call("commission scenario.toml");
+    let is_done = output.status.success();
+    is_done.then_some(()).ok_or_else(|| standard_error(&output))
 }
 
 #[test]
@@ -315,11 +301,8 @@ fn a_commissioning_succeeds_once_the_remedy_of_its_reason_is_followed() {
                 assert_logged(&folder, &case);
             } else {
                 let after = neighbour(&scenario(AXIS, [&case, remedy]), step);
-                wrong.extend(
-                    commissioned(&folder, &after)
-                        .err()
-                        .map(|said| format!("{name}: {said}")),
-                );
+                let said = commissioned(&folder, &after).err();
+                wrong.extend(said.map(|said| format!("{name}: {said}")));
             }
         }
     }
@@ -327,45 +310,28 @@ fn a_commissioning_succeeds_once_the_remedy_of_its_reason_is_followed() {
 }
 
 /// Asserts that the servo of a commissioning's case is identified from a log of it.
-fn assert_logged(folder: &Path, case: &[Lines]) {
+fn assert_logged(folder: &Folder, case: &[Lines]) {
     let is_servo = |(name, _): &&Lines| name.trim_start_matches('=') == "plant";
     let mut changes: Vec<Lines> = case.iter().filter(is_servo).cloned().collect();
     changes.insert(0, lines(AXIS)[0].clone());
     changes[0].0 = "=plant".to_owned();
-    let [file, log] = ["logged.toml", "log.csv"].map(|name| folder.join(name));
     let text = scenario(SERVO, [&changes, &lines("=run: duration = 5.0")]);
-    std::fs::write(&file, &text).expect("written");
-    let [file, log] = [&file, &log].map(|path| argument(path));
-    assert_done(&servo_id(&["run", &file, "--csv", &log, "--force"]));
-    let output = servo_id(&["identify", &log, "--require", "converged"]);
-    assert!(
-        output.status.success(),
-        "{text}: {}",
-        standard_error(&output)
-    );
+    folder.write("logged.toml", text);
+    folder.done("run logged.toml --csv log.csv --force");
+    folder.done("identify log.csv --require converged");
 }
 
 #[test]
 fn a_log_is_predicted_once_the_estimates_come_from_motions_like_it() {
     let folder = folder("advice-predicted");
     let brake = "low_speed_friction = 25.0\nlow_speed_velocity = 100.0\n";
-    let [free, like, other] = [(1, ""), (2, brake), (3, brake)]
-        .map(|(seed, effects)| argument(&predict::log_of(&folder, seed, 1e-3, effects)));
-    let scenario = argument(&predict::scenario(
-        &folder,
-        predict::ALL,
-        predict::CONTROLLER,
-    ));
-    for (learnt, code) in [(free, 43), (like, 0)] {
-        let call = [
-            "identify",
-            &learnt,
-            "--scenario",
-            &scenario,
-            "--predict",
-            &other,
-        ];
-        let result = printed_json(&servo_id(&[&call[..], &["--json", "-"]].concat()));
+    for (seed, effects) in [(1, ""), (2, brake), (3, brake)] {
+        predict::log(&folder, seed, effects);
+    }
+    predict::scenario(&folder, predict::ALL, predict::CONTROLLER);
+    for (seed, code) in [(1, 43), (2, 0)] {
+        let call = format!("identify {seed}.csv --scenario replay.toml --predict 3.csv");
+        let result = folder.json(&call);
         assert_eq!(result["code"], code, "{result}");
     }
 }

@@ -4,7 +4,6 @@
 use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -12,17 +11,15 @@ use std::time::{Duration, Instant};
 
 use crate::support::pages::root;
 use crate::support::simulated_drive::{Hand, SERVO, SimulatedDrive, built_in};
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{Folder, number, own_folder, printed, signal, standard_error, table};
 use drive_link::{Estimator, Receiver, Settings};
 use identifier_core::settings::diagonal;
-use servo_id::drive::{AtEnd, Client, Driven};
-use servo_id::port::Port;
 
 #[test]
 fn the_test_of_a_board_compares_its_bits_and_has_no_cycles_where_none_are_counted() {
     let drive = SimulatedDrive::start(SERVO, example());
     drive.with(|around| around.supply = true);
-    let folder = folder("board_test");
+    let folder = own_folder();
     let test = |ports: &[&str]| {
         let script = root().join("tests/hil/run");
         let ran = Command::new(script)
@@ -32,14 +29,12 @@ fn the_test_of_a_board_compares_its_bits_and_has_no_cycles_where_none_are_counte
             .current_dir(&folder)
             .output()
             .expect("it starts");
-        assert!(ran.status.success(), "{}", standard_error(&ran));
-        String::from_utf8_lossy(&ran.stdout).into_owned()
+        printed(&ran)
     };
     assert!(test(&[]).starts_with("skipped"));
-    let printed = test(&[&drive.port]);
-    assert!(printed.contains("not measured"), "{printed}");
-    let sent = std::fs::read_to_string(folder.join("board-test.json")).expect("a file to send");
-    let sent: serde_json::Value = serde_json::from_str(&sent).expect("JSON");
+    let answer = test(&[&drive.port]);
+    assert!(answer.contains("not measured"), "{answer}");
+    let sent = folder.read_json("board-test.json");
     assert_eq!(sent["board"], "simulated");
     assert_eq!(sent["same_bits"], true);
     assert_eq!(sent["bits"][0], "3ff0a2dd2a400000");
@@ -60,16 +55,17 @@ fn example() -> Settings {
 /// A person at the drive's command line.
 struct Person {
     drive: SimulatedDrive,
-    scenario: String,
+    folder: Folder,
 }
 
 impl Person {
-    fn before_a_drive(test: &str) -> Self {
-        let scenario = folder(test).join("my-servo.toml").display().to_string();
+    /// Before a drive that was never configured, whose motor has its supply.
+    fn before_a_drive() -> Self {
         let person = Self {
             drive: SimulatedDrive::start(SERVO, example()),
-            scenario,
+            folder: own_folder(),
         };
+        person.drive.with(|around| around.supply = true);
         person.write(10.0, "kind = \"none\"");
         person
     }
@@ -86,43 +82,50 @@ impl Person {
              parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
              [run]\nduration = 10.0\n"
         );
-        std::fs::write(&self.scenario, text).expect("the scenario is written");
+        self.folder.write("my-servo.toml", text);
     }
 
-    fn arguments<'a>(&'a self, words: &'a str) -> Vec<&'a str> {
-        let mut arguments = vec!["drive", "--port", &self.drive.port];
-        arguments.extend(words.split_whitespace().map(|word| {
-            if word == "my-servo.toml" {
-                self.scenario.as_str()
-            } else {
-                word
-            }
-        }));
-        arguments
+    /// The words of a call that types this.
+    fn words(&self, words: &str) -> String {
+        format!("drive --port {} {words}", self.drive.port)
+    }
+
+    /// The command that is held.
+    fn held(&self) -> Option<f32> {
+        self.drive.with(|around| around.held)
     }
 
     /// Types a command that must succeed, and returns its output.
     fn does(&self, words: &str) -> String {
-        let output = servo_id(&self.arguments(words));
-        assert!(
-            output.status.success(),
-            "{words}: {}",
-            standard_error(&output)
-        );
-        String::from_utf8_lossy(&output.stdout).into_owned()
+        self.folder.done(&self.words(words))
     }
 
     /// Types a command that must fail with this status, and reads why.
     fn fails(&self, status: i32, words: &str) -> String {
-        let output = servo_id(&self.arguments(words));
+        let output = self.folder.call(&self.words(words));
         assert_eq!(output.status.code(), Some(status), "{words}");
         standard_error(&output)
+    }
+
+    /// Types commands that are refused as bad input: of each row, a command and a part of the answer.
+    fn is_refused(&self, rows: &str) {
+        for row in table(rows) {
+            let why = self.fails(2, &row[0]);
+            assert!(why.contains(&row[1]), "{row:?}: {why}");
+        }
+    }
+
+    /// Asserts that the status shows this.
+    fn sees(&self, part: &str) {
+        let status = self.does("status");
+        assert!(status.contains(part), "{part}: {status}");
     }
 
     /// Types a command that keeps running.
     fn begins(&self, words: &str) -> Child {
         as_from_a_terminal()
-            .args(self.arguments(words))
+            .args(self.words(words).split(' '))
+            .current_dir(&self.folder)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -139,16 +142,13 @@ impl Person {
 
 #[test]
 fn the_first_power_on_of_the_manual_works_step_by_step() {
-    let person = Person::before_a_drive("first_power_on");
+    let person = Person::before_a_drive();
     let drive = &person.drive;
+    drive.with(|around| around.supply = false);
 
     // 1. Who is there?
-    let answer = person.does("status");
-    assert!(answer.contains("disabled: the servo coasts"), "{answer}");
-    assert!(
-        answer.contains("not configured: it does not start"),
-        "{answer}"
-    );
+    person.sees("disabled: the servo coasts");
+    person.sees("not configured: it does not start");
     let refused = person.fails(1, "start");
     assert!(refused.contains("configure it first"), "{refused}");
 
@@ -176,7 +176,7 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     );
     assert_eq!(status, Some(1));
     assert!(why.contains("fault 22:"), "not {why}");
-    assert_eq!(drive.with(|around| around.held), None);
+    assert_eq!(person.held(), None);
     person.does("clear");
     drive.with(|around| around.hand = Hand::Off);
 
@@ -208,7 +208,7 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     drive.pass(1.0);
     drive.with(|around| around.hand = Hand::Holds(from + 0.1));
     drive.pass(1.0);
-    let pushes_back = drive.with(|around| around.held).expect("it is driven");
+    let pushes_back = person.held().expect("it is driven");
     assert!(pushes_back < -0.5, "{pushes_back}");
     drive.with(|around| around.hand = Hand::Off);
     drive.pass(2.0);
@@ -220,11 +220,7 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
 
     // 6. The whole command, and a dither: too large a one for the protections is refused.
     person.write(10.0, "kind = \"prbs\"\namplitude = 0.1\nhold = 0.05");
-    let refused = person.fails(2, tight);
-    assert!(
-        refused.contains("following_error = 0.2 is too small"),
-        "{refused}"
-    );
+    person.is_refused(&format!("{tight} | following_error = 0.2"));
     person.write(10.0, "kind = \"prbs\"\namplitude = 0.05\nhold = 0.05");
     person.does(tight);
     let answer = person.does("start --for 3");
@@ -243,8 +239,7 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
     // 7. Kept through a loss of power.
     person.does("save");
     drive.cycle_power();
-    let answer = person.does("status");
-    assert!(answer.contains("a record is stored"), "{answer}");
+    person.sees("a record is stored");
     assert!(
         answer.contains(known.trim_start_matches("estimates: ")),
         "{answer}"
@@ -252,35 +247,24 @@ fn the_first_power_on_of_the_manual_works_step_by_step() {
 }
 
 #[test]
-fn an_excitation_that_the_drive_lacks_is_refused_by_name() {
-    let person = Person::before_a_drive("unknown_excitation");
+fn a_refused_setting_is_named_with_the_option_that_states_it() {
+    let person = Person::before_a_drive();
     person.write(10.0, "kind = \"square\"\namplitude = 0.1\nperiod = 1.0");
-    let refused = person.fails(2, "configure my-servo.toml");
-    assert!(
-        refused.contains("excitation.kind: the drive has \"prbs\" and \"none\""),
-        "{refused}"
-    );
-    assert!(person.does("status").contains("not configured"));
-}
-
-#[test]
-fn a_refused_setting_names_the_option_that_states_it() {
-    let person = Person::before_a_drive("refused_setting");
+    person.is_refused("configure my-servo.toml | excitation.kind");
     person.write(10.0, "kind = \"prbs\"\namplitude = 1.3\nhold = 0.05");
-    let refused = person.fails(2, "configure my-servo.toml");
-    assert!(refused.contains("--following-error states it"), "{refused}");
+    person.is_refused("configure my-servo.toml | --following-error");
+    person.sees("not configured");
     person.does("configure my-servo.toml --following-error 5 --travel 10");
 }
 
 #[test]
 fn a_term_that_the_scenario_requires_is_estimated_and_kept_by_the_drive() {
-    let person = Person::before_a_drive("drive_terms");
-    person.drive.with(|around| around.supply = true);
+    let person = Person::before_a_drive();
     person.write(10.0, "kind = \"prbs\"\namplitude = 0.05\nhold = 0.05");
-    let text = std::fs::read_to_string(&person.scenario).expect("just written");
+    let text = person.folder.read("my-servo.toml");
     let law = "law = \"gauss-newton\"\n";
     let with_terms = text.replace(law, &format!("{law}required_terms = [\"asymmetry\"]\n"));
-    std::fs::write(&person.scenario, with_terms).expect("the scenario is written");
+    person.folder.write("my-servo.toml", with_terms);
     person.does("configure my-servo.toml --following-error 0.2 --link-timeout 20");
     let answer = person.does("start --for 10");
     let known = answer
@@ -293,112 +277,73 @@ fn a_term_that_the_scenario_requires_is_estimated_and_kept_by_the_drive() {
     );
     person.does("save");
     person.drive.cycle_power();
-    let status = person.does("status");
-    assert!(status.contains(known), "{status}");
+    person.sees(known);
 }
 
 #[test]
 fn a_program_that_is_killed_leaves_an_axis_that_comes_to_rest() {
-    let person = Person::before_a_drive("killed");
+    let person = Person::before_a_drive();
     let drive = &person.drive;
-    drive.with(|around| around.supply = true);
     person.write(10.0, "kind = \"prbs\"\namplitude = 0.05\nhold = 0.05");
     person.does("configure my-servo.toml --link-timeout 4");
     let mut start = person.begins("start");
     drive.wait_until_driven();
     // Alive as long as the program runs, several times the timeout.
     drive.pass(10.0);
-    assert!(drive.with(|around| around.held).is_some());
+    assert!(person.held().is_some());
     start.kill().expect("it runs");
     start.wait().expect("it has ended");
     drive.pass(6.0);
-    assert_eq!(drive.with(|around| around.held), None);
-    let answer = person.does("status");
-    assert!(answer.contains("fault 40:"), "{answer}");
+    assert_eq!(person.held(), None);
+    person.sees("fault 40:");
 
     // `--leave` needs a setting that permits it.
-    let refused = person.fails(2, "start --leave");
-    assert!(refused.contains("--link-timeout 0"), "{refused}");
+    person.is_refused("start --leave | --link-timeout 0");
     person.does("clear");
     person.does("configure my-servo.toml --link-timeout 0 --duration 4");
     person.does("start --leave");
     drive.pass(2.0);
-    assert!(drive.with(|around| around.held).is_some());
+    assert!(person.held().is_some());
     drive.pass(4.0);
-    assert_eq!(drive.with(|around| around.held), None);
-    let answer = person.does("status");
-    assert!(answer.contains("ended when its time was over"), "{answer}");
-}
-
-#[test]
-fn who_drives_keeps_a_run_alive_and_who_looks_does_not() {
-    let person = Person::before_a_drive("looking_on");
-    let drive = &person.drive;
-    drive.with(|around| around.supply = true);
-    person.does("configure my-servo.toml --link-timeout 4");
-    let client = Client::new(Port::open(&drive.port).expect("it listens"));
-    let mut driven = Driven::new(client, 4.0 / 2.0, AtEnd::Stop);
-    driven.start().expect("started");
-    let none = driven.next_within(Duration::from_secs(4), |_| None::<()>);
-    assert!(none.expect("the line is whole").is_none());
-    assert!(drive.with(|around| around.held).is_some());
-    driven.leave();
-    drop(driven);
-    for _ in 0..8 {
-        person.does("status");
-        drive.pass(1.0);
-    }
-    assert_eq!(drive.with(|around| around.held), None);
-    let answer = person.does("status");
-    assert!(answer.contains("fault 40:"), "{answer}");
-}
-
-/// Sends a signal to a program.
-#[cfg(unix)]
-fn signal(to: &Child, name: &str) {
-    let sent = Command::new("kill")
-        .args([name, &to.id().to_string()])
-        .status();
-    assert!(sent.is_ok_and(|status| status.success()));
+    assert_eq!(person.held(), None);
+    person.sees("ended when its time was over");
 }
 
 #[test]
 #[cfg(unix)]
 fn a_signal_and_an_error_stop_a_run_and_an_order_to_leave_it_does_not() {
-    let person = Person::before_a_drive("start_ended");
+    let person = Person::before_a_drive();
     let drive = &person.drive;
-    drive.with(|around| around.supply = true);
     // The line is silent for much less.
     person.does("configure my-servo.toml --link-timeout 60");
     for name in ["-INT", "-TERM", "-HUP"] {
         let start = person.begins("start");
         drive.wait_until_driven();
-        signal(&start, name);
+        signal(start.id(), name);
         let (status, _, why) = Person::ends(start);
         assert_eq!(status, Some(130), "{name}: {why}");
         assert!(why.contains("interrupted; the servo is disabled"), "{why}");
-        assert_eq!(drive.with(|around| around.held), None, "{name}");
-        let answer = person.does("status");
-        assert!(answer.contains("the last run was stopped"), "{answer}");
+        assert_eq!(person.held(), None, "{name}");
+        person.sees("the last run was stopped");
     }
     let why = person.fails(1, "start --home");
     assert!(why.contains("--home-seek first"), "{why}");
     assert!(why.contains("the servo is disabled"), "{why}");
-    assert_eq!(drive.with(|around| around.held), None);
+    assert_eq!(person.held(), None);
 
     // Without a link timeout, nothing would stop it if the program were killed.
     person.does("configure my-servo.toml --link-timeout 0");
-    for words in ["start", "start --for 1"] {
-        let refused = person.fails(2, words);
-        assert!(refused.contains("--leave"), "{refused}");
-    }
-    assert_eq!(drive.with(|around| around.held), None);
+    person.is_refused(
+        "start | --leave
+        start --for 1 | --leave",
+    );
+    assert_eq!(person.held(), None);
     person.does("start --leave");
     person.fails(2, "target 1000");
     person.does("target 0.1");
-    assert!(drive.with(|around| around.held).is_some(), "it is left");
+    assert!(person.held().is_some(), "it is left");
     assert!(person.does("stop").contains("disabled"));
-    assert_eq!(drive.with(|around| around.held), None);
+    assert_eq!(person.held(), None);
 }
 
 /// A line to a drive from which nothing comes back once this is set, and the numbers of the stops on it.
@@ -443,9 +388,8 @@ fn half_a_line(to: &str) -> (String, Arc<AtomicBool>, Arc<Mutex<BTreeSet<u8>>>) 
 #[test]
 #[cfg(unix)]
 fn a_second_signal_sends_the_stop_again_and_ends_the_program() {
-    let person = Person::before_a_drive("start_twice_interrupted");
+    let person = Person::before_a_drive();
     let drive = &person.drive;
-    drive.with(|around| around.supply = true);
     person.does("configure my-servo.toml --link-timeout 60");
     let (port, is_deaf, stops) = half_a_line(&drive.port);
     let start = as_from_a_terminal()
@@ -456,18 +400,18 @@ fn a_second_signal_sends_the_stop_again_and_ends_the_program() {
         .expect("the program starts");
     drive.wait_until_driven();
     is_deaf.store(true, Ordering::Relaxed);
-    signal(&start, "-INT");
+    signal(start.id(), "-INT");
     let begin = Instant::now();
     while stops.lock().expect("no panic").is_empty() {
         assert!(begin.elapsed() < Duration::from_secs(60), "no stop");
         std::thread::sleep(Duration::from_millis(2));
     }
-    signal(&start, "-INT");
+    signal(start.id(), "-INT");
     let (status, _, why) = Person::ends(start);
     assert_eq!((status, why.as_str()), (Some(130), ""));
     assert_eq!(stops.lock().expect("no panic").len(), 2);
     drive.pass(0.1);
-    assert_eq!(drive.with(|around| around.held), None);
+    assert_eq!(person.held(), None);
 }
 
 /// The program, with no signal ignored: the parent of these tests may ignore some.
@@ -483,7 +427,7 @@ fn as_from_a_terminal() -> Command {
 }
 
 /// Waits until a recording has some rows.
-fn wait_for_rows(folder: &Path) {
+fn wait_for_rows(folder: &Folder) {
     /// Of some dozens of rows.
     const SIZE: u64 = 4096;
     let begin = Instant::now();
@@ -500,69 +444,54 @@ fn wait_for_rows(folder: &Path) {
 
 #[test]
 fn a_recording_is_kept_however_it_ends() {
-    let person = Person::before_a_drive("recording");
-    let drive = &person.drive;
-    drive.with(|around| around.supply = true);
-    person.write(10.0, "kind = \"none\"");
+    let person = Person::before_a_drive();
     person.does("configure my-servo.toml --link-timeout 0");
     person.does("start --leave");
-    let folder = folder("recording_rows");
-    let file = folder.join("rows.csv");
-    let words = format!(
-        "watch --every 10 --reports 1000000 --csv {}",
-        file.display()
-    );
-    let recording = person.begins(&words);
-    wait_for_rows(&folder);
-    assert!(!file.exists(), "not before it is whole");
-    let script = format!("kill -INT {}", recording.id());
-    let sent = Command::new("sh").args(["-c", &script]).status();
-    assert!(sent.expect("a shell").success());
+    let words = "watch --every 10 --reports 1000000 --csv rows.csv";
+    let recording = person.begins(words);
+    wait_for_rows(&person.folder);
+    let not_yet = !person.folder.join("rows.csv").exists();
+    assert!(not_yet, "not before it is whole");
+    signal(recording.id(), "-INT");
     let (status, answer, why) = Person::ends(recording);
     assert_eq!((status, answer.as_str()), (Some(1), ""), "{why}");
     assert!(why.contains("of 1000000 reports"), "{why}");
     let whole = |text: &str| text.lines().all(|row| row.split(',').count() == 9);
-    let first = std::fs::read_to_string(&file).expect("kept");
+    let first = person.folder.read("rows.csv");
     assert!(first.lines().count() > 10 && whole(&first), "{first}");
 
-    let refused = person.fails(2, &words);
-    assert!(refused.contains("--force"), "{refused}");
+    person.is_refused(&format!("{words} | --force"));
 
     // The line breaks, here because the drive serves one host and another connects.
     let recording = person.begins(&format!("{words} --force"));
-    wait_for_rows(&folder);
+    wait_for_rows(&person.folder);
     person.does("stop");
     let (status, _, why) = Person::ends(recording);
     assert_eq!(status, Some(1));
     assert!(why.contains("the connection is closed"), "{why}");
-    let second = std::fs::read_to_string(&file).expect("kept");
+    let second = person.folder.read("rows.csv");
     assert!(second != first && whole(&second), "{second}");
 
     // Nothing was recorded: the earlier recording stays.
     person.fails(1, &format!("{words} --force"));
-    assert_eq!(std::fs::read_to_string(&file).expect("kept"), second);
-    assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 1);
+    assert_eq!(person.folder.read("rows.csv"), second);
+    assert_eq!(person.folder.names(), ["my-servo.toml", "rows.csv"]);
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_run_is_ended_when_its_output_cannot_be_read() {
-    let person = Person::before_a_drive("full_output");
-    let drive = &person.drive;
-    drive.with(|around| around.supply = true);
+    let person = Person::before_a_drive();
     person.does("configure my-servo.toml --link-timeout 20");
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
-    let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
-        .args(person.arguments("start --for 1.5"))
-        .stdout(full.expect("there"))
-        .output()
-        .expect("the program starts");
+    let mut call = person.folder.program(&person.words("start --for 1.5"));
+    let output = call.stdout(full.expect("there")).output();
+    let output = output.expect("the program starts");
     assert_eq!(output.status.code(), Some(1));
     let why = standard_error(&output);
     assert!(why.contains("standard output cannot be written"), "{why}");
-    assert_eq!(drive.with(|around| around.held), None);
-    let answer = person.does("status");
-    assert!(answer.contains("the last run was stopped"), "{answer}");
+    assert_eq!(person.held(), None);
+    person.sees("the last run was stopped");
 }
 
 /// The tables that a user adds to the scenario for a commissioning.
@@ -572,173 +501,129 @@ const COMMISSION: &str = "[plant]\na = 0.2\nb = 250.0\n[encoder]\ncounts_per_rev
 
 #[test]
 fn an_unknown_servo_is_commissioned_from_the_command_line() {
-    let person = Person::before_a_drive("commission_drive");
-    std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
-    person.drive.with(|around| around.supply = true);
-    let output = servo_id(&person.arguments("commission my-servo.toml"));
+    let person = Person::before_a_drive();
+    person.folder.write("my-servo.toml", COMMISSION);
+    let output = person
+        .folder
+        .call(&person.words("commission my-servo.toml"));
     let progress = standard_error(&output);
     assert!(output.status.success(), "{progress}");
     let answer = String::from_utf8_lossy(&output.stdout);
     let first = answer.lines().next().unwrap_or_default();
     assert!(first.contains("moves at most from -1.5"), "{answer}");
-    assert!(
-        answer.contains(
-            "applied: the new gains are in force, and stored in flash; the servo is disabled"
-        ),
-        "{answer}"
-    );
+    assert!(answer.contains("applied: "), "{answer}");
     for phase in ["probe", "fit", "frequency-response", "gains", "trial"] {
         assert!(progress.contains(phase), "{phase}: {progress}");
     }
     assert!(progress.contains("rad, command "), "{progress}");
-    let status = person.does("status");
-    assert!(status.contains("as commissioned"), "{status}");
-    assert!(status.contains("commissioning: applied"), "{status}");
+    person.sees("as commissioned");
+    person.sees("commissioning: applied");
     // After the power was off, a start closes the loop with them.
     person.drive.cycle_power();
-    assert!(person.does("status").contains("as commissioned"));
+    person.sees("as commissioned");
     assert!(person.does("start --for 0.5").contains("estimates: "));
-    let state: serde_json::Value =
-        serde_json::from_str(&person.does("status --json -")).expect("JSON");
-    assert_eq!(
-        (&state["status"], &state["code"]),
-        (&"disabled".into(), &0.into())
-    );
+    let state = person.folder.json(&person.words("status"));
+    assert_eq!(state["status"], "disabled");
+    assert_eq!(state["code"], 0);
     assert!(state["gains"]["kp"].as_f64().is_some_and(|kp| kp > 0.0));
     assert!(state["servo_change"].is_null());
     // Again, and the result as JSON.
-    let again = person.does("commission my-servo.toml --json -");
-    let json: serde_json::Value = serde_json::from_str(&again).expect("JSON");
-    assert_eq!(
-        (&json["status"], &json["code"]),
-        (&"applied".into(), &0.into())
-    );
+    let json = person
+        .folder
+        .json(&person.words("commission my-servo.toml"));
+    assert_eq!(json["status"], "applied");
+    assert_eq!(json["code"], 0);
     assert_eq!(json["kept"], true);
-    let b = json["servo"]["b"]["value"].as_f64().expect("a number");
+    let b = number(&json, "/servo/b/value");
     assert!((b / SERVO.b - 1.0).abs() < 0.02, "{b}");
 }
 
 #[test]
 fn a_commissioning_that_is_refused_or_fails_names_reason_and_remedy() {
-    let person = Person::before_a_drive("commission_fails");
-    let write = |text: &str| std::fs::write(&person.scenario, text).expect("it is written");
-    write(&COMMISSION.replace("travel = 1.5", "travel = 0.0001"));
-    let why = person.fails(2, "commission my-servo.toml");
-    assert!(why.contains("commission.travel"), "{why}");
-    assert!(person.drive.with(|around| around.held).is_none());
+    let person = Person::before_a_drive();
+    person.drive.with(|around| around.supply = false);
+    let write = |from: &str, to: &str| {
+        let text = COMMISSION.replace(from, to);
+        person.folder.write("my-servo.toml", text);
+    };
+    write("travel = 1.5", "travel = 0.0001");
+    person.is_refused("commission my-servo.toml | commission.travel");
+    assert!(person.held().is_none());
     // Without the motor's supply nothing moves.
-    write(COMMISSION);
+    write("", "");
     let why = person.fails(1, "commission my-servo.toml");
     assert!(why.contains("reason 101:"), "{why}");
     // A demand beyond the servo is refused with a possible figure.
     person.drive.with(|around| around.supply = true);
-    write(&COMMISSION.replace("bandwidth = 40.0", "bandwidth = 150.0"));
-    let why = person.fails(1, "commission my-servo.toml");
-    let would_do = "a bandwidth of 150.0 rad/s is too high for the servo: the encoder's noise in the command allows 1";
-    assert!(
-        why.contains("reason 130:") && why.contains(would_do),
-        "{why}"
-    );
-    let output = servo_id(&person.arguments("commission my-servo.toml --json -"));
+    write("bandwidth = 40.0", "bandwidth = 150.0");
+    let words = person.words("commission my-servo.toml --json -");
+    let output = person.folder.call(&words);
+    let why = standard_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{why}");
+    assert!(why.contains("reason 130:"), "{why}");
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let most = json["no_gains"]["most"].as_f64().expect("a figure");
+    let most = number(&json, "/no_gains/most");
     assert!((100.0..150.0).contains(&most), "{most}");
     assert_eq!(json["no_gains"]["cap"], "encoder-noise");
     // Another sample time than that of the configured drive.
-    write(&COMMISSION.replace("sample_time = 0.001", "sample_time = 0.0005"));
-    let why = person.fails(2, "commission my-servo.toml");
-    assert!(why.contains("sample_time"), "{why}");
-}
-
-#[test]
-fn a_running_loop_is_commissioned_and_continues() {
-    let person = Person::before_a_drive("commission_beside");
-    person.drive.with(|around| around.supply = true);
-    person.does("configure my-servo.toml --link-timeout 0 --travel 50 --speed 100");
-    person.does("start --leave");
-    std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
-    let answer = person.does("commission my-servo.toml");
-    let runs_on = "applied: the new gains are in force, and stored in flash as soon as the servo is disabled; the \
-                   loop keeps running";
-    assert!(answer.contains(runs_on), "{answer}");
-    let status = person.does("status");
-    assert!(status.starts_with("running"), "{status}");
-    assert!(status.contains("as commissioned"), "{status}");
-    person.does("stop");
-    person.drive.pass(0.1);
-    assert!(person.does("status").contains("disabled"));
-    person.drive.cycle_power();
-    assert!(person.does("status").contains("as commissioned"));
+    write("sample_time = 0.001", "sample_time = 0.0005");
+    person.is_refused("commission my-servo.toml | sample_time");
 }
 
 #[test]
 #[cfg(unix)]
 fn an_interruption_stops_a_commissioning() {
-    let person = Person::before_a_drive("commission_interrupted");
-    std::fs::write(&person.scenario, COMMISSION).expect("the scenario is written");
-    person.drive.with(|around| around.supply = true);
+    let person = Person::before_a_drive();
+    person.folder.write("my-servo.toml", COMMISSION);
     let begun = person.begins("commission my-servo.toml");
     person.drive.wait_until_driven();
     person.drive.pass(0.02);
-    let killed = Command::new("kill")
-        .args(["-INT", &begun.id().to_string()])
-        .status();
-    assert!(killed.is_ok_and(|status| status.success()));
+    signal(begun.id(), "-INT");
     let (status, _, why) = Person::ends(begun);
     assert_eq!(status, Some(1), "{why}");
     assert!(why.contains("reason 170:"), "{why}");
-    assert!(person.drive.with(|around| around.held).is_none());
+    assert!(person.held().is_none());
 }
 
 #[test]
 fn an_axis_is_driven_home_and_its_targets_come_from_where_they_are_configured_to() {
-    let person = Person::before_a_drive("homing");
+    let person = Person::before_a_drive();
     let drive = &person.drive;
-    drive.with(|around| around.supply = true);
     let configure = "configure my-servo.toml --travel 2 --pace 1 --speed 20 --link-timeout 20";
 
-    // Without a way home.
-    let refused = person.fails(2, &format!("{configure} --home-approach 0.1"));
-    assert!(refused.contains("--home-seek"), "{refused}");
+    // Homing is not configured.
+    person.is_refused(&format!("{configure} --home-approach 0.1 | --home-seek"));
     person.does(configure);
-    let start = person.begins("start --home");
-    let (status, _, why) = Person::ends(start);
-    assert_eq!(status, Some(1), "{why}");
+    let why = person.fails(1, "start --home");
     assert!(why.contains("--home-seek first"), "{why}");
     person.does("stop");
 
     // The switch closes 0.2 rad below the start.
-    let refused = person.fails(2, &format!("{configure} --home-seek -1 --home-offset 3"));
-    assert!(refused.contains("homing.offset"), "{refused}");
+    person.is_refused(&format!(
+        "{configure} --home-seek -1 --home-offset 3 | homing.offset"
+    ));
     person.does(&format!("{configure} --home-seek -1 --home-offset 0.1"));
-    let answer = person.does("status");
-    assert!(
-        answer.contains("homing: seeks the switch at -1 rad/s, approaches the switch at 0.1 rad/s"),
-        "{answer}"
-    );
-    assert!(answer.contains("not homed"), "{answer}");
+    person.sees("homing: seeks the switch at -1 rad/s, approaches the switch at 0.1 rad/s");
+    person.sees("not homed");
     let answer = person.does("start --home --for 1");
     assert!(
         answer.contains("homed: positions count from the origin"),
         "{answer}"
     );
-    assert!(person.does("status").contains("\nhomed: "));
+    person.sees("\nhomed: ");
     let position = drive.with(|around| around.position);
     assert!((position + 0.2).abs() < 0.05, "{position}");
 
-    // Options that are not given stay, and a speed of 0 takes the way home away.
+    // Options that are not given stay, and a speed of 0 takes homing away.
     person.does(&format!("{configure} --home-offset 0.2"));
-    let answer = person.does("status");
-    assert!(answer.contains("the origin is 0.2 rad from"), "{answer}");
-    assert!(answer.contains("not homed"), "{answer}");
+    person.sees("the origin is 0.2 rad from");
+    person.sees("not homed");
     person.does(&format!("{configure} --home-seek 0 --source steps:0.001"));
-    let answer = person.does("status");
-    assert!(!answer.contains("homing: seeks"), "{answer}");
-    assert!(answer.contains("step input, 0.001 rad"), "{answer}");
-    let refused = person.fails(2, &format!("{configure} --source voltage:2.1"));
-    assert!(refused.contains("steps:RAD"), "{refused}");
-    let refused = person.fails(2, &format!("{configure} --source pulses"));
-    assert!(refused.contains("steps:RAD"), "{refused}");
+    assert!(!person.does("status").contains("homing: seeks"));
+    person.sees("step input, 0.001 rad");
+    for source in ["voltage:2.1", "pulses"] {
+        person.is_refused(&format!("{configure} --source {source} | steps:RAD"));
+    }
 
     let start = person.begins("start --for 5");
     drive.wait_until_driven();

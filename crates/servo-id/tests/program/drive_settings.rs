@@ -2,39 +2,26 @@
 
 use std::net::{Ipv4Addr, TcpListener};
 
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{own_folder, standard_error};
 use host_sim::scenario::{Fault, Purpose, Scenario};
 use identifier_core::parameters::{Term, Terms};
 use servo_id::drive::loop_settings;
 
 /// The settings for a scenario of this text.
-fn settings_of(test: &str, text: &str) -> Result<drive_link::LoopSettings, Fault> {
-    let path = folder(test).join("scenario.toml");
-    std::fs::write(&path, text).expect("the scenario is written");
-    loop_settings(&Scenario::load(&path, Purpose::Run).expect("a PC can"))
+fn settings_of(text: &str) -> Result<drive_link::LoopSettings, Fault> {
+    loop_settings(&Scenario::parse("s.toml", text, Purpose::Run).expect("a PC can"))
 }
 
 #[test]
-fn required_terms_are_sent() {
-    let asked = with_terms("required_terms = [\"delay\", \"gravity\"]");
-    let sent = settings_of("drive-settings-terms", &asked).expect("the firmware has them");
+fn required_terms_and_a_declared_amplifier_are_sent() {
+    let text = "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
+                arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n";
+    let asked = format!("{text}required_terms = [\"delay\", \"gravity\"]\n");
+    let sent = settings_of(&asked).expect("the firmware has them");
     let demanded = Terms::NONE.with(Term::Delay).with(Term::Gravity);
     assert_eq!(sent.core.identifier.terms.demanded, demanded);
-}
-
-fn with_terms(asked: &str) -> String {
-    format!(
-        "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
-         arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n{asked}\n"
-    )
-}
-
-#[test]
-fn a_declared_amplifier_is_sent() {
-    let text = "[plant]\na = 0.5\nb = 250.0\n[identifier]\nlaw = \"gauss-newton\"\n\
-                arithmetic = \"f32\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
-                [amplifier]\ndelay = 1e-3\ndead_band = 0.1\ncurrent_loop = 2e-3\n";
-    let sent = settings_of("drive-settings-amplifier", text).expect("the firmware has it");
+    let amplifier = "[amplifier]\ndelay = 1e-3\ndead_band = 0.1\ncurrent_loop = 2e-3\n";
+    let sent = settings_of(&format!("{text}{amplifier}")).expect("the firmware has it");
     let terms = &sent.core.identifier.terms;
     let declared = [terms.delay, terms.dead_band, terms.current_loop].map(f64::to_bits);
     assert_eq!(declared, [1e-3, 0.1, 2e-3_f64].map(f64::to_bits));
@@ -72,25 +59,21 @@ fn a_loop_that_the_firmware_lacks_is_refused() {
     ] {
         let changed = paper.replace(from, to);
         assert_ne!(changed, paper, "{from}");
-        let fault = settings_of("drive-settings-loop", &changed).expect_err(key);
+        let fault = settings_of(&changed).expect_err(key);
         assert!(fault.to_string().starts_with(key), "{fault}");
     }
 }
 
 #[test]
 fn a_port_that_does_not_exist_is_bad_input_and_a_silent_one_is_not() {
+    let folder = own_folder();
     for port in ["tcp:127.0.0.1:1", "/dev/no-such-port"] {
-        let output = servo_id(&["drive", "--port", port, "status"]);
-        let answer = standard_error(&output);
-        assert_eq!(output.status.code(), Some(2), "{answer}");
-        assert!(
-            answer.contains(port) && answer.contains("cannot be opened"),
-            "{answer}"
-        );
+        let answer = folder.refused(&format!("drive --port {port} status"));
+        assert!(answer.contains(port), "{answer}");
     }
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
-    let silent = format!("tcp:{}", listener.local_addr().expect("it has an address"));
-    let output = servo_id(&["drive", "--port", &silent, "status"]);
+    let silent = listener.local_addr().expect("it has an address");
+    let output = folder.call(&format!("drive --port tcp:{silent} status"));
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(1), "{answer}");
     assert!(answer.contains("no drive answers"), "{answer}");

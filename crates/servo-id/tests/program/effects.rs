@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::support::readable::assert_readable;
+use crate::support::table;
 use host_sim::compare::Case;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::{simulate, sweep};
@@ -128,6 +129,24 @@ fn a_comparison_takes_them_and_omits_low_speed_friction_without_friction() {
     }
 }
 
+/// Tables, and lines of them of which the last is refused.
+const IMPOSSIBLE: &str = "
+plant | delay = -0.001
+plant | delay = 0.07
+plant | asymmetry = 0.6
+plant | low_speed_friction = 3.0
+plant | low_speed_velocity = 1.0; low_speed_friction = -4.5
+plant | gravity = [1.0]
+plant | gravity = [1e7, 0.0]
+plant | ripple = [1.0, 0.0]; ripple_order = 2.5
+plant | torque_ripple_order = 6; torque_ripple = [0.7, 0.7]
+plant | resonance_damping = 0.1
+plant | load_wander = [3.0, 0.0]
+encoder | noise = -1.0
+encoder | eccentricity = 4.0
+encoder | jitter = 0.6
+";
+
 #[test]
 fn impossible_effects_are_refused_at_their_key() {
     let refused = |keys: &str, tables: &str, key: &str| {
@@ -141,28 +160,17 @@ fn impossible_effects_are_refused_at_their_key() {
         );
     };
     // The key of the last line.
-    for keys in [
-        "delay = -0.001",
-        "delay = 0.07",
-        "asymmetry = 0.6",
-        "low_speed_friction = 3.0",
-        "gravity = [1.0]",
-        "gravity = [1e7, 0.0]",
-        "ripple = [1.0, 0.0]\nripple_order = 2.5",
-        "resonance_damping = 0.1",
-        "load_wander = [3.0, 0.0]",
-    ] {
-        let last = keys.lines().last().and_then(|line| line.split(' ').next());
-        refused(keys, "", &format!("plant.{}", last.expect("a key")));
+    for row in table(IMPOSSIBLE) {
+        let last = row[1]
+            .lines()
+            .last()
+            .and_then(|line| line.split(' ').next());
+        let key = format!("{}.{}", row[0], last.expect("a key"));
+        match &*row[0] {
+            "plant" => refused(&row[1], "", &key),
+            table => refused("", &format!("[{table}]\n{}", row[1]), &key),
+        }
     }
-    for key in ["noise = -1.0", "eccentricity = 4.0", "jitter = 0.6"] {
-        let (name, _) = key.split_once(' ').expect("a value");
-        refused("", &format!("[encoder]\n{key}"), &format!("encoder.{name}"));
-    }
-    let least = "low_speed_friction = -4.5\nlow_speed_velocity = 1.0";
-    refused(least, "", "plant.low_speed_friction");
-    let order = "torque_ripple = [0.7, 0.7]\ntorque_ripple_order = 6";
-    refused(order, "", "plant.torque_ripple");
     let control = "[controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\nsample_time = 0.02\n\
                    velocity_filter = { kind = \"difference\" }";
     refused("delay = 0.11", control, "plant.delay");

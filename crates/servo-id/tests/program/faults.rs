@@ -1,6 +1,7 @@
 //! Faults in a scenario: accepted and refused values, and their effect on a run.
 
 use crate::support::readable::assert_readable;
+use crate::support::table;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_log::experiment::{AbortCause, Outcome};
@@ -76,46 +77,33 @@ fn faults_come_one_after_the_other_and_together() {
     assert_ne!(later[700..], first[700..]);
 }
 
+/// The keys of a second fault, the line below the first that the answer names, and the key.
+const WRONG: &str = r#"
+kind = "overrun"; tim = 1.0 | 8 | fault.tim
+time = 1.0; kind = "actuator-ded" | 8 | fault.kind
+kind = "actuator-weak"; time = 1.0; size = 1.5 | 9 | fault.size
+kind = "overrun"; time = 1.0; size = 1.5 | 9 | fault.size
+kind = "encoder-jump"; time = 1.0; size = 5; duration = 1 | 10 | fault.duration
+kind = "load-step" | 6 | fault.time
+kind = "load-step"; time = 1.0 | 6 | fault.size
+"#;
+
 #[test]
 fn wrong_faults_are_refused_at_their_line() {
     let head = SERVO.lines().count() + SHORT.lines().count();
     let sound = fault("overrun", "");
-    // The first fault has four lines, the last of them empty, and an empty one follows.
-    for (line, second, key) in [
-        (8, "kind = \"overrun\"\ntim = 1.0", "fault.tim"),
-        (8, "time = 1.0\nkind = \"actuator-ded\"", "fault.kind"),
-        (
-            9,
-            "kind = \"actuator-weak\"\ntime = 1.0\nsize = 1.5",
-            "fault.size",
-        ),
-        (
-            9,
-            "kind = \"overrun\"\ntime = 1.0\nsize = 1.5",
-            "fault.size",
-        ),
-        (
-            10,
-            "kind = \"encoder-jump\"\ntime = 1.0\nsize = 5\nduration = 1",
-            "fault.duration",
-        ),
-        (6, "kind = \"load-step\"", "fault.time"),
-        (6, "kind = \"load-step\"\ntime = 1.0", "fault.size"),
-    ] {
-        let answer = parse(&format!("{sound}\n[[fault]]\n{second}\n")).expect_err("it is wrong");
-        let place = format!("s.toml:{}: {key}: ", head + line);
+    let refused = |faults: &str, line: usize, key: &str| {
+        let answer = parse(faults).expect_err("it is wrong");
+        let place = format!("s.toml:{}: {key}", head + line);
         assert!(answer.contains(&place), "{place}: {answer}");
+    };
+    // The first fault has four lines, the last of them empty, and an empty one follows.
+    for row in table(WRONG) {
+        let line = row[1].parse().expect("a number");
+        refused(&format!("{sound}\n[[fault]]\n{}\n", row[0]), line, &row[2]);
     }
-    for wrong in [
-        "[fault]\nkind = \"overrun\"\ntime = 1.0\n",
-        &sound.repeat(17),
-    ] {
-        let answer = parse(wrong).expect_err("it is wrong");
-        assert!(
-            answer.contains(&format!("s.toml:{}: fault", head + 1)),
-            "{answer}"
-        );
-    }
+    refused("[fault]\nkind = \"overrun\"\ntime = 1.0\n", 1, "fault");
+    refused(&sound.repeat(17), 1, "fault");
     parse(&sound.repeat(16)).expect("as many as there may be");
 }
 

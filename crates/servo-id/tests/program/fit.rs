@@ -1,95 +1,72 @@
 //! One fit to a whole log, from the command line.
 
-use std::path::{Path, PathBuf};
-use std::process::Output;
+use serde_json::{Value, json};
 
-use serde_json::Value;
-
-use crate::support::{argument, assert_done, folder, printed_json, refusal_message, servo_id};
+use crate::support::{Folder, estimate, number, own_folder, scenario_text};
 
 /// The trace of a simulated servo, and the scenario of the page on the fit.
-fn trace(name: &str) -> (PathBuf, PathBuf) {
-    let folder = folder(&format!("fit-{name}"));
-    let [log, scenario] = ["trace.csv", "fit.toml"].map(|name| folder.join(name));
-    let own = crate::support::scenario("friction.toml");
-    assert_done(&servo_id(&["run", &own, "--csv", &argument(&log)]));
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/fit.md");
-    let page = std::fs::read_to_string(page).expect("the page is there");
+fn trace() -> Folder {
+    let folder = own_folder();
+    folder.write("servo.toml", scenario_text("friction.toml"));
+    folder.done("run servo.toml --csv trace.csv");
+    let page = include_str!("../../../../docs/fit.md");
     let example = page.split("```").nth(1).expect("an example");
-    std::fs::write(&scenario, example.trim_start_matches("toml")).expect("written");
-    (log, scenario)
+    folder.write("fit.toml", example.trim_start_matches("toml"));
+    folder
 }
 
-fn replay(log: &Path, scenario: &Path) -> Output {
-    let [log, scenario] = [log, scenario].map(|path| path.display().to_string());
-    servo_id(&["identify", &log, "--scenario", &scenario, "--json", "-"])
-}
-
-fn replayed(log: &Path, scenario: &Path) -> Value {
-    printed_json(&replay(log, scenario))
-}
-
-/// The message about a log that the program refuses to identify.
-fn refused(log: &Path, scenario: &Path) -> String {
-    refusal_message(&replay(log, scenario))
-}
+const REPLAY: &str = "identify trace.csv --scenario fit.toml";
 
 /// Changes the commands of a trace.
-fn with_commands(log: &Path, change: impl FnOnce(&mut Vec<f64>)) {
-    let text = std::fs::read_to_string(log).expect("a trace");
-    let mut rows: Vec<Vec<String>> = text
-        .lines()
-        .map(|line| line.split(',').map(str::to_owned).collect())
-        .collect();
-    let place = rows[0].iter().position(|name| name == "command");
+fn with_commands(folder: &Folder, change: impl FnOnce(&mut Vec<f64>)) {
+    let text = folder.read("trace.csv");
+    let rows = text.lines().map(|line| line.split(',').collect());
+    let rows: Vec<Vec<&str>> = rows.collect();
+    let place = rows[0].iter().position(|name| *name == "command");
     let place = place.expect("a column of commands");
-    let mut commands: Vec<f64> = rows[1..]
+    let commands = rows[1..]
         .iter()
-        .map(|row| row[place].parse().expect("a number"))
-        .collect();
+        .map(|row| row[place].parse().expect("a number"));
+    let mut commands: Vec<f64> = commands.collect();
     change(&mut commands);
-    for (row, command) in rows[1..].iter_mut().zip(commands) {
-        row[place] = command.to_string();
+    let mut changed = rows[0].join(",") + "\n";
+    for (row, command) in rows[1..].iter().zip(commands) {
+        let mut row = row.clone();
+        let command = command.to_string();
+        row[place] = &command;
+        changed += &(row.join(",") + "\n");
     }
-    let lines: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
-    std::fs::write(log, lines.join("\n") + "\n").expect("written");
+    folder.write("trace.csv", changed);
 }
 
-fn number(result: &Value, pointer: &str) -> f64 {
-    let value = result.pointer(pointer).and_then(Value::as_f64);
-    value.unwrap_or_else(|| panic!("no {pointer} in {result}"))
+fn std_error(result: &Value, name: &str) -> f64 {
+    number(result, &format!("/estimates/{name}/std_error"))
 }
 
 #[test]
 fn a_log_is_identified_without_a_first_guess() {
-    let (log, scenario) = trace("plain");
-    let result = replayed(&log, &scenario);
+    let result = trace().json(REPLAY);
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
-    let off = |name: &str, truth: f64| {
-        let value = number(&result, &format!("/estimates/{name}/value"));
-        let error = number(&result, &format!("/estimates/{name}/std_error"));
-        assert!(
-            (value - truth).abs() < 4.0 * error,
-            "{name} {value} ± {error}"
-        );
-        value / truth - 1.0
-    };
-    assert!(off("b", 257.7).abs() < 2e-3);
-    assert!(off("coulomb", 10.0).abs() < 0.01);
+    for (name, truth, tolerance) in [("b", 257.7, 2e-3), ("coulomb", 10.0, 0.01)] {
+        let off = (estimate(&result, name) - truth).abs();
+        let error = std_error(&result, name);
+        let is_right = off < 4.0 * error && off < tolerance * truth;
+        assert!(is_right, "{name}: {off} ± {error}");
+    }
     let noise = number(&result, "/noise/moving_counts");
     assert!((0.25..0.35).contains(&noise), "{noise}");
-    assert_eq!(result["fit"]["effects"], Value::Array(Vec::new()));
+    assert_eq!(result["fit"]["effects"], json!([]));
     assert!(result["fit"]["command_recorded_late"].is_null());
 }
 
 #[test]
 fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
-    let (log, scenario) = trace("late");
-    with_commands(&log, |commands| commands.rotate_right(1));
-    let result = replayed(&log, &scenario);
+    let trace = trace();
+    with_commands(&trace, |commands| commands.rotate_right(1));
+    let result = trace.json(REPLAY);
     let late = number(&result, "/fit/command_recorded_late");
     assert!((late - 1.0).abs() < 0.05, "{late}");
-    let coulomb = number(&result, "/estimates/coulomb/value");
+    let coulomb = estimate(&result, "coulomb");
     assert!((coulomb - 10.0).abs() < 0.5, "{coulomb}");
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
 }
@@ -98,118 +75,93 @@ fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
 /// gain more.
 #[test]
 fn what_a_model_leaves_of_every_sample_is_beside_it() {
-    let (log, scenario) = trace("left");
-    let left = |scenario: &Path| -> f64 {
-        let rows = log.with_file_name("beside.csv");
-        let [log, scenario, rows] = [&log, scenario, &rows].map(argument);
-        let call = [
-            "identify",
-            &log,
-            "--scenario",
-            &scenario,
-            "--csv",
-            &rows,
-            "--force",
-        ];
-        assert_done(&servo_id(&call));
-        let text = std::fs::read_to_string(&rows).expect("rows");
-        let mut lines = text
+    let trace = trace();
+    let left = || -> f64 {
+        let text = trace.done(&format!("{REPLAY} --csv -"));
+        let mut cells = text
             .lines()
             .map(|line| line.split(',').nth(4).expect("a cell"));
-        assert_eq!(lines.next(), Some("output_error_rad"));
-        let errors: Vec<f64> = lines.flat_map(str::parse).collect();
+        assert_eq!(cells.next(), Some("output_error_rad"));
+        let errors: Vec<f64> = cells.flat_map(str::parse).collect();
         assert!(errors.len() > 7500, "{} of 8000", errors.len());
         let squares: f64 = errors.iter().map(|error| error * error).sum();
         (squares / errors.len() as f64).sqrt() * 10_000.0 / std::f64::consts::TAU
     };
-    let counts = left(&scenario);
+    let counts = left();
     assert!((0.27..0.35).contains(&counts), "{counts}");
     // A delay that changes in the middle is none that a model has.
-    with_commands(&log, |commands| {
+    with_commands(&trace, |commands| {
         let half = commands.len() / 2;
         commands[half..].rotate_right(6);
     });
-    let counts = left(&scenario);
+    let counts = left();
     assert!(counts > 0.5, "{counts}");
 }
 
 #[test]
 fn all_of_a_long_log_is_fitted_and_tells_no_less() {
-    let (short, scenario) = trace("long");
-    let whole = replayed(&short, &scenario);
+    let trace = trace();
+    let whole = trace.json(REPLAY);
     assert_eq!(whole["fit"]["samples"], whole["samples"]);
-    let servo = include_str!("../../../../host-sim/scenarios/friction.toml");
-    let longer = servo.replace("duration = 8.0", "duration = 140.0");
-    assert_ne!(servo, longer);
-    let own = short.with_file_name("long.toml");
-    std::fs::write(&own, longer).expect("written");
-    let log = short.with_file_name("long.csv");
-    let call = ["run", &argument(&own), "--csv", &argument(&log)];
-    assert_done(&servo_id(&call));
-    let long = replayed(&log, &scenario);
+    trace.write_scenario("friction.toml", "duration = 8.0", "duration = 140.0");
+    trace.done("run friction.toml --csv long.csv");
+    let long = trace.json("identify long.csv --scenario fit.toml");
     assert_eq!(long["fit"]["samples"], 140_000, "{}", long["fit"]);
-    let off = |result: &Value| (number(result, "/estimates/b/value") / 257.7 - 1.0).abs();
-    let error = |result: &Value| number(result, "/estimates/b/std_error");
-    assert!(off(&long) < 1e-4, "{} of {}", off(&long), off(&whole));
-    assert!(
-        error(&long) <= 1.05 * error(&whole),
-        "{} of {}",
-        error(&long),
-        error(&whole)
-    );
+    let off = (estimate(&long, "b") / 257.7 - 1.0).abs();
+    assert!(off < 1e-4, "{off}");
+    let [long, whole] = [&long, &whole].map(|result| std_error(result, "b"));
+    assert!(long <= 1.05 * whole, "{long} of {whole}");
 }
 
 #[test]
 fn a_reversed_or_foreign_command_is_not_converged() {
-    let (log, scenario) = trace("reversed");
-    with_commands(&log, |commands| {
+    let trace = trace();
+    with_commands(&trace, |commands| {
         commands.iter_mut().for_each(|command| *command = -*command);
     });
-    assert_ne!(replayed(&log, &scenario)["status"], "converged");
-    with_commands(&log, |commands| {
+    assert_ne!(trace.json(REPLAY)["status"], "converged");
+    with_commands(&trace, |commands| {
         let half = commands.len() / 2;
         commands.rotate_left(half);
     });
-    assert_ne!(replayed(&log, &scenario)["status"], "converged");
+    assert_ne!(trace.json(REPLAY)["status"], "converged");
 }
 
 /// The scenario of the page with further keys of the identifier.
-fn with_keys(scenario: &Path, keys: &str) {
-    let text = std::fs::read_to_string(scenario).expect("written");
+fn with_keys(folder: &Folder, keys: &str) {
     let law = "law = \"fit\"";
-    std::fs::write(scenario, text.replace(law, &format!("{law}\n{keys}"))).expect("written");
+    let text = folder.read("fit.toml");
+    folder.write("fit.toml", text.replace(law, &format!("{law}\n{keys}")));
 }
 
 #[test]
 fn a_required_term_is_in_the_model_without_evidence() {
-    let (log, scenario) = trace("required");
-    assert!(replayed(&log, &scenario)["estimates"]["asymmetry"].is_null());
-    with_keys(&scenario, "required_terms = [\"asymmetry\"]");
-    let result = replayed(&log, &scenario);
+    let trace = trace();
+    assert!(trace.json(REPLAY)["estimates"]["asymmetry"].is_null());
+    with_keys(&trace, "required_terms = [\"asymmetry\"]");
+    let result = trace.json(REPLAY);
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
-    let size = number(&result, "/estimates/asymmetry/value");
-    let error = number(&result, "/estimates/asymmetry/std_error");
+    let size = estimate(&result, "asymmetry");
+    let error = std_error(&result, "asymmetry");
     assert!(size.abs() < 4.0 * error && error < 0.1, "{size} ± {error}");
 }
 
 #[test]
 fn a_required_term_that_the_motion_does_not_show_is_the_reason_of_the_status() {
-    let (log, scenario) = trace("not-entered");
+    let trace = trace();
     // No sample is as slow.
     with_keys(
-        &scenario,
+        &trace,
         "required_terms = [\"low-speed\"]\nlow_speed_velocity = 1e-12",
     );
-    let result = replayed(&log, &scenario);
-    assert_eq!(
-        (&result["status"], &result["code"]),
-        (&"no-information".into(), &29.into())
-    );
+    let result = trace.json(REPLAY);
+    assert_eq!(result["status"], "no-information");
+    assert_eq!(result["code"], 29);
 }
 
 #[test]
 fn a_required_term_without_its_setting_is_refused() {
-    let (log, scenario) = trace("without-setting");
-    with_keys(&scenario, "required_terms = [\"ripple\"]");
-    assert!(refused(&log, &scenario).contains("identifier.ripple_order"));
+    let trace = trace();
+    with_keys(&trace, "required_terms = [\"ripple\"]");
+    assert!(trace.refused(REPLAY).contains("identifier.ripple_order"));
 }

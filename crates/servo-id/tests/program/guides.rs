@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use crate::support::pages::{assert_block_is_printed, root};
 use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
-use crate::support::{folder, standard_error};
+use crate::support::{Folder, folder, standard_error};
 use drive_link::Estimator;
 
 /// Commands that are not run here, each with the reason. One that no page shows any more is an error.
@@ -107,7 +107,7 @@ fn runnable(block: &str, shown: &mut Vec<&str>) -> String {
 }
 
 /// A folder in which the project's own lie, and where `cargo run` and `servo-id` are the programs of this build.
-fn reader(name: &str) -> PathBuf {
+fn reader(name: &str) -> Folder {
     let folder = folder(&format!("guides-{name}"));
     for own in ["host-sim", "docs", "firmware-stm32"] {
         symlink(root().join(own), folder.join(own)).expect("a link");

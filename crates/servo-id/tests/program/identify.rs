@@ -5,17 +5,14 @@ mod units;
 mod unstated_unit;
 
 use std::f64::consts::TAU;
-use std::path::Path;
-use std::process::{Command, Stdio};
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::support::{
-    argument, assert_done, folder, printed, printed_json, refusal_message, servo_id, standard_error,
-};
+use crate::support::{Folder, estimate, folder, printed, standard_error};
 
-/// A simulated motion under control, 3 s at 1 kHz.
+/// A simulated motion under control.
 #[derive(Clone)]
 struct Motion {
     time: Vec<f64>,
@@ -30,24 +27,24 @@ const GAIN: f64 = 200.0;
 /// Counts of its encoder.
 const COUNTS: f64 = 10_000.0;
 
-impl Motion {
-    fn new() -> Self {
-        let folder = folder("identify-motion");
-        let scenario = folder.join("servo.toml");
-        let text = format!(
-            "[plant]\na = 8.0\nb = {GAIN:?}\ncoulomb = 3.0\nload = 5.0\n[encoder]\ncounts_per_rev = {COUNTS:?}\n\
-             [amplifier]\nlimit = 10.0\n[controller]\nkp = 9.0\nkd = 0.5\nki = 4.0\nsample_time = 0.001\n\
-             velocity_filter = {{ kind = \"low-pass\", cutoff = 500.0 }}\n[excitation]\nkind = \"prbs\"\n\
-             amplitude = 0.3\nhold = 0.1\norder = 10\n[identifier]\nlaw = \"gauss-newton\"\n\
-             parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n[run]\nduration = 3.0\n"
-        );
-        std::fs::write(&scenario, text).expect("written");
-        Self::of(&scenario)
-    }
+/// 3 s at 1 kHz.
+static MOTION: LazyLock<Motion> = LazyLock::new(|| {
+    let text = format!(
+        "[plant]\na = 8.0\nb = {GAIN:?}\ncoulomb = 3.0\nload = 5.0\n[encoder]\ncounts_per_rev = {COUNTS:?}\n\
+         [amplifier]\nlimit = 10.0\n[controller]\nkp = 9.0\nkd = 0.5\nki = 4.0\nsample_time = 0.001\n\
+         velocity_filter = {{ kind = \"low-pass\", cutoff = 500.0 }}\n[excitation]\nkind = \"prbs\"\n\
+         amplitude = 0.3\nhold = 0.1\norder = 10\n[identifier]\nlaw = \"gauss-newton\"\n\
+         parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n[run]\nduration = 3.0\n"
+    );
+    Motion::of("identify-motion", &text)
+});
 
+impl Motion {
     /// That of a scenario.
-    fn of(scenario: &Path) -> Self {
-        let trace = printed(&servo_id(&["run", &argument(scenario), "--csv", "-"]));
+    fn of(test: &str, scenario: &str) -> Self {
+        let folder = folder(test);
+        folder.write("servo.toml", scenario);
+        let trace = folder.done("run servo.toml --csv -");
         let column = |place: usize| -> Vec<f64> {
             let cells = trace.lines().skip(1).map(|row| row.split(',').nth(place));
             cells
@@ -64,43 +61,46 @@ impl Motion {
 
     /// The text of time, position and command.
     fn text(&self) -> String {
-        text(
-            ",",
-            &[
-                ("t_s", &cells(&self.time, 4)),
-                ("q_rad", &cells(&self.position, 6)),
-                ("u_V", &cells(&self.command, 5)),
-            ],
-        )
+        text(&[
+            ("t_s", &self.time, 4),
+            ("q_rad", &self.position, 6),
+            ("u_V", &self.command, 5),
+        ])
     }
+}
+
+/// Numbers by a function.
+fn map(of: &[f64], by: impl Fn(f64) -> f64) -> Vec<f64> {
+    of.iter().map(|x| by(*x)).collect()
 }
 
 /// Numbers with so many decimals.
 fn cells(numbers: &[f64], decimals: usize) -> Vec<String> {
-    numbers
+    let cells = numbers.iter().map(|number| format!("{number:.decimals$}"));
+    cells.collect()
+}
+
+/// The text of columns of numbers: name, numbers, decimals.
+fn text(columns: &[(&str, &[f64], usize)]) -> String {
+    let cells = columns
         .iter()
-        .map(|number| format!("{number:.decimals$}"))
-        .collect()
+        .map(|(name, numbers, decimals)| (*name, cells(numbers, *decimals)));
+    text_of_cells(&cells.collect::<Vec<_>>())
 }
 
-fn text(separator: &str, columns: &[(&str, &[String])]) -> String {
-    let names: Vec<_> = columns.iter().map(|(name, _)| *name).collect();
-    let mut text = names.join(separator) + "\n";
-    for row in 0..columns[0].1.len() {
-        let row: Vec<_> = columns
-            .iter()
-            .map(|(_, cells)| cells[row].as_str())
-            .collect();
-        text += &(row.join(separator) + "\n");
-    }
-    text
+fn text_of_cells(columns: &[(&str, Vec<String>)]) -> String {
+    let row = |of: &dyn Fn(&(&str, Vec<String>)) -> String| {
+        columns.iter().map(of).collect::<Vec<_>>().join(",") + "\n"
+    };
+    let rows = (0..columns[0].1.len()).map(|place| row(&|(_, cells)| cells[place].clone()));
+    row(&|(name, _)| (*name).to_owned()) + &rows.collect::<String>()
 }
 
-/// A log in a folder of its own.
-fn log(test: &str, text: &str) -> String {
-    let log = folder(test).join("log.csv");
-    std::fs::write(&log, text).expect("written");
-    argument(&log)
+/// A folder with a log, `log.csv`.
+fn log(test: &str, text: &str) -> Folder {
+    let folder = folder(test);
+    folder.write("log.csv", text);
+    folder
 }
 
 /// A JSON result without the call that made it.
@@ -114,19 +114,20 @@ fn without_call(mut result: Value) -> Value {
 /// The geared axis has effects that enter one after the other, among candidates that are fitted at once.
 #[test]
 fn a_fit_is_the_same_for_any_number_of_threads() {
-    let axis =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/scenarios/geared_axis.toml");
-    let axis = std::fs::read_to_string(axis).expect("the scenario is there");
-    let scenario = folder("identify-threads").join("servo.toml");
-    std::fs::write(&scenario, axis.replace("duration = 20.0", "duration = 5.0")).expect("written");
-    let log = log("identify-threads", &Motion::of(&scenario).text());
+    let axis = include_str!("../../../../host-sim/scenarios/geared_axis.toml");
+    let axis = axis.replace("duration = 20.0", "duration = 5.0");
+    let log = log(
+        "identify-threads",
+        &Motion::of("identify-geared", &axis).text(),
+    );
     let identified = |threads: &str| {
-        let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
-            .env("RAYON_NUM_THREADS", threads)
-            .args(["identify", &log, "--counts-per-rev", "4096", "--json", "-"])
-            .output()
-            .expect("the program runs");
-        String::from_utf8(output.stdout).expect("UTF-8")
+        let mut call = log.program("identify log.csv --counts-per-rev 4096 --json -");
+        printed(
+            &call
+                .env("RAYON_NUM_THREADS", threads)
+                .output()
+                .expect("it runs"),
+        )
     };
     let one = identified("1");
     let result: Value = serde_json::from_str(&one).expect("JSON");
@@ -137,181 +138,122 @@ fn a_fit_is_the_same_for_any_number_of_threads() {
 
 #[test]
 fn a_log_of_a_relay_of_one_size_is_not_converged() {
-    let folder = folder("identify-relay");
-    let scenario = folder.join("servo.toml");
     let text = format!(
         "[plant]\na = 8.0\nb = {GAIN:?}\ncoulomb = 100.0\nload = 5.0\n[encoder]\ncounts_per_rev = {COUNTS:?}\n\
          [amplifier]\nlimit = 10.0\n[controller]\nkp = 9.0\nkd = 0.5\nki = 4.0\nsample_time = 0.001\n\
          [identifier]\nlaw = \"relay-least-squares\"\n[run]\nduration = 5.0\n"
     );
-    std::fs::write(&scenario, text).expect("written");
-    let log = log("identify-relay", &Motion::of(&scenario).text());
-    let result = printed_json(&servo_id(&["identify", &log, "--json", "-"]));
+    let log = log(
+        "identify-relay",
+        &Motion::of("identify-relay-run", &text).text(),
+    );
+    let result = log.json("identify log.csv");
     assert_eq!(result["code"], 23, "{result}");
 }
 
 #[test]
 fn the_saved_scenario_gives_the_same_result() {
-    let motion = Motion::new();
-    let identified = saved_gives_the_same(&motion.text(), &[]);
+    let motion = &*MOTION;
+    let identified = saved_gives_the_same(&motion.text(), "");
     assert_eq!(identified["status"], "converged");
     // Other units, a direction, a gap that is bridged and one that is left out.
-    let stamp = |t: &f64| format!("06:25:{t:06.3}");
-    let stamps: Vec<_> = motion.time.iter().map(stamp).collect();
-    let degrees: Vec<_> = motion
-        .position
-        .iter()
-        .map(|q| q.to_degrees().rem_euclid(360.0))
-        .collect();
-    let percent: Vec<_> = motion.command.iter().map(|u| -10.0 * u).collect();
-    let odd = text(
-        ";",
-        &[
-            ("Uhrzeit", &stamps),
-            ("Winkel \"q\"", &cells(&degrees, 6)),
-            ("duty [%]", &cells(&percent, 4)),
-        ],
-    );
+    let stamps = motion.time.iter().map(|t| format!("06:25:{t:06.3}"));
+    let degrees = map(&motion.position, |q| q.to_degrees().rem_euclid(360.0));
+    let odd = text_of_cells(&[
+        ("Uhrzeit", stamps.collect()),
+        ("Winkel \"q\"", cells(&degrees, 6)),
+        ("duty [%]", cells(&map(&motion.command, |u| -10.0 * u), 4)),
+    ]);
+    let odd = odd.replace(',', ";").replace('.', ",");
     let rows = odd.lines().enumerate();
     let kept = rows.filter(|(k, _)| *k != 700 && !(1200..1210).contains(k));
-    let odd: String = kept.map(|(_, row)| row.replace('.', ",") + "\n").collect();
-    saved_gives_the_same(&odd, &["--command-scale", "-0.1"]);
+    let odd: String = kept.map(|(_, row)| format!("{row}\n")).collect();
+    saved_gives_the_same(&odd, "--command-scale -0.1");
 }
 
 /// The result of a log, asserted to be the same when it is replayed, with the right gain.
-fn saved_gives_the_same(text: &str, options: &[&str]) -> Value {
+fn saved_gives_the_same(text: &str, options: &str) -> Value {
     let log = log("identify-saved", text);
-    let scenario = Path::new(&log).with_extension("toml");
-    let scenario = argument(&scenario);
-    let call = [
-        "identify",
-        &log,
-        "--json",
-        "-",
-        "--save-scenario",
-        &scenario,
-    ];
-    let identified = printed_json(&servo_id(&[&call, options].concat()));
-    let replayed = printed_json(&servo_id(&[
-        "identify",
-        &log,
-        "--scenario",
-        &scenario,
-        "--json",
-        "-",
-    ]));
+    let identified = log.json(&format!(
+        "identify log.csv --save-scenario log.toml {options}"
+    ));
+    let replayed = log.json("identify log.csv --scenario log.toml");
     assert_eq!(without_call(identified.clone()), without_call(replayed));
-    let saved = std::fs::read_to_string(&scenario).expect("saved");
+    let saved = log.read("log.toml");
     assert_eq!(identified["origin"]["scenario"]["text"], saved.as_str());
-    let b = identified["estimates"]["b"]["value"]
-        .as_f64()
-        .expect("a number");
+    let b = estimate(&identified, "b");
     assert!((b / GAIN - 1.0).abs() < 0.01, "{b}");
     identified
 }
 
+/// Nothing is written beside the log before it is asked for.
 #[test]
-fn nothing_is_written_that_was_not_asked_for() {
-    let motion = Motion::new();
-    let log = log("identify-alone", &motion.text());
-    let folder = Path::new(&log).parent().expect("a folder");
-    let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
-        .args(["identify", "log.csv"])
-        .current_dir(folder)
-        .output()
-        .expect("it starts");
-    assert_done(&output);
-    assert_eq!(std::fs::read_dir(folder).expect("a folder").count(), 1);
+fn gains_follow_from_the_result_alone() {
+    let log = log("identify-tune", &MOTION.text());
+    log.done("identify log.csv");
+    assert_eq!(log.names(), ["log.csv"]);
+    log.done("identify log.csv --json log.json");
+    let tuned = log.json("tune log.json");
+    assert!(tuned["kp"].as_f64().is_some_and(|kp| kp > 0.0), "{tuned}");
 }
 
 #[test]
 fn a_script_may_require_a_converged_result() {
-    let motion = Motion::new();
-    let log = log("identify-required", &motion.text());
+    let log = log("identify-required", &MOTION.text());
+    log.done("identify log.csv --require converged");
     // The drive was off for a third of the time.
-    let mut off = motion;
+    let mut off = MOTION.clone();
     off.command[1000..2000].fill(0.0);
-    let off = self::log("identify-required-off", &off.text());
-    assert_done(&servo_id(&["identify", &log, "--require", "converged"]));
-    assert_done(&servo_id(&["identify", &off]));
-    let json = Path::new(&off).with_extension("json");
-    let output = servo_id(&[
-        "identify",
-        &off,
-        "--require",
-        "converged",
-        "--json",
-        &argument(&json),
-    ]);
+    log.write("off.csv", off.text());
+    log.done("identify off.csv");
+    let output = log.call("identify off.csv --require converged --json off.json");
     assert_eq!(output.status.code(), Some(3));
     assert!(standard_error(&output).contains("--require converged"));
-    assert!(json.exists(), "the result is written all the same");
-}
-
-#[test]
-fn gains_follow_from_the_result_alone() {
-    let motion = Motion::new();
-    let log = log("identify-tune", &motion.text());
-    let json = argument(&Path::new(&log).with_extension("json"));
-    assert_done(&servo_id(&["identify", &log, "--json", &json]));
-    let tuned = printed_json(&servo_id(&["tune", &json, "--json", "-"]));
-    assert!(tuned["kp"].as_f64().is_some_and(|kp| kp > 0.0), "{tuned}");
+    assert!(log.join("off.json").exists(), "written all the same");
 }
 
 #[test]
 fn a_file_that_is_no_log_is_refused_at_once() {
     const AT_ONCE: Duration = Duration::from_secs(5);
     let folder = folder("identify-no-log");
-    let large = folder.join("large.csv");
-    let file = std::fs::File::create(&large).expect("created");
-    file.set_len(1 << 30).expect("sparse");
-    let write = |name: &str, bytes: &[u8]| {
-        let path = folder.join(name);
-        std::fs::write(&path, bytes).expect("written");
-        path
-    };
-    for path in [
-        large,
-        folder.clone(),
-        folder.join("none.csv"),
-        write("empty.csv", b""),
-        write("heading.csv", b"t,q,u\n"),
-        write("row.csv", b"t,q,u\n0,1,2\n"),
-        write("column.csv", b"q\n1\n2\n3\n"),
-        write("book.csv", b"PK\x03\x04workbook"),
-        write("endless.csv", &vec![b'1'; 1 << 22]),
-        write("words.csv", b"once upon a time\nthere was a servo\n"),
-    ] {
+    let large = std::fs::File::create(folder.join("large.csv")).expect("created");
+    large.set_len(1 << 30).expect("sparse");
+    std::fs::create_dir(folder.join("folder")).expect("created");
+    let endless = vec![b'1'; 1 << 22];
+    let files: [(&str, &[u8]); 8] = [
+        ("empty.csv", b""),
+        ("heading.csv", b"t,q,u\n"),
+        ("row.csv", b"t,q,u\n0,1,2\n"),
+        ("rows.csv", b"t_s,q_rad,u\n0,0,1\n0.001,0.1,1\n"),
+        ("column.csv", b"q\n1\n2\n3\n"),
+        ("book.csv", b"PK\x03\x04workbook"),
+        ("endless.csv", &endless),
+        ("words.csv", b"once upon a time\nthere was a servo\n"),
+    ];
+    for (name, bytes) in files {
+        folder.write(name, bytes);
+    }
+    let written = files.map(|(name, _)| name);
+    for name in ["large.csv", "folder", "none.csv"]
+        .into_iter()
+        .chain(written)
+    {
         let begun = Instant::now();
-        let message = refusal_message(&servo_id(&["identify", &argument(&path)]));
-        assert!(message.contains(&argument(&path)), "{message}");
-        assert!(begun.elapsed() < AT_ONCE, "{}", path.display());
+        let message = folder.refused(&format!("identify {name}"));
+        assert!(message.contains(name), "{message}");
+        assert!(begun.elapsed() < AT_ONCE, "{name}");
     }
 }
 
 #[test]
 fn no_question_is_asked_where_there_is_no_terminal() {
-    let motion = Motion::new();
-    let log = log(
-        "identify-questions",
-        &text(
-            ",",
-            &[
-                ("q", &cells(&motion.position, 9)),
-                ("u", &cells(&motion.command, 5)),
-            ],
-        ),
-    );
-    let output = Command::new(env!("CARGO_BIN_EXE_servo-id"))
-        .args(["identify", &log])
-        .stdin(Stdio::null())
-        .output()
-        .expect("it starts");
-    let message = refusal_message(&output);
+    let columns: [(&str, &[f64], usize); 2] =
+        [("q", &MOTION.position, 9), ("u", &MOTION.command, 5)];
+    let log = log("identify-questions", &text(&columns));
+    let message = log.refused("identify log.csv");
     assert_eq!(message.lines().count(), 1, "{message}");
     assert!(message.contains("--sample-time is missing"), "{message}");
-    let answered = ["identify", &log, "--sample-time", "0.001", "--json", "-"];
-    let result = printed_json(&servo_id(&answered));
+    let result = log.json("identify log.csv --sample-time 0.001");
     assert_eq!(result["status"], "converged");
 }
 
@@ -319,23 +261,11 @@ fn no_question_is_asked_where_there_is_no_terminal() {
 #[test]
 fn questions_are_asked_at_a_terminal() {
     use crate::support::terminal::Terminal;
-    let motion = Motion::new();
-    let columns: [(&str, &[String]); 2] = [
-        (
-            "encoder",
-            &cells(
-                &motion
-                    .position
-                    .iter()
-                    .map(|q| (q / TAU * COUNTS).round())
-                    .collect::<Vec<_>>(),
-                0,
-            ),
-        ),
-        ("u", &cells(&motion.command, 5)),
-    ];
-    let log = log("identify-asked", &text(",", &columns));
-    let folder = Path::new(&log).parent().expect("a folder");
+    let counts = map(&MOTION.position, |q| (q / TAU * COUNTS).round());
+    let log = log(
+        "identify-asked",
+        &text(&[("encoder", &counts, 0), ("u", &MOTION.command, 5)]),
+    );
     let program = [
         env!("CARGO_BIN_EXE_servo-id"),
         "identify",
@@ -343,7 +273,7 @@ fn questions_are_asked_at_a_terminal() {
         "--require",
         "converged",
     ];
-    let mut terminal = Terminal::start(&program, folder, 70, 40);
+    let mut terminal = Terminal::start(&program, &log, 70, 40);
     terminal.answers("no time column", "many");
     terminal.answers("0.05 or 5e-2", "0.001");
     terminal.shows("converged: all estimates");

@@ -1,12 +1,11 @@
 //! The monitor in a terminal, on a simulated drive: keys typed, screens read.
 
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Child, Stdio};
+use std::time::Duration;
 
 use crate::support::terminal::Terminal;
-use crate::support::{folder, servo_id, standard_error};
+use crate::support::{Folder, estimate, folder, signal, standard_error};
 
 const SCENARIO: &str = "[plant]\na = 0.2174\nb = 257.7\ncoulomb = 5.0\n\
     [encoder]\ncounts_per_rev = 10000\n[amplifier]\nlimit = 10.0\n\
@@ -22,7 +21,7 @@ const PROGRAM: &str = env!("CARGO_BIN_EXE_servo-id");
 pub(crate) struct Bench {
     drive: Child,
     pub(crate) port: String,
-    pub(crate) folder: PathBuf,
+    pub(crate) folder: Folder,
 }
 
 impl Bench {
@@ -38,10 +37,9 @@ impl Bench {
     /// On a simulated drive of a scenario.
     pub(crate) fn with_scenario(test: &str, scenario: &str) -> Self {
         let folder = folder(test);
-        std::fs::write(folder.join("servo.toml"), scenario).expect("it is written");
-        let mut drive = Command::new(PROGRAM)
-            .args(["drive", "simulate", "servo.toml", "--listen", "127.0.0.1:0"])
-            .current_dir(&folder)
+        folder.write("servo.toml", scenario);
+        let mut drive = folder
+            .program("drive simulate servo.toml --listen 127.0.0.1:0")
             .stdout(Stdio::piped())
             .spawn()
             .expect("the program starts");
@@ -66,18 +64,8 @@ impl Bench {
 
     /// Runs another verb on the drive.
     fn drive(&self, words: &str) -> String {
-        let output = Command::new(PROGRAM)
-            .args(["drive", "--port", &self.port])
-            .args(words.split(' '))
-            .current_dir(&self.folder)
-            .output()
-            .expect("the program starts");
-        assert!(
-            output.status.success(),
-            "{words}: {}",
-            standard_error(&output)
-        );
-        String::from_utf8_lossy(&output.stdout).into_owned()
+        self.folder
+            .done(&format!("drive --port {} {words}", self.port))
     }
 
     fn command<'a>(&'a self, words: &'a str) -> Vec<&'a str> {
@@ -88,25 +76,6 @@ impl Bench {
 
     fn monitor(&self, words: &str) -> Terminal {
         Terminal::start(&self.command(words), &self.folder, 80, 24)
-    }
-
-    fn signal(&self, name: &str) {
-        let done = Command::new("kill")
-            .args([name, &self.drive.id().to_string()])
-            .status();
-        assert!(done.is_ok_and(|status| status.success()));
-    }
-
-    fn files(&self) -> Vec<String> {
-        let mut names: Vec<String> = std::fs::read_dir(&self.folder)
-            .expect("a folder")
-            .map(|entry| {
-                let name = entry.expect("an entry").file_name();
-                name.to_string_lossy().into_owned()
-            })
-            .collect();
-        names.sort();
-        names
     }
 }
 
@@ -126,24 +95,9 @@ fn starts(monitor: &mut Terminal) {
 }
 
 /// The estimate of b that `identify` finds in a recording.
-fn replayed(folder: &Path, name: &str) -> f64 {
-    let path = |extension: &str| {
-        folder
-            .join(format!("{name}.{extension}"))
-            .display()
-            .to_string()
-    };
-    let output = servo_id(&[
-        "identify",
-        &path("csv"),
-        "--scenario",
-        &path("toml"),
-        "--json",
-        "-",
-    ]);
-    assert!(output.status.success(), "{}", standard_error(&output));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    json["estimates"]["b"]["value"].as_f64().expect("a number")
+fn replayed(folder: &Folder, name: &str) -> f64 {
+    let call = format!("identify {name}.csv --scenario {name}.toml");
+    estimate(&folder.json(&call), "b")
 }
 
 #[test]
@@ -153,13 +107,10 @@ fn a_simulated_drive_has_room_for_any_dither_and_names_its_scenario() {
     let status = bench.drive("status");
     assert!(status.contains("beyond 20 rad of"), "{status}");
     let other = SCENARIO.replace("10000", "4096");
-    let file = bench.folder.join("other.toml").display().to_string();
-    std::fs::write(&file, other).expect("it is written");
-    let refused = servo_id(&["drive", "--port", &bench.port, "commission", &file]);
-    assert_eq!(refused.status.code(), Some(2));
-    let why = standard_error(&refused);
-    let message = "encoder.counts_per_rev is 4096 here, and 10000 in the drive: `drive configure`";
-    assert!(why.contains(message), "{why}");
+    bench.folder.write("other.toml", other);
+    let commission = format!("drive --port {} commission other.toml", bench.port);
+    let why = bench.folder.refused(&commission);
+    assert!(why.contains("encoder.counts_per_rev"), "{why}");
 }
 
 #[test]
@@ -236,7 +187,7 @@ fn a_drive_that_vanishes_is_reported_and_the_terminal_restored() {
     monitor.shows("recording axis.csv");
     starts(&mut monitor);
     monitor.shows("b 257");
-    bench.signal("-KILL");
+    signal(bench.drive.id(), "-KILL");
     let (status, text) = monitor.ends();
     assert_eq!(status, 1, "{text}");
     assert!(text.contains("the connection is closed"), "{text}");
@@ -245,7 +196,10 @@ fn a_drive_that_vanishes_is_reported_and_the_terminal_restored() {
     let sentence = "stops by itself after 20 s";
     assert!(words.join(" ").contains(sentence), "{text}");
     // The recording up to then is kept.
-    assert_eq!(bench.files(), ["axis.csv", "axis.toml", "servo.toml"]);
+    assert_eq!(
+        bench.folder.names(),
+        ["axis.csv", "axis.toml", "servo.toml"]
+    );
     assert!(replayed(&bench.folder, "axis") > 200.0);
 }
 
@@ -254,26 +208,10 @@ fn a_silent_drive_is_reported() {
     let bench = Bench::new("monitor_silent");
     let mut monitor = bench.monitor("");
     monitor.shows(" DISABLED ");
-    bench.signal("-STOP");
+    signal(bench.drive.id(), "-STOP");
     let (status, text) = monitor.ends();
     assert_eq!(status, 1, "{text}");
     assert!(text.contains("silent for 5 s"), "{text}");
-}
-
-#[test]
-fn a_monitor_that_was_suspended_does_not_call_the_drive_silent() {
-    let bench = Bench::new("monitor_suspended");
-    let mut monitor = bench.monitor("");
-    monitor.shows(" DISABLED ");
-    monitor.signal("-STOP");
-    std::thread::sleep(Duration::from_secs(6));
-    monitor.signal("-CONT");
-    starts(&mut monitor);
-    monitor.types("q");
-    monitor.shows("Leaving disables it");
-    monitor.types("y");
-    let (status, text) = monitor.ends();
-    assert_eq!(status, 0, "{text}");
 }
 
 #[test]
@@ -322,8 +260,7 @@ fn a_signal_restores_the_terminal_and_releases_the_servo() {
     monitor.shows(" DISABLED ");
     starts(&mut monitor);
     let pid = std::fs::read_to_string(bench.folder.join("pid")).expect("it was printed");
-    let sent = Command::new("kill").args(["-TERM", pid.trim()]).status();
-    assert!(sent.is_ok_and(|status| status.success()));
+    signal(pid.trim().parse().expect("a number"), "-TERM");
     let (status, text) = monitor.ends();
     assert_eq!(status, 0, "{text}");
     assert!(text.contains("the servo was disabled"), "{text}");
@@ -349,17 +286,6 @@ fn a_window_that_is_too_small_is_reported_and_redrawn_when_it_grows() {
 }
 
 #[test]
-fn without_a_terminal_it_names_the_remedy() {
-    let output = servo_id(&["drive", "--port", "tcp:127.0.0.1:9", "monitor"]);
-    assert_eq!(output.status.code(), Some(2));
-    let why = standard_error(&output);
-    assert!(why.contains("needs a terminal"), "{why}");
-    assert!(why.contains("drive watch"), "{why}");
-    let output = servo_id(&["drive", "monitor"]);
-    assert_eq!(output.status.code(), Some(2));
-}
-
-#[test]
 fn a_full_disk_ends_the_recording_and_nothing_else() {
     let bench = Bench::new("monitor_disk");
     // No file may become larger than some 8 kB, as on a disk that is full.
@@ -375,7 +301,7 @@ fn a_full_disk_ends_the_recording_and_nothing_else() {
     let text = monitor.shows("discarded");
     assert!(text.contains("recording.csv cannot be written"), "{text}");
     assert!(text.contains(" RUNNING "), "{text}");
-    assert_eq!(bench.files(), ["servo.toml"]);
+    assert_eq!(bench.folder.names(), ["servo.toml"]);
     monitor.types(" ");
     monitor.shows("the last run was stopped");
     monitor.types("q");
@@ -383,45 +309,16 @@ fn a_full_disk_ends_the_recording_and_nothing_else() {
 }
 
 #[test]
-fn a_port_in_use_is_reported() {
+fn a_port_in_use_and_a_place_without_a_terminal_are_reported() {
     let bench = Bench::new("simulate_in_use");
+    bench.folder.assert_refused(
+        "drive --port tcp:127.0.0.1:9 monitor | drive watch
+        drive monitor | --port",
+    );
     let address = bench.port.trim_start_matches("tcp:");
-    let scenario = bench.folder.join("servo.toml").display().to_string();
-    let output = servo_id(&["drive", "simulate", &scenario, "--listen", address]);
+    let call = format!("drive simulate servo.toml --listen {address}");
+    let output = bench.folder.call(&call);
     assert_eq!(output.status.code(), Some(1));
     let why = standard_error(&output);
     assert!(why.contains("is in use by another program"), "{why}");
-}
-
-/// 1 kHz for a minute; `cargo test -p servo-id --test program monitor:: -- --ignored --nocapture`.
-#[test]
-#[ignore = "it takes a minute"]
-fn no_frame_is_lost_in_a_minute_at_1_khz() {
-    let bench = Bench::new("monitor_minute");
-    let mut monitor = bench.monitor("");
-    monitor.shows(" DISABLED ");
-    monitor.types("r");
-    monitor.shows("recording recording.csv");
-    starts(&mut monitor);
-    let begun = Instant::now();
-    std::thread::sleep(Duration::from_secs(61));
-    monitor.types(" ");
-    monitor.shows("rows: servo-id replay");
-    let time = begun.elapsed().as_secs_f64();
-    monitor.types("q");
-    let (status, text) = monitor.ends();
-    assert_eq!(status, 0, "{text}");
-    let line = text
-        .lines()
-        .find(|line| line.contains("frames, "))
-        .expect("it says how many came");
-    println!("{time:.1} s: {line}");
-    let frames: u32 = line
-        .split(' ')
-        .next()
-        .and_then(|number| number.parse().ok())
-        .expect("a number");
-    assert!(frames >= 60_000 && line.contains(" 0 lost"), "{line}");
-    let log = std::fs::read_to_string(bench.folder.join("recording.csv")).expect("kept");
-    assert_eq!(log.lines().count() as u32, frames + 1);
 }

@@ -1,23 +1,11 @@
 //! The reports: self-contained, small and safe.
 
-use std::fs;
-use std::path::Path;
+use crate::support::{Folder, own_folder, packed_log, scenario_text};
 
-use crate::support::{folder, scenario, servo_id, standard_error};
-
-/// Runs a command that must succeed, with a report; the report.
-fn reported(folder: &Path, words: &[&str]) -> String {
-    let report = folder.join("report.html");
-    let mut words = words.to_vec();
-    let name = report.display().to_string();
-    words.extend(["--report", &name, "--force"]);
-    let output = servo_id(&words);
-    assert!(
-        output.status.success(),
-        "{words:?}: {}",
-        standard_error(&output)
-    );
-    fs::read_to_string(report).expect("the report is written")
+/// The report of a call that must succeed.
+fn reported(folder: &Folder, words: &str) -> String {
+    folder.done(&format!("{words} --report report.html --force"));
+    folder.read("report.html")
 }
 
 /// A page is complete and small, and loads nothing from elsewhere.
@@ -36,72 +24,57 @@ fn assert_self_contained(page: &str) {
 
 #[test]
 fn every_verb_reports() {
-    let folder = folder("report-verbs");
-    let path = |name: &str| folder.join(name).display().to_string();
-    let log =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/logs/simulated-servo.csv.gz");
-    let log = log.display().to_string();
-    let (result, csv) = (path("result.json"), path("rows.csv"));
-    let [friction, sweep, commission, logged] = [
+    let folder = own_folder();
+    for name in [
         "friction.toml",
         "sweep.toml",
         "commission.toml",
         "replay.toml",
-    ]
-    .map(scenario);
-    for words in [
-        &["run", &friction, "--json", &result, "--csv", &csv][..],
-        &["identify", &log, "--scenario", &logged],
-        &["commission", &commission],
-        &["tune", &result, "--scenario", &friction],
-        &["sweep", &sweep, "--runs", "3"],
+    ] {
+        folder.write(name, scenario_text(name));
+    }
+    folder.write("log.csv.gz", packed_log());
+    folder.write_scenario("compare.toml", "duration = 60.0", "duration = 2.0");
+    for (words, part) in [
+        ("run friction.toml --json result.json --csv rows.csv", ""),
+        ("identify log.csv.gz --scenario replay.toml", ""),
+        ("commission commission.toml", ""),
+        ("tune result.json --scenario friction.toml", ""),
+        ("sweep sweep.toml --runs 3", ""),
+        ("compare compare.toml", "relay-least-squares"),
     ] {
         let page = reported(&folder, words);
         assert_self_contained(&page);
-        // A sweep is a table.
+        assert!(page.contains(part), "{words}");
+        // A sweep and a comparison are tables.
+        let is_drawn = !words.starts_with("sweep") && !words.starts_with("compare");
         for part in ["<svg class=\"drawing\"", "<noscript>"] {
-            assert_eq!(page.contains(part), words[0] != "sweep", "{words:?}");
+            assert_eq!(page.contains(part), is_drawn, "{words}");
         }
     }
-}
-
-#[test]
-fn a_comparison_is_reported() {
-    let folder = folder("report-compare");
-    let text = fs::read_to_string(scenario("compare.toml")).expect("the scenario");
-    let short = folder.join("short.toml");
-    let text = text.replace("duration = 60.0", "duration = 2.0");
-    fs::write(&short, text).expect("the scenario is written");
-    let page = reported(&folder, &["compare", &short.display().to_string()]);
-    assert_self_contained(&page);
-    assert!(page.contains("relay-least-squares"));
+    // To a dash it is standard output.
+    assert_self_contained(&folder.done("run friction.toml --report -"));
 }
 
 #[test]
 fn user_text_is_escaped() {
-    let folder = folder("report-escape");
-    let evil = "<img src=x onerror=alert(1)>&\"'.toml";
-    let text = fs::read_to_string(scenario("friction.toml")).expect("the scenario");
-    let path = folder.join(evil);
-    fs::write(&path, text).expect("the scenario is written");
-    let page = reported(&folder, &["run", &path.display().to_string()]);
+    let folder = own_folder();
+    folder.write(
+        "<img src=x onerror=alert(1)>&\"'.toml",
+        scenario_text("friction.toml"),
+    );
+    let mut call = folder.program("run --report report.html");
+    let output = call.arg("<img src=x onerror=alert(1)>&\"'.toml").output();
+    crate::support::assert_done(&output.expect("the program starts"));
+    let page = folder.read("report.html");
     assert!(!page.contains("<img"), "a name became markup");
     assert!(page.contains("&lt;img src=x onerror=alert(1)&gt;&amp;"));
 }
 
 #[test]
 fn a_failed_result_shows_its_remedy_and_no_gains() {
-    let folder = folder("report-none");
-    let text = fs::read_to_string(scenario("friction.toml")).expect("the scenario");
-    let short = folder.join("short.toml");
-    fs::write(&short, text.replace("duration = 8.0", "duration = 0.3")).expect("it is written");
-    let page = reported(&folder, &["run", &short.display().to_string()]);
+    let folder = own_folder();
+    folder.write_scenario("friction.toml", "duration = 8.0", "duration = 0.3");
+    let page = reported(&folder, "run friction.toml");
     assert!(page.contains("no-information") && !page.contains("kp = "));
-}
-
-#[test]
-fn a_report_to_a_dash_is_standard_output() {
-    let output = servo_id(&["run", &scenario("friction.toml"), "--report", "-"]);
-    assert!(output.status.success(), "{}", standard_error(&output));
-    assert_self_contained(&String::from_utf8(output.stdout).expect("text"));
 }

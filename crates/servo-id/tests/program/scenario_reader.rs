@@ -1,7 +1,7 @@
 //! Files that are no scenario are refused: with place and remedy, and within bounds.
 
 use crate::support::readable::assert_readable;
-use crate::support::{folder, refusal_message, servo_id, standard_error};
+use crate::support::{own_folder, standard_error};
 use host_sim::scenario::{Purpose, Scenario};
 
 const PLANT: &str = "[plant]\na = 0.5\nb = 200.0\n";
@@ -135,37 +135,33 @@ fn a_message_shows_no_control_character() {
 
 #[test]
 fn binary_files_are_refused_by_name() {
-    let folder = folder("no-text");
-    let write = |name: &str, bytes: &[u8]| {
-        let path = folder.join(name);
-        std::fs::write(&path, bytes).expect("written");
-        path.display().to_string()
-    };
-    let huge = folder.join("huge.toml");
-    let file = std::fs::File::create(&huge).expect("created");
-    file.set_len(100 << 20).expect("100 MB");
-    let deep = format!(
-        "{PLANT}load = {}1{}\n",
-        "[".repeat(100_000),
-        "]".repeat(100_000)
-    );
+    let folder = own_folder();
+    let huge = std::fs::File::create(folder.join("huge.toml")).expect("created");
+    huge.set_len(100 << 20).expect("100 MB");
+    std::fs::create_dir(folder.join("folder")).expect("created");
+    let brackets = ["[", "]"].map(|bracket| bracket.repeat(100_000));
+    let deep = format!("{PLANT}load = {}\n", brackets.join("1"));
     let dots = format!("{PLANT}{}x = 1\n", "x.".repeat(100_000));
-    let list = format!(
-        "{PLANT}[excitation]\nkind = \"steps\"\nhold = 0.1\nlevels = [{}]\n",
-        "1,".repeat(500_000)
-    );
-    for (path, place) in [
-        (folder.display().to_string(), ""),
-        (huge.display().to_string(), "1048576"),
-        (write("empty.toml", b""), "plant: "),
-        (write("latin.toml", b"[plant]\n# \xb5\n"), "latin.toml:2: "),
-        (write("wide.toml", b"\xff\xfe[\0p\0"), "wide.toml:1: "),
-        (write("nul.toml", b"[plant]\n\0"), "nul.toml:2: "),
-        (write("deep.toml", deep.as_bytes()), "deep.toml:4: "),
-        (write("dots.toml", dots.as_bytes()), "dots.toml:4: "),
-        (write("list.toml", list.as_bytes()), "list.toml:7: "),
-    ] {
-        let answer = refusal_message(&servo_id(&["run", &path]));
+    let numbers = "1,".repeat(500_000);
+    let list = format!("{PLANT}[excitation]\nkind = \"steps\"\nhold = 0.1\nlevels = [{numbers}]\n");
+    let files: [(&str, &[u8], &str); 7] = [
+        ("empty.toml", b"", "plant: "),
+        ("latin.toml", b"[plant]\n# \xb5\n", "latin.toml:2: "),
+        ("wide.toml", b"\xff\xfe[\0p\0", "wide.toml:1: "),
+        ("nul.toml", b"[plant]\n\0", "nul.toml:2: "),
+        ("deep.toml", deep.as_bytes(), "deep.toml:4: "),
+        ("dots.toml", dots.as_bytes(), "dots.toml:4: "),
+        ("list.toml", list.as_bytes(), "list.toml:7: "),
+    ];
+    for (name, bytes, _) in files {
+        folder.write(name, bytes);
+    }
+    let written = files.map(|(name, _, place)| (name, place));
+    let others = [("folder", "folder"), ("huge.toml", "1048576")];
+    for (name, place) in written.into_iter().chain(others) {
+        let path = folder.join(name);
+        let error = Scenario::load(&path, Purpose::Run).expect_err(name);
+        let answer = error.to_string();
         assert!(answer.contains(place), "{place}: {answer}");
     }
 }
@@ -182,9 +178,9 @@ fn byte_order_marks_and_carriage_returns_do_no_harm() {
 
 #[test]
 fn an_unstable_loop_is_not_the_encoders_fault() {
-    let path = folder("unstable").join("s.toml");
-    std::fs::write(&path, "[plant]\na = 3.1\nb = 850000\n").expect("written");
-    let output = servo_id(&["run", &path.display().to_string()]);
+    let folder = own_folder();
+    folder.write("s.toml", "[plant]\na = 3.1\nb = 850000\n");
+    let output = folder.call("run s.toml");
     let answer = standard_error(&output);
     assert_eq!(output.status.code(), Some(1), "{answer}");
     assert!(!answer.contains("encoder"), "{answer}");

@@ -1,11 +1,12 @@
 //! The program in a terminal: width, colours, quiet, names, suggestions and completions.
 
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
 use crate::support::terminal::Terminal;
-use crate::support::{folder, folder_with_paper, printed, standard_error};
+use crate::support::{
+    Folder, folder_with_paper, own_folder, printed, scenario_text, standard_error,
+};
 use drive_link::Estimator;
 
 /// Accents that take no room of their own.
@@ -14,17 +15,13 @@ fn marks(line: &str) -> usize {
 }
 
 /// A call with a variable of the environment.
-fn called(variable: &str, value: &str, folder: &Path, words: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_servo-id"));
-    command.args(words.split_whitespace()).current_dir(folder);
-    command
-        .env(variable, value)
-        .output()
-        .expect("the program starts")
+fn called(variable: &str, value: &str, folder: &Folder, words: &str) -> Output {
+    let output = folder.program(words).env(variable, value).output();
+    output.expect("the program starts")
 }
 
 /// Its output.
-fn with(variable: &str, value: &str, folder: &Path, words: &str) -> String {
+fn with(variable: &str, value: &str, folder: &Folder, words: &str) -> String {
     printed(&called(variable, value, folder, words))
 }
 
@@ -44,7 +41,7 @@ const WIDTH: &str = "60";
 
 #[test]
 fn tables_fit_the_width_and_list_omitted_columns() {
-    let folder = folder("terminal-tables");
+    let folder = own_folder();
     // A table is the lines above and below a rule.
     let table = |text: &str| -> Vec<String> {
         let lines: Vec<_> = text.lines().collect();
@@ -145,34 +142,11 @@ const DRIVE: [(&str, i32); 11] = [
 #[test]
 fn every_verb_keeps_to_the_width_of_the_terminal_and_writes_nothing_of_its_own() {
     let folder = folder_with_paper("terminal-widths", "3.0");
-    for (name, text) in [
-        (
-            "commission.toml",
-            include_str!("../../../../host-sim/scenarios/commission.toml").to_owned(),
-        ),
-        (
-            "compare.toml",
-            include_str!("../../../../host-sim/scenarios/compare.toml").replace("60.0", "1.0"),
-        ),
-    ] {
-        std::fs::write(folder.join(name), text).expect("written");
-    }
-    with(
-        "COLUMNS",
-        "80",
-        &folder,
-        "run scenario.toml --csv log.csv --json result.json",
-    );
-    with("COLUMNS", "80", &folder, VERBS[1]);
-    let files = || {
-        let entries = std::fs::read_dir(&folder).expect("a folder");
-        let mut names: Vec<_> = entries
-            .map(|entry| entry.expect("an entry").file_name())
-            .collect();
-        names.sort();
-        names
-    };
-    let before = files();
+    folder.write("commission.toml", scenario_text("commission.toml"));
+    folder.write_scenario("compare.toml", "60.0", "1.0");
+    folder.done("run scenario.toml --csv log.csv --json result.json");
+    folder.done(VERBS[1]);
+    let before = folder.names();
     for words in VERBS {
         let text = with("COLUMNS", WIDTH, &folder, words);
         assert!(!text.is_empty(), "{words}");
@@ -183,23 +157,14 @@ fn every_verb_keeps_to_the_width_of_the_terminal_and_writes_nothing_of_its_own()
         assert!(!output.status.success(), "{words}");
         assert_fits(words, &standard_error(&output));
     }
-    assert_eq!(files(), before);
+    assert_eq!(folder.names(), before);
 }
 
 #[test]
 fn the_verbs_of_a_drive_keep_to_the_width_of_the_terminal() {
-    let folder = folder("terminal-drive");
-    for (name, text) in [
-        (
-            "drive.toml",
-            include_str!("../../../../host-sim/scenarios/drive.toml"),
-        ),
-        (
-            "commission.toml",
-            include_str!("../../../../host-sim/scenarios/commission.toml"),
-        ),
-    ] {
-        std::fs::write(folder.join(name), text).expect("written");
+    let folder = own_folder();
+    for name in ["drive.toml", "commission.toml"] {
+        folder.write(name, scenario_text(name));
     }
     let drive = SimulatedDrive::start(SERVO, built_in(Estimator::Gradient { friction: true }));
     drive.with(|around| around.supply = true);

@@ -8,18 +8,17 @@ mod units;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
 
 use serde_json::Value;
 
-use super::{Motion, cells};
-use crate::support::{folder, servo_id, standard_error};
+use super::GAIN;
+use crate::support::{Folder, folder, standard_error};
 
 /// A log with a mistake or a peculiarity.
 struct Case {
     name: &'static str,
     bytes: Vec<u8>,
-    options: &'static [&'static str],
+    options: &'static str,
     expected: Expected,
 }
 
@@ -46,22 +45,19 @@ enum Answer {
 
 impl Case {
     /// Identifies it: the answer, and the sentence that was printed or the gain.
-    fn identify(&self, folder: &Path) -> (Answer, String) {
-        let log = folder.join("log.csv");
-        std::fs::write(&log, &self.bytes).expect("written");
-        let log = log.display().to_string();
-        let arguments = [&["identify", &log, "--json", "-"], self.options].concat();
-        let output = servo_id(&arguments);
+    fn identify(&self, folder: &Folder) -> (Answer, String) {
+        folder.write("log.csv", &self.bytes);
+        let output = folder.call(&format!("identify log.csv --json - {}", self.options));
+        let is_named =
+            |sentence: &str| matches!(self.expected, Named(words) if sentence.contains(words));
+        let not_right = |sentence: &str| match is_named(sentence) {
+            true => Answer::Named,
+            false => Answer::Unclear,
+        };
         if output.status.code() != Some(0) {
-            let message = standard_error(&output).replace(&format!("{}/", folder.display()), "");
+            let message = standard_error(&output);
             let message = message.trim_start_matches("error: ").trim().to_owned();
-            let is_named = matches!(self.expected, Named(words) if message.contains(words));
-            let answer = if is_named {
-                Answer::Named
-            } else {
-                Answer::Unclear
-            };
-            return (answer, message);
+            return (not_right(&message), message);
         }
         let result: Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let text = |key: &str| result[key].as_str().unwrap_or_default().to_owned();
@@ -70,19 +66,11 @@ impl Case {
             .unwrap_or(f64::NAN);
         let is_right = matches!(self.expected, Gain(right) if (gain / right - 1.0).abs() < 0.05);
         let sentence = format!("{}: {}", text("status"), text("reason"));
-        let is_named = matches!(self.expected, Named(words) if sentence.contains(words));
-        let answer = match (text("status") == "converged", is_right) {
-            (true, true) => Answer::Right,
-            (true, false) => Answer::Wrong,
-            _ if is_named => Answer::Named,
-            _ => Answer::Unclear,
-        };
-        let shown = match answer {
-            Answer::Right => format!("b = {gain:.0}"),
-            Answer::Wrong => format!("b = {gain:.1}; {sentence}"),
-            _ => sentence,
-        };
-        (answer, shown)
+        match (text("status") == "converged", is_right) {
+            (true, true) => (Answer::Right, format!("b = {gain:.0}")),
+            (true, false) => (Answer::Wrong, format!("b = {gain:.1}; {sentence}")),
+            _ => (not_right(&sentence), sentence),
+        }
     }
 }
 
@@ -94,67 +82,51 @@ fn noise(k: usize) -> f64 {
     (mixed as f64) / (1_u64 << 52) as f64 - 1.0
 }
 
-fn map(of: &[f64], by: impl Fn(f64) -> f64) -> Vec<f64> {
-    of.iter().map(|x| by(*x)).collect()
+/// Numbers by a function of each and its place.
+fn map_at(of: &[f64], by: impl Fn(usize, f64) -> f64) -> Vec<f64> {
+    of.iter().enumerate().map(|(k, x)| by(k, *x)).collect()
 }
 
-fn utf16(text: &str) -> Vec<u8> {
-    let units = std::iter::once(0xfeff).chain(text.encode_utf16());
-    units.flat_map(u16::to_le_bytes).collect()
+/// A text with the lines that are kept; the heading is line 0.
+fn kept(text: &str, is_kept: impl Fn(usize) -> bool) -> String {
+    let lines = text.lines().enumerate().filter(|(k, _)| is_kept(*k));
+    lines.map(|(_, line)| format!("{line}\n")).collect()
 }
 
-/// A text with some lines changed; the heading is line 0.
-fn lines(text: &str, change: impl Fn(usize, &str) -> Option<String>) -> String {
-    let lines = text.lines().enumerate();
-    lines
-        .filter_map(|(k, line)| Some(change(k, line)? + "\n"))
-        .collect()
-}
-
-/// A cell of the row 1500 replaced.
-fn with_cell(text: &str, place: usize, cell: &str) -> String {
-    lines(text, |k, line| {
-        let mut cells: Vec<_> = line.split(',').collect();
-        if k == 1500 {
-            cells[place] = cell;
-        }
-        Some(cells.join(","))
-    })
-}
-
-struct Cases {
-    motion: Motion,
-    all: Vec<Case>,
-}
+#[derive(Default)]
+struct Cases(Vec<Case>);
 
 impl Cases {
-    fn add(&mut self, name: &'static str, text: impl Into<Vec<u8>>, expected: Expected) {
-        self.with(name, text, &[], expected);
+    /// A log that gives the gain of the servo.
+    fn right(&mut self, name: &'static str, log: impl Into<Vec<u8>>) {
+        self.stated(name, log, "", Gain(GAIN));
     }
 
-    fn with(
+    /// A log that gives another gain, in units that it names or that nobody stated.
+    fn gain(&mut self, name: &'static str, log: impl Into<Vec<u8>>, gain: f64) {
+        self.stated(name, log, "", Gain(gain));
+    }
+
+    /// A log whose mistake is named by these words.
+    fn named(&mut self, name: &'static str, log: impl Into<Vec<u8>>, words: &'static str) {
+        self.stated(name, log, "", Named(words));
+    }
+
+    /// A log with options that state something about it.
+    fn stated(
         &mut self,
         name: &'static str,
-        text: impl Into<Vec<u8>>,
-        options: &'static [&'static str],
+        log: impl Into<Vec<u8>>,
+        options: &'static str,
         expected: Expected,
     ) {
-        self.all.push(Case {
+        let bytes = log.into();
+        self.0.push(Case {
             name,
-            bytes: text.into(),
+            bytes,
             options,
             expected,
         });
-    }
-
-    /// Time, position and command as cells.
-    fn usual(&self) -> [Vec<String>; 3] {
-        let of = &self.motion;
-        [
-            cells(&of.time, 4),
-            cells(&of.position, 6),
-            cells(&of.command, 5),
-        ]
     }
 }
 
@@ -162,16 +134,13 @@ impl Cases {
 fn mistakes_are_named_or_taken_right_and_never_converge() {
     /// Threads that identify.
     const THREADS: usize = 2;
-    let mut cases = Cases {
-        motion: Motion::new(),
-        all: Vec::new(),
-    };
+    let mut cases = Cases::default();
     cases.dialects();
     cases.times();
     cases.units();
     cases.signs_and_columns();
     cases.broken_cells();
-    let all = &cases.all;
+    let all = &cases.0;
     let identified: BTreeMap<usize, (Answer, String)> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..THREADS)
             .map(|thread| {
@@ -183,10 +152,8 @@ fn mistakes_are_named_or_taken_right_and_never_converge() {
                 })
             })
             .collect();
-        threads
-            .into_iter()
-            .flat_map(|thread| thread.join().expect("done"))
-            .collect()
+        let done = |thread: std::thread::ScopedJoinHandle<'_, _>| thread.join().expect("done");
+        threads.into_iter().flat_map(done).collect()
     });
     let count = |answer: Answer| identified.values().filter(|(of, _)| *of == answer).count();
     let mut table = String::new();

@@ -1,191 +1,121 @@
 //! Physical units, goals of a servo with a loop of its own, and the joints of one log.
 
-use std::path::{Path, PathBuf};
-
 use serde_json::{Value, json};
 
-use super::{GAIN, Motion, cells, log, text};
-use crate::support::{
-    argument, assert_done, folder, printed, printed_json, refusal_message, servo_id, standard_error,
-};
-
-fn value(of: &Value) -> f64 {
-    of["value"].as_f64().expect("a number")
-}
+use super::{GAIN, MOTION, Motion, log, map, text};
+use crate::support::{estimate, folder, number};
 
 #[test]
 fn a_torque_constant_puts_the_result_in_physical_units() {
-    let motion = Motion::new();
-    let log = log("units-torque", &motion.text());
-    let json = argument(&Path::new(&log).with_extension("json"));
-    let call = [
-        "identify",
-        &log,
-        "--torque-constant",
-        "0.5",
-        "--json",
-        &json,
-    ];
-    assert_done(&servo_id(&call));
-    let result: Value =
-        serde_json::from_str(&std::fs::read_to_string(&json).expect("a file")).expect("JSON");
-    let (estimates, physical) = (&result["estimates"], &result["physical"]);
-    let inertia = 0.5 / value(&estimates["b"]);
-    assert!((value(&physical["inertia"]) - inertia).abs() < 1e-15);
+    let log = log("units-torque", &MOTION.text());
+    log.done("identify log.csv --torque-constant 0.5 --json result.json");
+    let result = log.read_json("result.json");
+    let physical = |name: &str| number(&result, &format!("/physical/{name}/value"));
+    let inertia = 0.5 / estimate(&result, "b");
+    assert!((physical("inertia") - inertia).abs() < 1e-15);
     for (own, ratio) in [("viscous", "a"), ("coulomb", "coulomb"), ("load", "load")] {
-        let expected = inertia * value(&estimates[ratio]);
-        assert!(
-            (value(&physical[own]) / expected - 1.0).abs() < 1e-12,
-            "{own}"
-        );
-        assert!(
-            physical[own]["std_error"]
-                .as_f64()
-                .is_some_and(|error| error > 0.0)
-        );
+        let expected = inertia * estimate(&result, ratio);
+        assert!((physical(own) / expected - 1.0).abs() < 1e-12, "{own}");
+        assert!(number(&result, &format!("/physical/{own}/std_error")) > 0.0);
     }
     // The name of the column, u_V, says volts: 3/200 V against friction, 8/200 V·s/rad, and −5/200 V hold the load.
     for (gain, expected) in [("kS", 3.0), ("kV", 8.0), ("kA", 1.0), ("kG", -5.0)] {
-        let found = value(&result["voltage_gains"][gain]);
-        assert!(
-            (found * GAIN / expected - 1.0).abs() < 0.05,
-            "{gain}: {found}"
-        );
+        let found = number(&result, &format!("/voltage_gains/{gain}/value"));
+        let ratio = found * GAIN / expected;
+        assert!((ratio - 1.0).abs() < 0.05, "{gain}: {found}");
     }
-    let found = printed(&servo_id(&["export", &json, "--format", "json"]));
+    let found = log.done("export result.json --format json");
     let exported: Value = serde_json::from_str(&found).expect("JSON");
-    assert_eq!(exported["joints"][0]["inertia"], physical["inertia"]);
+    let inertia = &exported["joints"][0]["inertia"];
+    assert_eq!(*inertia, result["physical"]["inertia"]);
 }
 
 #[test]
 fn a_scale_that_is_stated_twice_is_refused() {
-    let log = log("units-refused", &Motion::new().text());
-    for (options, named) in [
-        ("--torque-constant 0.5 --inertia 1", "inertia"),
-        ("--torque-constant -1", "torque_constant = -1"),
-        ("--command-unit Nm --inertia 1", "inertia"),
-        ("--command-unit N", "--command-unit"),
-        ("--command-unit lb", "lb"),
-    ] {
-        let call: Vec<_> = ["identify", &log]
-            .into_iter()
-            .chain(options.split(' '))
-            .collect();
-        let message = refusal_message(&servo_id(&call));
-        assert!(message.contains(named), "{options:?}: {message}");
-    }
+    let log = log("units-refused", &MOTION.text());
+    log.assert_refused(
+        "identify log.csv --torque-constant 0.5 --inertia 1 | inertia
+        identify log.csv --torque-constant -1 | torque_constant = -1
+        identify log.csv --command-unit Nm --inertia 1 | inertia
+        identify log.csv --command-unit N | --command-unit
+        identify log.csv --command-unit lb | lb",
+    );
 }
 
 #[test]
 fn a_payload_beside_the_gain_without_it_gives_the_inertia() {
     let folder = folder("units-payload");
-    let scenario = folder.join("payload.toml");
     let text = "[plant]\na = 2.0\nb = 160.0\n[identifier]\nlaw = \"fit\"\n[run]\nduration = 4.0\n\
                 [physical]\npayload = 0.001\nbare_gain = [200.0, 0.1]\n";
-    std::fs::write(&scenario, text).expect("written");
-    let result = printed_json(&servo_id(&["run", &argument(&scenario), "--json", "-"]));
+    folder.write("payload.toml", text);
     // J = m b₀/(b₀ − b) = 0.001·200/40.
-    let inertia = value(&result["physical"]["inertia"]);
+    let inertia = number(&folder.json("run payload.toml"), "/physical/inertia/value");
     assert!((inertia / 0.005 - 1.0).abs() < 0.01, "{inertia}");
-    std::fs::write(&scenario, text.replace("bare_gain = [200.0, 0.1]\n", "")).expect("written");
-    refusal_message(&servo_id(&["run", &argument(&scenario)]));
+    folder.write(
+        "payload.toml",
+        text.replace("bare_gain = [200.0, 0.1]\n", ""),
+    );
+    folder.refused("run payload.toml");
 }
 
 /// A servo with a loop of its own at 1 kHz, of which every row is recorded: goal, position and the command that acted.
 fn with_goals() -> Motion {
-    Motion::of(&servo_of_goals())
-}
-
-/// Its scenario.
-fn servo_of_goals() -> PathBuf {
-    let scenario = folder("units-goals-run").join("servo.toml");
     let text = format!(
         "[plant]\na = 8.0\nb = {GAIN:?}\ncoulomb = 3.0\nload = 5.0\n[encoder]\ncounts_per_rev = 10000\n\
          [amplifier]\nlimit = 2.0\n[controller]\nkp = 6.0\nkd = 0.1\nki = 0.0\nsample_time = 0.001\n\
          velocity_filter = {{ kind = \"difference\" }}\n[excitation]\nkind = \"prbs\"\namplitude = 0.3\nhold = 0.1\n\
          order = 10\n[identifier]\nlaw = \"fit\"\n[run]\nduration = 4.0\n"
     );
-    std::fs::write(&scenario, text).expect("written");
-    scenario
+    Motion::of("units-goals-run", &text)
 }
-
-/// The result of a log of goals.
-fn by_goals(log: &str, options: &[&str]) -> Value {
-    let call = ["identify", log, "--goal", "goal_rad", "--json", "-"];
-    printed_json(&servo_id(&[&call[..], options].concat()))
-}
-
-const LOOP: [&str; 6] = ["--kp", "6", "--kd", "0.1", "--limit", "2"];
 
 #[test]
 fn a_log_of_goals_gives_what_the_command_would_have() {
-    let motion = with_goals();
-    let goals = cells(&motion.reference, 9);
-    let [time, position, command] = [
-        cells(&motion.time, 4),
-        cells(&motion.position, 9),
-        cells(&motion.command, 9),
-    ];
-    let of_command = log(
-        "units-goals-command",
-        &text(
-            ",",
-            &[("t_s", &time), ("q_rad", &position), ("u", &command)],
-        ),
-    );
-    let of_command = printed_json(&servo_id(&["identify", &of_command, "--json", "-"]));
-    let of_goals = log(
-        "units-goals",
-        &text(
-            ",",
-            &[("t_s", &time), ("q_rad", &position), ("goal_rad", &goals)],
-        ),
-    );
-    let result = by_goals(&of_goals, &LOOP);
+    let of = with_goals();
+    let columns = |name: &str, values: &[f64]| {
+        text(&[
+            ("t_s", &of.time, 4),
+            ("q_rad", &of.position, 9),
+            (name, values, 9),
+        ])
+    };
+    let log = log("units-goals", &columns("goal_rad", &of.reference));
+    log.write("command.csv", columns("u", &of.command));
+    let of_command = log.json("identify command.csv");
+    const LOOP: &str = "--goal goal_rad --kp 6 --kd 0.1 --limit 2";
+    let result = log.json(&format!("identify log.csv {LOOP}"));
     assert_eq!(result["status"], "converged", "{}", result["reason"]);
+    let off = |result: &Value, name: &str| {
+        let [own, expected] = [result, &of_command].map(|of| estimate(of, name));
+        (own / expected - 1.0).abs()
+    };
     for name in ["a", "b", "coulomb", "load"] {
-        let [own, expected] = [&result, &of_command].map(|of| value(&of["estimates"][name]));
-        assert!(
-            (own / expected - 1.0).abs() < 1e-3,
-            "{name}: {own}, {expected}"
-        );
+        assert!(off(&result, name) < 1e-3, "{name}: {result}, {of_command}");
     }
     // Likewise with a velocity, of which the loop's own is the difference.
-    let velocity: Vec<_> = (0..motion.position.len())
-        .map(|k| (motion.position[k] - motion.position[k.saturating_sub(1)]) / 0.001)
-        .collect();
-    let of_velocity = log(
-        "units-goals-velocity",
-        &text(
-            ",",
-            &[
-                ("t_s", &time),
-                ("q_rad", &position),
-                ("goal_rad", &goals),
-                ("w", &cells(&velocity, 9)),
-            ],
-        ),
-    );
-    let of_velocity = by_goals(&of_velocity, &[&LOOP[..], &["--velocity", "w"]].concat());
-    let [own, expected] = [&of_velocity, &of_command].map(|of| value(&of["estimates"]["b"]));
-    assert!((own / expected - 1.0).abs() < 1e-3, "{own}, {expected}");
+    let before = |k: usize| of.position[k.saturating_sub(1)];
+    let velocity = (0..of.position.len()).map(|k| (of.position[k] - before(k)) / 0.001);
+    let velocity: Vec<_> = velocity.collect();
+    let columns = text(&[
+        ("t_s", &of.time, 4),
+        ("q_rad", &of.position, 9),
+        ("goal_rad", &of.reference, 9),
+        ("w", &velocity, 9),
+    ]);
+    log.write("velocity.csv", columns);
+    let of_velocity = log.json(&format!("identify velocity.csv {LOOP} --velocity w"));
+    assert!(off(&of_velocity, "b") < 1e-3, "{of_velocity}");
     // Every tenth row: the loop is ten times faster than the log.
-    let tenth = |cells: &[String]| cells.iter().step_by(10).cloned().collect::<Vec<_>>();
-    let columns = [tenth(&time), tenth(&position), tenth(&goals)];
-    let rare = log(
-        "units-goals-rare",
-        &text(
-            ",",
-            &[
-                ("t_s", &columns[0]),
-                ("q_rad", &columns[1]),
-                ("goal_rad", &columns[2]),
-            ],
-        ),
-    );
-    let options = [&LOOP[..], &["--loop-time", "0.001"]].concat();
-    let rare = by_goals(&rare, &options);
-    let b = value(&rare["estimates"]["b"]);
+    let tenth = |of: &[f64]| of.iter().step_by(10).copied().collect::<Vec<_>>();
+    let [time, position, goals] = [&of.time, &of.position, &of.reference].map(|of| tenth(of));
+    let rare = text(&[
+        ("t_s", &time, 4),
+        ("q_rad", &position, 9),
+        ("goal_rad", &goals, 9),
+    ]);
+    log.write("rare.csv", rare);
+    let rare = log.json(&format!("identify rare.csv {LOOP} --loop-time 0.001"));
+    let b = estimate(&rare, "b");
     assert!((b / GAIN - 1.0).abs() < 0.02, "{b}");
 }
 
@@ -193,164 +123,92 @@ fn a_log_of_goals_gives_what_the_command_would_have() {
 #[test]
 fn a_known_torque_is_added_to_the_command() {
     const CONSTANT: f64 = 0.5;
-    let motion = Motion::new();
-    let torques: Vec<_> = (motion.position.iter().zip(&motion.command))
-        .map(|(q, u)| CONSTANT * (0.2 * u + 0.05 * q.sin()))
-        .collect();
-    let commands: Vec<_> = (motion.command.iter().zip(&torques))
+    let motion = &*MOTION;
+    let both = motion.position.iter().zip(&motion.command);
+    let torques = both.map(|(q, u)| CONSTANT * (0.2 * u + 0.05 * q.sin()));
+    let torques: Vec<_> = torques.collect();
+    let commands = motion.command.iter().zip(&torques);
+    let commands: Vec<_> = commands
         .map(|(whole, torque)| whole - torque / CONSTANT)
         .collect();
-    let columns = [
-        ("t_s", &cells(&motion.time, 4)),
-        ("q_rad", &cells(&motion.position, 9)),
-        ("u", &cells(&commands, 9)),
-        ("tau_model", &cells(&torques, 9)),
-    ];
-    let of_torque = log(
+    let log = log(
         "units-known-torque",
-        &text(",", &columns.map(|(name, cells)| (name, &cells[..]))),
+        &text(&[
+            ("t_s", &motion.time, 4),
+            ("q_rad", &motion.position, 9),
+            ("u", &commands, 9),
+            ("tau_model", &torques, 9),
+        ]),
     );
-    let b = |options: &[&str]| {
-        let call = ["identify", &of_torque, "--command", "u", "--json", "-"];
-        value(&printed_json(&servo_id(&[&call[..], options].concat()))["estimates"]["b"])
-    };
-    let without = b(&["--torque-constant", "0.5"]);
+    const CALL: &str = "identify log.csv --command u";
+    let without = estimate(&log.json(&format!("{CALL} --torque-constant 0.5")), "b");
     assert!(without > 1.1 * GAIN, "{without}");
-    let with = ["--torque-constant", "0.5", "--known-torque", "tau_model"];
-    let found = b(&with);
-    assert!((found / GAIN - 1.0).abs() < 0.01, "{found}");
     // The scenario that is saved declares it.
-    let scenario = argument(&Path::new(&of_torque).with_extension("toml"));
-    let save = [
-        "identify",
-        &of_torque,
-        "--command",
-        "u",
-        "--save-scenario",
-        &scenario,
-    ];
-    assert_done(&servo_id(&[&save[..], &with].concat()));
-    let again = printed_json(&servo_id(&[
-        "identify",
-        &of_torque,
-        "--scenario",
-        &scenario,
-        "--json",
-        "-",
-    ]));
-    assert!((value(&again["estimates"]["b"]) / found - 1.0).abs() < 1e-12);
-    for (options, named) in [
-        ("--known-torque tau_model", "--torque-constant"),
-        ("--known-torque tau_model --inertia 1", "--torque-constant"),
-        ("--known-torque gravity --torque-constant 1", "gravity"),
-        (
-            "--known-torque u --torque-constant 1",
-            "u is already --command",
-        ),
-    ] {
-        let call = ["identify", &of_torque, "--command", "u"]
-            .into_iter()
-            .chain(options.split(' '));
-        let message = refusal_message(&servo_id(&call.collect::<Vec<_>>()));
-        assert!(message.contains(named), "{options:?}: {message}");
-    }
+    let with = "--torque-constant 0.5 --known-torque tau_model --save-scenario log.toml";
+    let found = estimate(&log.json(&format!("{CALL} {with}")), "b");
+    assert!((found / GAIN - 1.0).abs() < 0.01, "{found}");
+    let again = estimate(&log.json("identify log.csv --scenario log.toml"), "b");
+    assert!((again / found - 1.0).abs() < 1e-12);
+    log.assert_refused(
+        "identify log.csv --command u --known-torque tau_model | --torque-constant
+        identify log.csv --command u --known-torque tau_model --inertia 1 | --torque-constant
+        identify log.csv --command u --known-torque gravity --torque-constant 1 | gravity
+        identify log.csv --command u --known-torque u --torque-constant 1 | u is already --command",
+    );
 }
 
 #[test]
 fn a_log_of_goals_is_refused_with_what_is_missing() {
-    let motion = with_goals();
-    let [time, position, goals] = [
-        cells(&motion.time, 4),
-        cells(&motion.position, 9),
-        cells(&motion.reference, 9),
-    ];
-    let own = log(
+    let of = with_goals();
+    let goals = ("goal_rad", &*of.reference, 9);
+    let log = log(
         "units-goals-refused",
-        &text(
-            ",",
-            &[("t_s", &time), ("q_rad", &position), ("goal_rad", &goals)],
-        ),
+        &text(&[("t_s", &of.time, 4), ("q_rad", &of.position, 9), goals]),
     );
-    for (options, named) in [
-        ("--goal target --kp 6", "target"),
-        ("--kp 6", "--goal"),
-        ("--goal goal_rad --kp 6 --velocity w", "w"),
-        ("--goal goal_rad --kp 6 --loop-time 0.0007", "0.0007"),
-        ("--goal goal_rad --kp 6 --integrator rk4", "rk4"),
-    ] {
-        let call = ["identify", &own]
-            .into_iter()
-            .chain(options.split_whitespace());
-        let output = servo_id(&call.collect::<Vec<_>>());
-        assert_eq!(output.status.code(), Some(2), "{options}");
-        let message = standard_error(&output);
-        assert!(message.contains(named), "{options:?}: {message}");
-    }
-    let scenario = Path::new(&own).with_extension("toml");
+    log.assert_refused(
+        "identify log.csv --goal target --kp 6 | target
+        identify log.csv --kp 6 | --goal
+        identify log.csv --goal goal_rad --kp 6 --velocity w | w
+        identify log.csv --goal goal_rad --kp 6 --loop-time 0.0007 --quiet | 0.0007
+        identify log.csv --goal goal_rad --kp 6 --integrator rk4 | rk4",
+    );
     let text = "[log]\nsample_time = 0.001\nposition = \"q_rad\"\nreference = \"goal_rad\"\n[identifier]\nlaw = \"fit\"\n\
                 [inner]\nkp = 6.0\n";
     for more in [
         "[controller]\nkp = 1.0\n",
         "integrator = \"euler\"\ncutoff = 9.0\n",
     ] {
-        std::fs::write(&scenario, format!("{text}{more}")).expect("written");
-        refusal_message(&servo_id(&[
-            "identify",
-            &own,
-            "--scenario",
-            &argument(&scenario),
-        ]));
+        log.write("log.toml", format!("{text}{more}"));
+        log.refused("identify log.csv --scenario log.toml");
     }
 }
 
 #[test]
 fn the_columns_of_one_log_are_the_joints_of_one_model() {
-    let motion = Motion::new();
-    let [time, position] = [cells(&motion.time, 4), cells(&motion.position, 6)];
-    let [hip, knee] = [1.0, 2.0].map(|factor| {
-        let command: Vec<_> = motion.command.iter().map(|u| factor * u).collect();
-        cells(&command, 5)
-    });
-    let own = log(
+    let of = &*MOTION;
+    let log = log(
         "units-joints",
-        &text(
-            ",",
-            &[
-                ("t_s", &time),
-                ("hip_q", &position),
-                ("knee_q", &position),
-                ("hip_u", &hip),
-                ("knee_u", &knee),
-            ],
-        ),
+        &text(&[
+            ("t_s", &of.time, 4),
+            ("hip_q", &of.position, 6),
+            ("knee_q", &of.position, 6),
+            ("hip_u", &of.command, 5),
+            ("knee_u", &map(&of.command, |u| 2.0 * u), 5),
+        ]),
     );
-    let folder = folder("units-joints-results");
-    let results = ["hip", "knee"].map(|joint| {
-        let json = argument(&folder.join(format!("{joint}.json")));
-        let [position, command] = ["q", "u"].map(|of| format!("{joint}_{of}"));
-        let columns = ["--position", &position, "--command", &command];
-        let rest = [
-            "--position-unit",
-            "rad",
-            "--torque-constant",
-            "0.5",
-            "--json",
-            &json,
-        ];
-        assert_done(&servo_id(
-            &[&["identify", &own], &columns[..], &rest].concat(),
+    for joint in ["hip", "knee"] {
+        log.done(&format!(
+            "identify log.csv --position {joint}_q --command {joint}_u --position-unit rad \
+             --torque-constant 0.5 --json {joint}.json"
         ));
-        json
-    });
-    let output = servo_id(&["export", &results[0], &results[1], "--format", "json"]);
-    let joints: Value = serde_json::from_str(&printed(&output)).expect("JSON");
-    let names: Vec<_> = joints["joints"]
-        .as_array()
-        .expect("joints")
-        .iter()
-        .map(|one| &one["name"])
-        .collect();
-    assert_eq!(names, [&json!("hip"), &json!("knee")]);
-    let [hip, knee] = [0, 1].map(|place| value(&joints["joints"][place]["inertia"]));
+    }
+    let joints = log.done("export hip.json knee.json --format json");
+    let joints: Value = serde_json::from_str(&joints).expect("JSON");
+    let [hip, knee] = [0, 1].map(|place| &joints["joints"][place]);
+    assert_eq!(
+        [&hip["name"], &knee["name"]],
+        [&json!("hip"), &json!("knee")]
+    );
+    let [hip, knee] = [hip, knee].map(|joint| number(joint, "/inertia/value"));
     assert!((knee / hip - 2.0).abs() < 1e-3, "{hip} {knee}");
 }

@@ -3,7 +3,6 @@
 use std::io::{Read, Write};
 use std::num::NonZero;
 use std::path::Path;
-use std::process::Command;
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -64,13 +63,6 @@ impl Terminal {
             .write_all(keys.as_bytes())
             .and_then(|()| self.keyboard.flush())
             .expect("the channel is read");
-    }
-
-    /// Sends a signal to the program.
-    pub(crate) fn signal(&self, name: &str) {
-        let pid = self.child.process_id().expect("it runs").to_string();
-        let done = Command::new("kill").args([name, &pid]).status();
-        assert!(done.is_ok_and(|status| status.success()));
     }
 
     /// The screen's text.

@@ -1,173 +1,102 @@
 //! Signs and columns.
 
-use super::super::{GAIN, cells, text};
-use super::Expected::{Gain, Named};
-use super::{Cases, lines, map, noise};
+use super::super::{MOTION, map, text};
+use super::Expected::Gain;
+use super::{Cases, kept, map_at, noise};
+use crate::identify::GAIN;
 
 impl Cases {
     pub(super) fn signs_and_columns(&mut self) {
-        let of = self.motion.clone();
-        let [time, position, command] = self.usual();
-        let reference = cells(&of.reference, 6);
-        let negative = |of: &[f64]| cells(&map(of, |x| -x), 6);
+        let of = &*MOTION;
+        let (time, position, command) = (&of.time, &of.position, &of.command);
         let named =
-            |q: &[String], u: &[String]| text(",", &[("t_s", &time), ("q_rad", q), ("u_V", u)]);
-        self.add(
-            "command reversed",
-            named(&position, &negative(&of.command)),
-            Gain(GAIN),
-        );
-        self.add(
-            "encoder reversed",
-            named(&negative(&of.position), &command),
-            Gain(GAIN),
-        );
-        self.with(
+            |q: &[f64], u: &[f64]| text(&[("t_s", time, 4), ("q_rad", q, 6), ("u_V", u, 5)]);
+        let with_position = |q: &[f64]| named(q, command);
+        let with_command = |u: &[f64]| named(position, u);
+        let negative = |of: &[f64]| map(of, |x| -x);
+        self.right("command reversed", with_command(&negative(command)));
+        self.right("encoder reversed", with_position(&negative(position)));
+        let reversed = with_command(&negative(command));
+        let stated = "--command-scale -1";
+        self.stated(
             "command reversed, sign stated",
-            named(&position, &negative(&of.command)),
-            &["--command-scale", "-1"],
+            reversed,
+            stated,
             Gain(GAIN),
         );
-        self.add(
-            "position and command exchanged",
-            named(&command, &position),
-            Named("the names for"),
-        );
-        let with_reference = |r: &[String], q: &[String], u: &[String]| {
-            text(
-                ",",
-                &[("t_s", &time), ("q_ref_rad", r), ("q_rad", q), ("u_V", u)],
-            )
+        let exchanged = named(command, position);
+        self.named("position and command exchanged", exchanged, "the names for");
+        let with_reference = |r: &[f64], q: &[f64]| {
+            text(&[
+                ("t_s", time, 4),
+                ("q_ref_rad", r, 6),
+                ("q_rad", q, 6),
+                ("u_V", command, 5),
+            ])
         };
-        self.add(
+        self.right(
             "with its reference",
-            with_reference(&reference, &position, &command),
-            Gain(GAIN),
+            with_reference(&of.reference, position),
         );
-        self.add(
+        let exchanged = with_reference(position, &of.reference);
+        self.named(
             "position and reference exchanged",
-            with_reference(&position, &reference, &command),
-            Named("the names for"),
+            exchanged,
+            "the names for",
         );
-        self.add(
-            "reference as command",
-            named(&position, &reference),
-            Named("a gain that differs"),
-        );
-        let in_degrees = cells(&map(&of.reference, f64::to_degrees), 6);
-        self.add(
+        let reference = with_command(&of.reference);
+        self.named("reference as command", reference, "a gain that differs");
+        let in_degrees = map(&of.reference, f64::to_degrees);
+        self.right(
             "reference in degrees",
-            with_reference(&in_degrees, &position, &command),
-            Gain(GAIN),
+            with_reference(&in_degrees, position),
         );
-        let speed: Vec<f64> = std::iter::once(0.0)
-            .chain(of.position.windows(2).map(|q| 1e3 * (q[1] - q[0])))
-            .collect();
-        self.add(
-            "velocity as position",
-            named(&cells(&speed, 5), &command),
-            Gain(GAIN),
-        );
-        self.add(
-            "velocity alone",
-            text(
-                ",",
-                &[
-                    ("t_s", &time),
-                    ("speed", &cells(&speed, 5)),
-                    ("u_V", &command),
-                ],
-            ),
-            Gain(GAIN),
-        );
-        self.add(
-            "time as position",
-            named(&cells(&map(&of.time, |t| 7.0 * t), 6), &command),
-            Named("a gain that differs"),
-        );
-        self.add(
+        let speed = map_at(position, |k, q| 1e3 * (q - position[k.saturating_sub(1)]));
+        self.right("velocity as position", with_position(&speed));
+        let alone = text(&[("t_s", time, 4), ("speed", &speed, 5), ("u_V", command, 5)]);
+        self.right("velocity alone", alone);
+        let times = with_position(&map(time, |t| 7.0 * t));
+        self.named("time as position", times, "a gain that differs");
+        self.named(
             "position as command",
-            named(&position, &position),
-            Named("not be copies"),
+            with_command(position),
+            "not be copies",
         );
-        let none = vec!["0".to_owned(); of.time.len()];
-        self.add(
-            "no command",
-            named(&position, &none),
-            Named("only these columns"),
-        );
-        self.add(
+        let none = vec![0.0; time.len()];
+        self.named("no command", with_command(&none), "only these columns");
+        self.named(
             "constant position",
-            named(&none, &command),
-            Named("only these columns"),
+            with_position(&none),
+            "only these columns",
         );
-        self.add(
-            "no column of a command",
-            text(",", &[("t_s", &time), ("q_rad", &position)]),
-            Named("only these columns"),
-        );
-        let other: Vec<f64> = (0..of.time.len()).map(|k| 4.0 * noise(k / 40)).collect();
-        self.add(
-            "another command",
-            named(&position, &cells(&other, 5)),
-            Named("explains the log nearly as well"),
-        );
-        let hiss: Vec<f64> = (0..of.time.len()).map(|k| 1e-2 * noise(k)).collect();
-        self.add(
-            "noise as position",
-            named(&cells(&hiss, 6), &command),
-            Named("no servo"),
-        );
-        let mut late = of.command.clone();
-        late.rotate_right(3);
-        self.add(
-            "command recorded 3 samples late",
-            named(&position, &cells(&late, 5)),
-            Gain(GAIN),
-        );
-        let mut early = of.command.clone();
-        early.rotate_left(3);
-        self.add(
-            "command recorded 3 samples early",
-            named(&position, &cells(&early, 5)),
-            Gain(GAIN),
-        );
-        let mut far = of.command.clone();
-        far.rotate_left(400);
-        self.add(
+        let without = text(&[("t_s", time, 4), ("q_rad", position, 6)]);
+        self.named("no column of a command", without, "only these columns");
+        let other = with_command(&map_at(time, |k, _| 4.0 * noise(k / 40)));
+        self.named("another command", other, "explains the log nearly as well");
+        let hiss = with_position(&map_at(time, |k, _| 1e-2 * noise(k)));
+        self.named("noise as position", hiss, "no servo");
+        let later = |samples: usize| {
+            let mut late = command.clone();
+            late.rotate_right(samples);
+            with_command(&late)
+        };
+        self.right("command recorded 3 samples late", later(3));
+        self.right("command recorded 3 samples early", later(time.len() - 3));
+        self.named(
             "command shifted by 0.4 s",
-            named(&position, &cells(&far, 5)),
-            Named("command"),
+            later(time.len() - 400),
+            "command",
         );
-        let one_way: Vec<f64> = of
-            .position
-            .iter()
-            .zip(&of.time)
-            .map(|(q, t)| q + 40.0 * t)
-            .collect();
-        self.add(
-            "one direction",
-            named(&cells(&one_way, 6), &command),
-            Named("one direction"),
-        );
-        for (name, every, expected) in [
-            ("spikes", 97, Named("spikes")),
-            ("an occasional spike", 411, Gain(GAIN)),
-        ] {
+        let one_way = with_position(&map_at(position, |k, q| q + 40.0 * time[k]));
+        self.named("one direction", one_way, "one direction");
+        let spiked = |every: usize| {
             let spike = |k: usize| if k % every == 5 { 0.5 } else { 0.0 };
-            let positions = of.position.iter().zip(0..);
-            let spiked: Vec<f64> = positions.map(|(q, k)| q + spike(k)).collect();
-            self.add(name, named(&cells(&spiked, 6), &command), expected);
-        }
-        self.add(
-            "half a second",
-            lines(&of.text(), |k, line| (k < 500).then(|| line.to_owned())),
-            Named("one direction"),
-        );
-        self.add(
-            "a twentieth of a second",
-            lines(&of.text(), |k, line| (k < 51).then(|| line.to_owned())),
-            Named("50 samples"),
-        );
+            with_position(&map_at(position, |k, q| q + spike(k)))
+        };
+        self.named("spikes", spiked(97), "spikes");
+        self.right("an occasional spike", spiked(411));
+        let begin = |rows: usize| kept(&of.text(), |k| k < rows);
+        self.named("half a second", begin(500), "one direction");
+        self.named("a twentieth of a second", begin(51), "50 samples");
     }
 }

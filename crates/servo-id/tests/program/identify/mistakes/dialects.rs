@@ -1,140 +1,76 @@
 //! Separators, marks, headings and columns of a text.
 
-use super::super::{GAIN, cells, text};
+use super::super::{MOTION, cells, map, text, text_of_cells};
 use super::Expected::{Gain, Named};
-use super::{Cases, lines, map, utf16};
+use super::{Cases, kept, map_at};
+use crate::identify::GAIN;
+
+fn utf16(text: &str) -> Vec<u8> {
+    let units = std::iter::once(0xfeff).chain(text.encode_utf16());
+    units.flat_map(u16::to_le_bytes).collect()
+}
 
 impl Cases {
     pub(super) fn dialects(&mut self) {
-        let plain = self.motion.text();
-        let [time, position, command] = self.usual();
-        let columns = |names: [&'static str; 3], separator| {
-            text(
-                separator,
-                &[
-                    (names[0], &time),
-                    (names[1], &position),
-                    (names[2], &command),
-                ],
-            )
-        };
-        self.add("plain", plain.clone(), Gain(GAIN));
-        self.add(
-            "decimal commas",
-            plain.replace(',', ";").replace('.', ","),
-            Gain(GAIN),
-        );
-        self.add("tabs", plain.replace(',', "\t"), Gain(GAIN));
-        self.add("spaces", plain.replace(',', "   "), Gain(GAIN));
-        self.add(
-            "decimal commas, spaces",
-            plain.replace(',', " ").replace('.', ","),
-            Gain(GAIN),
-        );
-        self.add("byte order mark", format!("\u{feff}{plain}"), Gain(GAIN));
-        self.add("UTF-16", utf16(&plain), Named("UTF-16"));
-        self.add("carriage returns", plain.replace('\n', "\r\n"), Gain(GAIN));
-        self.add(
-            "comments",
-            format!("# drive 7\n% gains\n{plain}"),
-            Gain(GAIN),
-        );
-        self.add(
+        let of = &*MOTION;
+        let plain = of.text();
+        let columns = |names: &str| plain.replacen("t_s,q_rad,u_V", names, 1);
+        self.right("plain", plain.clone());
+        self.right("decimal commas", plain.replace(',', ";").replace('.', ","));
+        self.right("tabs", plain.replace(',', "\t"));
+        self.right("spaces", plain.replace(',', "   "));
+        let spaces = plain.replace(',', " ").replace('.', ",");
+        self.right("decimal commas, spaces", spaces);
+        self.right("byte order mark", format!("\u{feff}{plain}"));
+        self.named("UTF-16", utf16(&plain), "UTF-16");
+        self.right("carriage returns", plain.replace('\n', "\r\n"));
+        self.right("comments", format!("# drive 7\n% gains\n{plain}"));
+        let quoted = |line: &str| format!("\"{}\"\n", line.replace(',', "\",\""));
+        self.right(
             "quoted cells",
-            lines(&plain, |_, line| {
-                Some(format!("\"{}\"", line.replace(',', "\",\"")))
-            }),
-            Gain(GAIN),
+            plain.lines().map(quoted).collect::<String>(),
         );
-        self.add(
-            "row of units",
-            columns(["t", "q", "u"], ",").replacen('\n', "\ns,rad,V\n", 1),
-            Gain(GAIN),
-        );
-        self.add(
-            "no heading",
-            lines(&plain, |k, line| (k > 0).then(|| line.to_owned())),
-            Gain(GAIN),
-        );
-        self.with(
-            "no heading, unit stated",
-            lines(&plain, |k, line| (k > 0).then(|| line.to_owned())),
-            &["--position-unit", "rad"],
-            Gain(GAIN),
-        );
-        self.add("empty lines", plain.replace('\n', "\n\n"), Gain(GAIN));
-        self.add(
-            "separator at the end",
-            plain.replace('\n', ",\n"),
-            Gain(GAIN),
-        );
-        self.add(
-            "German names",
-            columns(["Zeit [s]", "Winkel [rad]", "Spannung [V]"], ";").replace('.', ","),
-            Gain(GAIN),
-        );
-        self.add(
-            "names in capitals",
-            columns(["TIME (S)", "ENCODER POSITION (RAD)", "MOTOR VOLTAGE"], ","),
-            Gain(GAIN),
-        );
-        self.with(
+        self.right("row of units", columns("t,q,u\ns,rad,V"));
+        let bare = kept(&plain, |k| k > 0);
+        let unit = "--position-unit rad";
+        self.right("no heading", bare.clone());
+        self.stated("no heading, unit stated", bare, unit, Gain(GAIN));
+        self.right("empty lines", plain.replace('\n', "\n\n"));
+        self.right("separator at the end", plain.replace('\n', ",\n"));
+        let german = columns("Zeit [s],Winkel [rad],Spannung [V]");
+        self.right("German names", german.replace(',', ";").replace('.', ","));
+        let capitals = columns("TIME (S),ENCODER POSITION (RAD),MOTOR VOLTAGE");
+        self.right("names in capitals", capitals);
+        self.stated(
             "names that say nothing",
-            columns(["A1", "B1", "C1"], ","),
-            &["--position-unit", "rad"],
+            columns("A1,B1,C1"),
+            unit,
             Gain(GAIN),
         );
-        self.with(
-            "one name for two columns",
-            columns(["t", "x", "x"], ","),
-            &["--position-unit", "rad"],
-            Named("which column is the command"),
-        );
-        let of = self.motion.clone();
-        let (reference, states) = (
-            cells(&of.reference, 6),
-            vec!["RUN".to_owned(); of.time.len()],
-        );
-        let speed: Vec<f64> = std::iter::once(0.0)
-            .chain(of.position.windows(2).map(|q| 1e3 * (q[1] - q[0])))
-            .collect();
-        let error: Vec<f64> = of
-            .reference
-            .iter()
-            .zip(&of.position)
-            .map(|(r, q)| r - q)
-            .collect();
-        let warm = map(&of.time, |t| 30.0 + t);
-        let (speed, error, warm) = (cells(&speed, 3), cells(&error, 6), cells(&warm, 2));
-        let many = text(
-            ",",
-            &[
-                ("state", &states),
-                ("temperature", &warm),
-                ("u_V", &command),
-                ("speed_rpm", &speed),
-                ("error_rad", &error),
-                ("q_ref_rad", &reference),
-                ("q_rad", &position),
-                ("time_s", &time),
-            ],
-        );
-        self.add("more columns, in another order", many, Gain(GAIN));
-        let positions = cells(&map(&of.position, |q| q + 0.3 * (3.0 * q).sin() + 1.0), 6);
-        let two = text(
-            ",",
-            &[
-                ("t_s", &time),
-                ("load_angle_rad", &positions),
-                ("motor_angle_rad", &position),
-                ("u_V", &command),
-            ],
-        );
-        self.add("two positions", two, Gain(GAIN));
-        self.add(
-            "preamble",
-            format!("Drive 7\nrecorded by hand\n{plain}"),
-            Gain(GAIN),
-        );
+        let which = Named("which column is the command");
+        self.stated("one name for two columns", columns("t,x,x"), unit, which);
+        let position = &of.position;
+        let speed = map_at(position, |k, q| 1e3 * (q - position[k.saturating_sub(1)]));
+        let error = map_at(position, |k, q| of.reference[k] - q);
+        let many = text_of_cells(&[
+            ("state", vec!["RUN".to_owned(); of.time.len()]),
+            ("temperature", cells(&map(&of.time, |t| 30.0 + t), 2)),
+            ("u_V", cells(&of.command, 5)),
+            ("speed_rpm", cells(&speed, 3)),
+            ("error_rad", cells(&error, 6)),
+            ("q_ref_rad", cells(&of.reference, 6)),
+            ("q_rad", cells(position, 6)),
+            ("time_s", cells(&of.time, 4)),
+        ]);
+        self.right("more columns, in another order", many);
+        let load = map(position, |q| q + 0.3 * (3.0 * q).sin() + 1.0);
+        let two = text(&[
+            ("t_s", &of.time, 4),
+            ("load_angle_rad", &load, 6),
+            ("motor_angle_rad", position, 6),
+            ("u_V", &of.command, 5),
+        ]);
+        self.right("two positions", two);
+        self.right("preamble", format!("Drive 7\nrecorded by hand\n{plain}"));
     }
 }
