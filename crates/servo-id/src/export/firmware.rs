@@ -68,7 +68,6 @@ impl Firmware {
         language: Language,
     ) -> Result<Self, Fault> {
         let law = scenario.identifier.law;
-        let is_fixed_point = scenario.identifier.arithmetic == Arithmetic::Fixed;
         refuse_what_has_no_form(&scenario, language)?;
         begin_at(&mut scenario, result);
         let settings = {
@@ -87,11 +86,11 @@ impl Firmware {
             };
             with_types!(scenario, f32 => gauss_newton(&start, has_loop))
         } else {
-            match (is_fixed_point, has_loop) {
-                (true, true) => with_types!(scenario, Word => fixed_loop(&settings, language)),
-                (true, false) => with_types!(scenario, Word => fixed(&settings, language)),
-                (false, true) => with_types!(scenario, f32 => gradient_loop(&settings, language)),
-                (false, false) => with_types!(scenario, f32 => gradient(&settings, language)),
+            match scenario.identifier.arithmetic {
+                Arithmetic::Fixed => {
+                    with_types!(scenario, Word => gradient::<Word>(&settings, has_loop, language))
+                }
+                _ => with_types!(scenario, f32 => gradient::<f32>(&settings, has_loop, language)),
             }
         };
         let (words, si) = built.map_err(|error| scenario.fault(&error))?;
@@ -338,39 +337,23 @@ fn written<T: Configuration, N: Copy>(
     (all, si)
 }
 
-fn gradient_loop<V, S, const P: usize>(settings: &Settings, language: Language) -> Built
+fn gradient<N, V, S, const P: usize>(
+    settings: &Settings,
+    has_loop: bool,
+    language: Language,
+) -> Built
 where
-    V: VelocityEstimate<f32> + Configuration,
+    N: identifier_core::number::Arithmetic,
+    V: VelocityEstimate<N> + Configuration,
     S: ParameterSet<P>,
+    GradientIdentifier<N, V, S, P>: Configuration,
+    ServoLoop<N, V, GradientIdentifier<N, V, S, P>>: Configuration,
 {
-    let own: ServoLoop<f32, V, GradientIdentifier<f32, V, S, P>> = settings.build()?;
-    Ok(written(&own, own.identifier(), language))
-}
-
-fn gradient<V, S, const P: usize>(settings: &Settings, language: Language) -> Built
-where
-    V: VelocityEstimate<f32> + Configuration,
-    S: ParameterSet<P>,
-{
-    let own: GradientIdentifier<f32, V, S, P> = settings.build()?;
-    Ok(written(&own, &own, language))
-}
-
-fn fixed_loop<V, S, const P: usize>(settings: &Settings, language: Language) -> Built
-where
-    V: VelocityEstimate<Word> + Configuration,
-    S: ParameterSet<P>,
-{
-    let own: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>> = settings.build()?;
-    Ok(written(&own, own.identifier(), language))
-}
-
-fn fixed<V, S, const P: usize>(settings: &Settings, language: Language) -> Built
-where
-    V: VelocityEstimate<Word> + Configuration,
-    S: ParameterSet<P>,
-{
-    let own: GradientIdentifier<Word, V, S, P> = settings.build()?;
+    if has_loop {
+        let own: ServoLoop<N, V, GradientIdentifier<N, V, S, P>> = settings.build()?;
+        return Ok(written(&own, own.identifier(), language));
+    }
+    let own: GradientIdentifier<N, V, S, P> = settings.build()?;
     Ok(written(&own, &own, language))
 }
 
