@@ -236,72 +236,66 @@ fn settling_band(settings: &TuningSettings) -> String {
     }
 }
 
-/// A row for each figure of the predicted response.
-fn predicted_response(tuned: &Tuned) -> Table {
-    let tuning = &tuned.tuning;
-    let settling_time = format!("settling time, {}", settling_band(&tuned.settings));
-    let predicted_response = &tuning.predicted_response;
-    let [least, most] = predicted_response.gain_margins;
-    let percent = |part: f64| figure(100.0 * part);
-    let rises = [
-        predicted_response.quickest_rise_time,
-        predicted_response.slowest_rise_time,
-    ];
+/// Names of the figures that a trial measures.
+pub(super) const RISE_TIME: &str = "rise time, 10 to 90 %";
+pub(super) const OVERSHOOT: &str = "largest overshoot";
+
+/// A figure of a predicted response: its name, the figure, its unit.
+type PredictedFigure = (&'static str, String, &'static str);
+
+/// The figures of a predicted response.
+pub(super) fn predicted_figures(tuning: &Tuning) -> [PredictedFigure; 12] {
+    let of = &tuning.predicted_response;
+    let [least, most] = of.gain_margins;
+    let rises = [of.quickest_rise_time, of.slowest_rise_time];
     let [quickest, slowest] = rises.map(|time| figure(1e3 * time));
     let longest = PredictedResponse::MAX_TIME / tuning.bandwidth;
-    let settling = if predicted_response.settling_time < longest {
-        figure(1e3 * predicted_response.settling_time)
+    let settling = if of.settling_time < longest {
+        figure(1e3 * of.settling_time)
     } else {
         format!("above {}", figure(1e3 * longest))
     };
-    let rows = [
+    let percent = |part: f64| figure(100.0 * part);
+    [
         ("bandwidth", figure(tuning.bandwidth), "rad/s"),
-        ("step", figure(predicted_response.step), "rad"),
-        (
-            "rise time, 10 to 90 %",
-            figure(1e3 * predicted_response.rise_time),
-            "ms",
-        ),
+        ("step", figure(of.step), "rad"),
+        (RISE_TIME, figure(1e3 * of.rise_time), "ms"),
         ("with friction", format!("{quickest} to {slowest}"), "ms"),
-        (
-            "largest overshoot",
-            percent(predicted_response.overshoot),
-            "%",
-        ),
-        (&settling_time, settling, "ms"),
-        (
-            "largest sensitivity Ms",
-            figure(predicted_response.sensitivity),
-            "",
-        ),
+        (OVERSHOOT, percent(of.overshoot), "%"),
+        ("settling time", settling, "ms"),
+        ("largest sensitivity Ms", figure(of.sensitivity), ""),
         ("lower gain margin", figure(least), "times"),
         ("upper gain margin", figure(most), "times"),
         (
             "command of the step",
-            match tuned.settings.command.is_finite() {
-                true => percent(predicted_response.command_share),
-                false => DASH.to_owned(),
-            },
+            percent(of.command_share),
             "% of the limit",
         ),
-        (
-            "noise of the command",
-            figure(predicted_response.noise),
-            "command units",
-        ),
-        (
-            "stiffness",
-            figure(1.0 / predicted_response.compliance),
-            "rad/s² per rad",
-        ),
-    ];
+        ("noise of the command", figure(of.noise), "command units"),
+        ("stiffness", figure(1.0 / of.compliance), "rad/s² per rad"),
+    ]
+}
+
+/// A row for each figure of the predicted response.
+fn predicted_response(tuned: &Tuned) -> Table {
     let columns = vec![
         Column::words("response"),
         Column::figures("predicted"),
         Column::words("unit"),
     ];
-    let rows =
-        rows.map(|(name, predicted, unit)| vec![name.to_owned(), predicted, unit.to_owned()]);
+    let rows = predicted_figures(&tuned.tuning).map(|(name, predicted, unit)| {
+        let (name, predicted) = match name {
+            "settling time" => {
+                let band = settling_band(&tuned.settings);
+                (format!("{name}, {band}"), predicted)
+            }
+            "command of the step" if tuned.settings.command.is_infinite() => {
+                (name.to_owned(), DASH.to_owned())
+            }
+            _ => (name.to_owned(), predicted),
+        };
+        vec![name, predicted, unit.to_owned()]
+    });
     Table::new("", columns, rows.into())
 }
 

@@ -18,7 +18,7 @@ use identifier_log::verdict::Cause;
 
 use super::estimates::{self, Estimated, dash};
 use super::number::{figure, fixed, plain, sentence, signed};
-use super::tuning::{controller, feed_forward};
+use super::tuning::{OVERSHOOT, RISE_TIME, controller, feed_forward, predicted_figures};
 use super::{Block, Column, Page, Section, Table, Tone, Verdict};
 
 /// A commissioning.
@@ -286,7 +286,7 @@ pub fn found_servo(
                 Column::figures("measured"),
                 Column::words("unit"),
             ],
-            predicted_rows(tuning, trial).map(Vec::from).into(),
+            predicted_rows(tuning, trial).into(),
         )));
     }
     blocks
@@ -328,60 +328,20 @@ fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
 }
 
 /// A row for each figure: its name, the prediction, the measurement, its unit.
-fn predicted_rows(tuning: &Tuning, trial: Option<&TrialResult>) -> [[String; 4]; 9] {
-    let predicted_response = &tuning.predicted_response;
-    let [least, most] = predicted_response.gain_margins;
-    let measured =
-        |of: &dyn Fn(&TrialResult) -> Option<f64>| trial.and_then(of).map_or_else(dash, figure);
-    let rise = measured(&|trial| trial.rise_time.map(|time| 1e3 * time));
-    let overshoot = measured(&|trial| trial.rise_time.map(|_| 100.0 * trial.overshoot));
-    let bandwidth = match tuning.cap {
-        Some(cap) => format!("{} by {}", figure(tuning.bandwidth), cap.name()),
-        None => figure(tuning.bandwidth),
-    };
-    [
-        ("bandwidth", bandwidth, dash(), "rad/s"),
-        ("step", figure(predicted_response.step), dash(), "rad"),
-        (
-            "rise time",
-            figure(1e3 * predicted_response.rise_time),
-            rise,
-            "ms",
-        ),
-        (
-            "overshoot",
-            figure(100.0 * predicted_response.overshoot),
-            overshoot,
-            "%",
-        ),
-        (
-            "settling time",
-            figure(1e3 * predicted_response.settling_time),
-            dash(),
-            "ms",
-        ),
-        (
-            "largest sensitivity",
-            figure(predicted_response.sensitivity),
-            dash(),
-            "",
-        ),
-        ("gain margins", format!("{least:.2}, {most:.2}"), dash(), ""),
-        (
-            "command of the step",
-            figure(100.0 * predicted_response.command_share),
-            dash(),
-            "% of the limit",
-        ),
-        (
-            "noise of the command",
-            figure(predicted_response.noise),
-            dash(),
-            "command units",
-        ),
-    ]
-    .map(|(name, predicted, measured, unit)| {
-        [name.to_owned(), predicted, measured, unit.to_owned()]
+fn predicted_rows(tuning: &Tuning, trial: Option<&TrialResult>) -> [Vec<String>; 12] {
+    let rise = trial.and_then(|trial| Some((trial, trial.rise_time?)));
+    predicted_figures(tuning).map(|(name, predicted, unit)| {
+        let predicted = match (name, tuning.cap) {
+            ("bandwidth", Some(cap)) => format!("{predicted} by {}", cap.name()),
+            _ => predicted,
+        };
+        let measured = rise.and_then(|(trial, time)| match name {
+            RISE_TIME => Some(1e3 * time),
+            OVERSHOOT => Some(100.0 * trial.overshoot),
+            _ => None,
+        });
+        let measured = measured.map_or_else(dash, figure);
+        vec![name.to_owned(), predicted, measured, unit.to_owned()]
     })
 }
 
