@@ -6,7 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::rust::{code, imports, matching, uses, without_tests};
+use proc_macro2::TokenStream;
+
+use super::rust::{How, Named, code, named};
 
 #[test]
 fn the_modules_of_every_crate_are_a_tree() {
@@ -36,9 +38,16 @@ fn members(root: &Path) -> Vec<String> {
     all.map(str::to_owned).collect()
 }
 
-/// The sources of a crate by module: comments, literals and tests are left out.
+/// The sources of a crate by module: comments and tests are left out.
 #[derive(Debug, Default)]
-pub(crate) struct Sources(Vec<(Vec<String>, String)>);
+pub(crate) struct Sources(Vec<Source>);
+
+#[derive(Debug)]
+struct Source {
+    module: Vec<String>,
+    code: TokenStream,
+    named: Vec<Named>,
+}
 
 /// For each module those it depends on.
 type Graph = BTreeMap<String, BTreeSet<String>>;
@@ -65,30 +74,34 @@ impl Sources {
     }
 
     /// The code of every module that is none of tests.
-    pub(crate) fn code(&self) -> impl Iterator<Item = &str> {
-        let modules = self.0.iter();
-        let own = modules.filter(|(module, _)| module.last().is_none_or(|name| name != "tests"));
-        own.map(|(_, text)| text.as_str())
+    pub(crate) fn code(&self) -> impl Iterator<Item = &TokenStream> {
+        let sources = self.0.iter();
+        let is_test = |source: &&Source| source.module.last().is_some_and(|name| name == "tests");
+        let own = sources.filter(move |source| !is_test(source));
+        own.map(|source| &source.code)
     }
 
     fn add(&mut self, module: Vec<String>, text: &str) {
-        self.0.push((module, without_tests(&code(text))));
+        let code = code(text);
+        self.0.push(Source {
+            named: named(&module, code.clone()),
+            module,
+            code,
+        });
     }
 
     /// The dependencies between the modules at the root.
     fn graph(&self) -> Graph {
         let mut graph = Graph::new();
-        for (module, _) in &self.0 {
-            if let Some(name) = module.first() {
-                graph.entry(name.clone()).or_default();
-            }
+        for name in self.0.iter().filter_map(|source| source.module.first()) {
+            graph.entry(name.clone()).or_default();
         }
         let reexported = self.reexports(&graph);
-        for (module, text) in &self.0 {
-            let Some(own) = module.first() else {
+        for source in &self.0 {
+            let Some(own) = source.module.first() else {
                 continue;
             };
-            for path in references(module, text) {
+            for path in source.named.iter().filter_map(absolute) {
                 let Some(name) = path.first() else {
                     continue;
                 };
@@ -107,52 +120,41 @@ impl Sources {
 
     /// The dependencies between the files.
     fn files(&self) -> Graph {
+        let name = |module: &[String]| match module {
+            [] => "the root".to_owned(),
+            _ => module.join("/"),
+        };
         let mut graph = Graph::new();
-        for (module, text) in &self.0 {
-            let text = &without_inline_modules(text);
-            let mut paths: Vec<_> = inline(text)
-                .iter()
-                .filter_map(|path| absolute(module, path))
-                .collect();
-            for (passes_on, path) in uses(text) {
-                let Some(path) = self.own(module, &path).filter(|_| !passes_on) else {
-                    continue;
-                };
-                if self.has(&path)
-                    && let Some(name) = path.last()
-                {
-                    // A module: what is named in it.
-                    for (at, _) in text.match_indices(&format!("{name}::")) {
-                        let rest = &text[at + name.len() + 2..];
-                        let item = rest.split(|next: char| !next.is_alphanumeric() && next != '_');
-                        paths.extend(
-                            item.take(1)
-                                .map(|item| [&path[..], &[item.to_owned()]].concat()),
-                        );
-                    }
-                }
-                paths.push(path);
+        for Source { module, named, .. } in &self.0 {
+            let imports = named.iter().filter(|named| named.how == How::Imported);
+            let mut paths: Vec<_> = imports.filter_map(|named| self.own(named)).collect();
+            let inline = named.iter().filter(|named| named.how == How::Inline);
+            for named in inline {
+                // What is named in an imported module.
+                let first = named.path.first();
+                let through = paths.iter().find(|import| import.last() == first);
+                let through = through.map(|import| [import, &named.path[1..]].concat());
+                paths.extend(through.or_else(|| absolute(named)));
             }
             let others = paths.iter().filter_map(|path| self.file_of(path, 0));
             let others = others.filter(|other| other != module);
-            let name = |module: &[String]| match module {
-                [] => "the root".to_owned(),
-                _ => module.join("/"),
-            };
-            let others = others.map(|other| name(&other)).collect();
-            graph.insert(name(module), others);
+            graph.insert(name(module), others.map(|other| name(&other)).collect());
         }
         graph
     }
 
     fn has(&self, module: &[String]) -> bool {
-        self.0.iter().any(|(own, _)| own == module)
+        self.source(module).is_some()
+    }
+
+    fn source(&self, module: &[String]) -> Option<&Source> {
+        self.0.iter().find(|source| source.module == module)
     }
 
     /// A path from the root, also of one that begins at a module of the module.
-    fn own(&self, module: &[String], path: &[String]) -> Option<Vec<String>> {
-        let below = [module, &path[..1]].concat();
-        absolute(module, path).or_else(|| self.has(&below).then(|| [module, path].concat()))
+    fn own(&self, named: &Named) -> Option<Vec<String>> {
+        let below = [&named.module[..], &named.path].concat();
+        absolute(named).or_else(|| self.has(&below[..=named.module.len()]).then_some(below))
     }
 
     /// The file that defines what a path from the root names.
@@ -160,11 +162,10 @@ impl Sources {
         let deepest = (0..=path.len()).rev().find(|&end| self.has(&path[..end]))?;
         let (module, item) = path.split_at(deepest);
         let name = item.first()?;
-        let (_, text) = self.0.iter().find(|(own, _)| own == module)?;
-        let further = uses(text)
-            .into_iter()
-            .filter(|(passes_on, _)| *passes_on)
-            .filter_map(|(_, path)| self.own(module, &path))
+        let named = &self.source(module)?.named;
+        let passed_on = named.iter().filter(|named| named.how == How::PassedOn);
+        let further = passed_on
+            .filter_map(|named| self.own(named))
             .find(|path| path.last() == Some(name));
         match further {
             Some(further) if passed < 8 => {
@@ -176,18 +177,13 @@ impl Sources {
 
     /// The names that the root passes on, with the module that each is from.
     fn reexports(&self, modules: &Graph) -> BTreeMap<String, String> {
-        let mut names = BTreeMap::new();
-        for (_, text) in self.0.iter().filter(|(module, _)| module.is_empty()) {
-            for path in imports(text) {
-                let path = absolute(&[], &path).unwrap_or(path);
-                if let (Some(from), Some(name)) = (path.first(), path.last())
-                    && modules.contains_key(from)
-                {
-                    names.insert(name.clone(), from.clone());
-                }
-            }
-        }
-        names
+        let named = self.source(&[]).map_or(&[][..], |root| &root.named);
+        let imports = named.iter().filter(|named| named.how != How::Inline);
+        let paths = imports.map(|named| absolute(named).unwrap_or(named.path.clone()));
+        let from_a_module = paths.filter(|path| modules.contains_key(&path[0]));
+        from_a_module
+            .filter_map(|path| Some((path.last()?.clone(), path[0].clone())))
+            .collect()
     }
 }
 
@@ -210,18 +206,11 @@ fn module(folder: &Path, file: &Path) -> Vec<String> {
     module
 }
 
-/// Every path of a module's code, from the root of the crate.
-fn references(module: &[String], code: &str) -> Vec<Vec<String>> {
-    let paths = imports(code).into_iter().chain(inline(code));
-    paths.filter_map(|path| absolute(module, &path)).collect()
-}
-
 /// A path from the root of the crate; none if it leads out of it, or begins at a name in scope.
-fn absolute(module: &[String], path: &[String]) -> Option<Vec<String>> {
-    let first = path.first()?;
-    let mut absolute = match first.as_str() {
+fn absolute(Named { module, path, .. }: &Named) -> Option<Vec<String>> {
+    let mut absolute = match path.first()?.as_str() {
         "crate" => Vec::new(),
-        "self" | "super" => module.to_vec(),
+        "self" | "super" => module.clone(),
         _ => return None,
     };
     for name in path {
@@ -234,43 +223,6 @@ fn absolute(module: &[String], path: &[String]) -> Option<Vec<String>> {
         }
     }
     Some(absolute)
-}
-
-/// The code without modules that are written in it, whose `super` is the file itself.
-fn without_inline_modules(code: &str) -> String {
-    let mut kept = String::new();
-    let mut rest = code;
-    while let Some(at) = rest.find("mod ") {
-        let end = rest[at..]
-            .find(['{', ';'])
-            .map_or(rest.len(), |end| at + end);
-        let is_inline = rest[end..].starts_with('{');
-        kept.push_str(&rest[..end]);
-        let past = if is_inline { matching(&rest[end..]) } else { 0 };
-        rest = &rest[end + past..];
-    }
-    kept + rest
-}
-
-/// The paths that begin with `crate` or `super` anywhere.
-fn inline(code: &str) -> Vec<Vec<String>> {
-    let name = |character: char| character.is_alphanumeric() || character == '_';
-    let mut paths = Vec::new();
-    for begin in ["crate::", "super::"] {
-        for (at, _) in code.match_indices(begin) {
-            let before = code[..at].chars().next_back();
-            // A second `super` belongs to the path that the first began.
-            if before.is_some_and(|before| name(before) || before == ':' || before == '$') {
-                continue;
-            }
-            let text = &code[at..];
-            let end = text.find(|character| !name(character) && character != ':');
-            let names = text[..end.unwrap_or(text.len())].split("::");
-            let names = names.filter(|name| !name.is_empty());
-            paths.push(names.map(str::to_owned).collect());
-        }
-    }
-    paths
 }
 
 /// The modules that can reach each other.

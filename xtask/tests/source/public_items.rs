@@ -5,9 +5,11 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use super::rust::{code, imports, without_tests};
+use syn::{Item, Visibility};
+
+use super::rust::{code, leaves};
 
 /// The crates with a list, and the least number of names that each certainly has.
 const LISTED: [(&str, usize); 2] = [("identifier-core", 50), ("crates/commissioning", 15)];
@@ -31,7 +33,8 @@ fn the_public_items_are_those_of_the_lists_and_no_more_than_can_be_learnt() {
 fn checked(root: &Path, folder: &str, least: usize) -> usize {
     let root = root.join(folder);
     let mut items = BTreeSet::new();
-    add(&root.join("src/lib.rs"), &root.join("src"), "", &mut items);
+    let text = fs::read_to_string(root.join("src/lib.rs")).expect("readable");
+    add(&text, &root.join("src"), "", &mut items);
     let count = items.len();
     assert!(count > least, "{folder}: only {count} items were found");
     let found: String = items.iter().map(|item| format!("{item}\n")).collect();
@@ -51,92 +54,53 @@ fn checked(root: &Path, folder: &str, least: usize) -> usize {
     count
 }
 
-/// Adds the public items of a file whose submodules are in a folder.
-fn add(file: &Path, folder: &Path, module: &str, items: &mut BTreeSet<String>) {
-    let text = fs::read_to_string(file).expect("readable");
-    add_text(&without_tests(&code(&text)), folder, module, items);
+/// Adds the public items of a text whose submodules are in a folder.
+fn add(text: &str, folder: &Path, module: &str, found: &mut BTreeSet<String>) {
+    let file: syn::File = syn::parse2(code(text)).expect("items");
+    add_items(&file.items, folder, module, found);
 }
 
-/// Adds the public items of a module's text.
-fn add_text(text: &str, folder: &Path, module: &str, items: &mut BTreeSet<String>) {
-    let mut rest = text;
-    while let Some(item) = next_public(&mut rest) {
-        let words: Vec<&str> = item
-            .split(|character: char| !(character.is_alphanumeric() || character == '_'))
-            .filter(|word| !word.is_empty())
-            .collect();
-        // `const fn` is a function.
-        let Some((&kind, &name)) = words
-            .iter()
-            .zip(&words[1..])
-            .find(|(kind, name)| KINDS.contains(kind) && !KINDS.contains(name))
-        else {
+fn add_items(items: &[Item], folder: &Path, module: &str, found: &mut BTreeSet<String>) {
+    for item in items {
+        let (visibility, name) = match item {
+            Item::Const(item) => (&item.vis, &item.ident),
+            Item::Enum(item) => (&item.vis, &item.ident),
+            Item::Fn(item) => (&item.vis, &item.sig.ident),
+            Item::Mod(item) => (&item.vis, &item.ident),
+            Item::Static(item) => (&item.vis, &item.ident),
+            Item::Struct(item) => (&item.vis, &item.ident),
+            Item::Trait(item) => (&item.vis, &item.ident),
+            Item::Type(item) => (&item.vis, &item.ident),
+            Item::Use(item) if matches!(item.vis, Visibility::Public(_)) => {
+                let names = leaves(&[], &item.tree)
+                    .into_iter()
+                    .filter_map(|mut path| path.pop());
+                found.extend(names.map(|name| format!("{module}{name}")));
+                continue;
+            }
+            _ => continue,
+        };
+        if !matches!(visibility, Visibility::Public(_)) {
+            continue;
+        }
+        let path = format!("{module}{name}");
+        let Item::Mod(inner) = item else {
+            found.insert(path);
             continue;
         };
-        match kind {
-            "use" => {
-                for path in imports(item) {
-                    let name = path.last().expect("a name");
-                    items.insert(format!("{module}{name}"));
-                }
-            }
-            "mod" => {
-                let path = format!("{module}{name}::");
-                match item.split_once('{') {
-                    Some((_, inside)) => add_text(inside, folder, &path, items),
-                    None => add(&source(folder, name), &folder.join(name), &path, items),
-                }
-            }
-            _ => {
-                items.insert(format!("{module}{name}"));
-            }
+        let (path, folder) = (format!("{path}::"), folder.join(name.to_string()));
+        match &inner.content {
+            Some((_, items)) => add_items(items, &folder, &path, found),
+            None => add(&source(&folder), &folder, &path, found),
         }
     }
 }
 
-/// The words that begin an item.
-const KINDS: [&str; 9] = [
-    "use", "mod", "fn", "struct", "enum", "trait", "type", "static", "const",
-];
-
-/// The next public item outside of braces, up to its `;` or the end of its body.
-fn next_public<'a>(rest: &mut &'a str) -> Option<&'a str> {
-    let text = *rest;
-    let (mut depth, mut begins, mut public) = (0, true, None);
-    for (at, character) in text.char_indices() {
-        if depth == 0 && begins && public.is_none() && text[at..].starts_with("pub ") {
-            public = Some(at + "pub ".len());
-        }
-        match character {
-            '{' => depth += 1,
-            '}' => depth -= 1,
-            _ => {}
-        }
-        let ends = depth == 0 && matches!(character, ';' | '}');
-        if let Some(begin) = public
-            && (depth < 0 || character == ';' && depth == 0 || ends && body(&text[begin..=at]))
-        {
-            *rest = &text[at + 1..];
-            return Some(&text[begin..=at]);
-        }
-        begins = ends || character == ']' || begins && character.is_whitespace();
-    }
-    None
-}
-
-/// An item with a body ends with its brace; a list of imports ends with its semicolon.
-fn body(item: &str) -> bool {
-    !item.starts_with("use ")
-}
-
-/// The file of a module.
-fn source(folder: &Path, module: &str) -> PathBuf {
-    let file = folder.join(format!("{module}.rs"));
-    if file.exists() {
-        file
-    } else {
-        folder.join(module).join("mod.rs")
-    }
+/// The text of a module whose submodules are in a folder.
+fn source(folder: &Path) -> String {
+    let [file, root] = [folder.with_extension("rs"), folder.join("mod.rs")];
+    let text = fs::read_to_string(file).or_else(|_| fs::read_to_string(root));
+    text.expect("readable")
 }
 
 #[test]
@@ -157,7 +121,7 @@ fn every_form_of_an_item_is_found() {
         pub type M = u8;
         pub mod n { pub use crate::hidden::O; fn hidden() {} }
     ";
-    add_text(text, Path::new(""), "", &mut items);
+    add(text, Path::new(""), "", &mut items);
     let expected = ["A", "B", "C", "E", "F", "H", "I", "K", "M", "g", "n::O"];
     assert!(items.iter().eq(expected), "{items:?}");
 }

@@ -1,166 +1,147 @@
 //! The part of Rust's syntax that these tests read.
 
-/// The text without comments, strings and characters.
-pub(crate) fn code(text: &str) -> String {
-    let mut code = String::with_capacity(text.len());
-    let bytes = text.as_bytes();
-    let mut rest = 0;
-    while rest < bytes.len() {
-        let here = &text[rest..];
-        let skipped = if here.starts_with("//") {
-            here.find('\n').unwrap_or(here.len())
-        } else if here.starts_with("/*") {
-            here.find("*/").map_or(here.len(), |end| end + 2)
-        } else if let Some(raw) = raw_string(here) {
-            raw
-        } else if here.starts_with('"') {
-            quoted(here)
-        } else if here.starts_with('\'') {
-            character(here)
-        } else {
-            0
+use proc_macro2::{Delimiter, Group, TokenStream, TokenTree};
+use syn::UseTree;
+
+/// The tokens of a text without what is compiled for tests only.
+pub(crate) fn code(text: &str) -> TokenStream {
+    without_tests(text.parse().expect("Rust"))
+}
+
+fn without_tests(tokens: TokenStream) -> TokenStream {
+    let (mut kept, mut is_test) = (Vec::new(), false);
+    for token in tokens {
+        let is_body = |group: &Group| group.delimiter() == Delimiter::Brace;
+        let ends = is(&token, ';') || group(&token).is_some_and(is_body);
+        match group(&token) {
+            _ if is_test => is_test = !ends,
+            Some(mark) if mark.stream().to_string() == "cfg (test)" => {
+                // With the `#` before it, and the attributes before that.
+                kept.pop();
+                while let [.., hash, TokenTree::Group(_)] = &kept[..]
+                    && is(hash, '#')
+                {
+                    kept.truncate(kept.len() - 2);
+                }
+                is_test = true;
+            }
+            Some(group) => {
+                let inside = without_tests(group.stream());
+                kept.push(Group::new(group.delimiter(), inside).into());
+            }
+            None => kept.push(token),
+        }
+    }
+    kept.into_iter().collect()
+}
+
+fn is(token: &TokenTree, character: char) -> bool {
+    matches!(token, TokenTree::Punct(mark) if mark.as_char() == character)
+}
+
+fn group(token: &TokenTree) -> Option<&Group> {
+    match token {
+        TokenTree::Group(group) => Some(group),
+        _ => None,
+    }
+}
+
+/// A path that a module names.
+#[derive(Debug)]
+pub(crate) struct Named {
+    /// The module, which may be one that is written inside of a file.
+    pub(crate) module: Vec<String>,
+    pub(crate) path: Vec<String>,
+    pub(crate) how: How,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum How {
+    /// By a `use` that passes it on.
+    PassedOn,
+    /// By another `use`.
+    Imported,
+    /// Anywhere else, a macro too.
+    Inline,
+}
+
+/// Every path in a module's code.
+pub(crate) fn named(module: &[String], code: TokenStream) -> Vec<Named> {
+    let tokens: Vec<TokenTree> = code.into_iter().collect();
+    let mut all = Vec::new();
+    let mut at = 0;
+    while at < tokens.len() {
+        let (paths, how, length) = match &tokens[at..] {
+            [TokenTree::Ident(word), tree @ ..] if word == "use" => {
+                let end = tree.iter().position(|token| is(token, ';'));
+                let end = end.unwrap_or(tree.len());
+                // What a macro imports may be no tree.
+                let tree = syn::parse2(tree[..end].iter().cloned().collect());
+                let paths = tree.map_or(Vec::new(), |tree| leaves(&[], &tree));
+                (paths, how(&tokens[..at]), 1 + end)
+            }
+            [TokenTree::Ident(word), TokenTree::Ident(name), body, ..]
+                if word == "mod" && group(body).is_some() =>
+            {
+                let inner = [module, &[name.to_string()]].concat();
+                let body = group(body).map(Group::stream).unwrap_or_default();
+                all.extend(named(&inner, body));
+                (Vec::new(), How::Inline, 3)
+            }
+            // A path from the crate that uses the macro.
+            [mark, TokenTree::Ident(_), ..] if is(mark, '$') => (Vec::new(), How::Inline, 2),
+            rest => {
+                let inside = group(&rest[0]).map(Group::stream).unwrap_or_default();
+                all.extend(named(module, inside));
+                let path = path(rest);
+                let length = (3 * path.len()).max(3) - 2;
+                let paths = Some(path).filter(|path| path.len() > 1);
+                (Vec::from_iter(paths), How::Inline, length)
+            }
         };
-        if skipped > 0 {
-            code.push(' ');
-            rest += skipped;
-        } else {
-            let next = here.chars().next().expect("some text");
-            code.push(next);
-            rest += next.len_utf8();
-        }
+        all.extend(paths.into_iter().map(|path| Named {
+            module: module.to_vec(),
+            path,
+            how,
+        }));
+        at += length;
     }
-    code
+    all
 }
 
-/// The length of a raw string that begins here.
-fn raw_string(text: &str) -> Option<usize> {
-    let hashes = text.strip_prefix('r')?;
-    let count = hashes.bytes().take_while(|&byte| byte == b'#').count();
-    let body = hashes[count..].strip_prefix('"')?;
-    let end = format!("\"{}", "#".repeat(count));
-    Some(2 + count + body.find(&end)? + end.len())
-}
-
-/// The length of a string that begins here.
-fn quoted(text: &str) -> usize {
-    let mut escaped = false;
-    for (at, character) in text.char_indices().skip(1) {
-        match character {
-            _ if escaped => escaped = false,
-            '\\' => escaped = true,
-            '"' => return at + 1,
-            _ => {}
-        }
-    }
-    text.len()
-}
-
-/// The length of a character that begins here; zero for a lifetime.
-fn character(text: &str) -> usize {
-    let mut characters = text.char_indices().skip(1);
-    match characters.next() {
-        Some((_, '\\')) => text[2..].find('\'').map_or(0, |end| {
-            // An escaped quote is not the end.
-            if end == 0 { 4 } else { end + 3 }
-        }),
-        Some(_) => match characters.next() {
-            Some((at, '\'')) => at + 1,
-            _ => 0,
-        },
-        None => 0,
+/// How a `use` names its paths, by the tokens before it.
+fn how(before: &[TokenTree]) -> How {
+    match before {
+        [.., TokenTree::Ident(word)] if word == "pub" => How::PassedOn,
+        [.., TokenTree::Ident(word), TokenTree::Group(_)] if word == "pub" => How::PassedOn,
+        _ => How::Imported,
     }
 }
 
-/// The code without the parts that are compiled for tests only.
-pub(crate) fn without_tests(code: &str) -> String {
-    const MARK: &str = "#[cfg(test)]";
-    let mut kept = String::new();
-    let mut rest = code;
-    while let Some((before, after)) = rest.split_once(MARK) {
-        kept.push_str(before);
-        let body = after.find('{').unwrap_or(after.len());
-        let end = after.find(';').unwrap_or(after.len());
-        rest = if end < body {
-            &after[end..]
-        } else {
-            &after[body + matching(&after[body..])..]
+/// The names with `::` between them that begin here.
+fn path(mut tokens: &[TokenTree]) -> Vec<String> {
+    let mut names = Vec::new();
+    while let [TokenTree::Ident(name), rest @ ..] = tokens {
+        names.push(name.to_string());
+        tokens = match rest {
+            [first, second, rest @ ..] if is(first, ':') && is(second, ':') => rest,
+            _ => break,
         };
     }
-    kept + rest
-}
-
-/// The length up to the brace that closes the first.
-pub(crate) fn matching(text: &str) -> usize {
-    let mut depth = 0;
-    for (at, character) in text.char_indices() {
-        match character {
-            '{' => depth += 1,
-            '}' if depth == 1 => return at + 1,
-            '}' => depth -= 1,
-            _ => {}
-        }
-    }
-    text.len()
-}
-
-/// The paths that are imported.
-pub(crate) fn imports(code: &str) -> Vec<Vec<String>> {
-    uses(code).into_iter().map(|(_, path)| path).collect()
-}
-
-/// The paths that are imported, and for each whether the module passes it on.
-pub(crate) fn uses(code: &str) -> Vec<(bool, Vec<String>)> {
-    let mut uses = Vec::new();
-    for (at, _) in code.match_indices("use ") {
-        let before = &code[..at];
-        if before
-            .chars()
-            .next_back()
-            .is_none_or(|before| before.is_whitespace() || before == '}')
-        {
-            let tree = &code[at + 4..];
-            let tree = &tree[..tree.find(';').unwrap_or(tree.len())];
-            let mut paths = Vec::new();
-            leaves(&[], tree, &mut paths);
-            let word = before.trim_end().rsplit([';', '}', ']']).next();
-            let passes_on = word.is_some_and(|word| word.trim().starts_with("pub"));
-            uses.extend(paths.into_iter().map(|path| (passes_on, path)));
-        }
-    }
-    uses
+    names
 }
 
 /// The paths of a tree of imports.
-fn leaves(before: &[String], tree: &str, paths: &mut Vec<Vec<String>>) {
-    let path = |text: &str| {
-        let text = text.split(" as ").next().unwrap_or(text);
-        let names = text
-            .split("::")
-            .map(str::trim)
-            .filter(|name| !name.is_empty());
-        let mut path = before.to_vec();
-        path.extend(names.map(str::to_owned));
-        path
-    };
-    match tree.split_once('{') {
-        None if tree.trim().is_empty() => {}
-        None => paths.push(path(tree)),
-        Some((stem, group)) => {
-            let stem = path(stem);
-            let group = &group[..group.rfind('}').unwrap_or(group.len())];
-            let (mut depth, mut begin) = (0, 0);
-            for (at, character) in group.char_indices() {
-                match character {
-                    '{' => depth += 1,
-                    '}' => depth -= 1,
-                    ',' if depth == 0 => {
-                        leaves(&stem, &group[begin..at], paths);
-                        begin = at + 1;
-                    }
-                    _ => {}
-                }
-            }
-            leaves(&stem, &group[begin..], paths);
+pub(crate) fn leaves(stem: &[String], tree: &UseTree) -> Vec<Vec<String>> {
+    let with = |name: &dyn ToString| [stem, &[name.to_string()]].concat();
+    match tree {
+        UseTree::Path(path) => leaves(&with(&path.ident), &path.tree),
+        UseTree::Group(group) => {
+            let trees = group.items.iter();
+            trees.flat_map(|tree| leaves(stem, tree)).collect()
         }
+        UseTree::Name(name) => vec![with(&name.ident)],
+        UseTree::Rename(name) => vec![with(&name.ident)],
+        UseTree::Glob(_) => vec![with(&'*')],
     }
 }

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use proc_macro2::TokenStream;
+use syn::ItemEnum;
+use syn::visit::Visit;
+
 use super::modules::Sources;
-use super::rust::matching;
 
 /// The most variants. It falls with every case that is none; 50 is the aim.
 const MOST: usize = 85;
@@ -12,7 +15,7 @@ const MOST: usize = 85;
 fn commissioning_has_no_more_variants_than_accepted() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let sources = Sources::read(&root.join("crates/commissioning/src"));
-    let enums: Vec<_> = sources.code().flat_map(enums).collect();
+    let enums: Vec<_> = sources.code().flat_map(Enums::of).collect();
     for (name, variants) in &enums {
         println!("{name}: {variants}");
     }
@@ -22,41 +25,28 @@ fn commissioning_has_no_more_variants_than_accepted() {
     assert!(all <= MOST, "{all} variants, {MOST} are accepted");
 }
 
-/// The enums of a code without comments, with the number of their variants.
-fn enums(code: &str) -> Vec<(&str, usize)> {
-    let begins = code.match_indices("enum ");
-    let whole = begins
-        .filter(|(at, _)| !code[..*at].ends_with(|one: char| one.is_alphanumeric() || one == '_'));
-    let found = whole.filter_map(|(at, word)| {
-        let rest = &code[at + word.len()..];
-        let body = rest.find('{')?;
-        let name = rest[..body]
-            .split(|one: char| !one.is_alphanumeric())
-            .next()?;
-        let inside = &rest[body + 1..body + matching(&rest[body..]) - 1];
-        Some((name, variants(inside)))
-    });
-    found.collect()
+/// Enums with the number of their variants.
+#[derive(Default)]
+struct Enums(Vec<(String, usize)>);
+
+impl Enums {
+    fn of(code: &TokenStream) -> Vec<(String, usize)> {
+        let mut enums = Self::default();
+        enums.visit_file(&syn::parse2(code.clone()).expect("items"));
+        enums.0
+    }
 }
 
-/// The parts between commas that stand outside of every bracket.
-fn variants(inside: &str) -> usize {
-    let (mut depth, mut count, mut is_empty) = (0, 0, true);
-    for one in inside.chars() {
-        depth += i32::from("([{".contains(one)) - i32::from(")]}".contains(one));
-        if one == ',' && depth == 0 {
-            count += usize::from(!is_empty);
-            is_empty = true;
-        } else {
-            is_empty &= one.is_whitespace();
-        }
+impl Visit<'_> for Enums {
+    fn visit_item_enum(&mut self, item: &ItemEnum) {
+        self.0.push((item.ident.to_string(), item.variants.len()));
     }
-    count + usize::from(!is_empty)
 }
 
 #[test]
 fn variants_of_every_form_are_counted() {
     let code = "#[derive(A, B)] pub(super) enum One<N> { #[default] Plain, Tuple(A, [B; 2]), Named { a: A, b: B }, }
         enum Two { Only } struct Three { a: A, b: B } macro_rules! my_enum { () => {} }";
-    assert_eq!(enums(code), [("One", 3), ("Two", 1)]);
+    let enums = Enums::of(&code.parse().expect("Rust"));
+    assert_eq!(enums, [("One".to_owned(), 3), ("Two".to_owned(), 1)]);
 }
