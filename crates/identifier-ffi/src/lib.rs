@@ -29,7 +29,7 @@ pub mod settings;
 pub mod status;
 pub mod tuner;
 
-pub use face::Prototype;
+pub use face::{Argument, Prototype};
 use object::Storage;
 
 /// All functions of the header.

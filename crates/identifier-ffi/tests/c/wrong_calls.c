@@ -19,7 +19,122 @@ static void expect(int line, int32_t answered, int32_t expected) {
     EXPECT(error.status, STATUS);                                                                                      \
     EXPECT(error.parameter != NULL && strcmp(error.parameter, FIELD) == 0, 1)
 
+/* Settings that every estimator accepts, in which one of these is changed. */
+static const servo_id_settings RIGHT = {
+    .sample_time = 1e-3,
+    .counts_per_revolution = 1e4,
+    .kp = 9.0,
+    .kd = 0.19,
+    .ki = 4.0,
+    .limit = {-10.0, 10.0},
+    .gamma = {23.0, 1700.0, 100.0, 0.0},
+    .bounds = {.coulomb = {0.0, 100.0}},
+    .servo_range = {.a = {0.0, 50.0}, .b = {110.0, 1000.0}},
+    .travel = {-0.3, 0.3},
+    .speed = 15.0,
+    .duration = 1.0,
+};
+#define CHANGED(FIELD, VALUE, STATUS, NAME, ALLOWED)                                                                   \
+    do {                                                                                                               \
+        static servo_id_gradient object;                                                                               \
+        servo_id_settings given = RIGHT;                                                                               \
+        given.FIELD = VALUE;                                                                                           \
+        REFUSED(servo_id_gradient_init(&object, sizeof object, &given, &error), STATUS, NAME);                         \
+        EXPECT(error.allowed, ALLOWED);                                                                                \
+        EXPECT(servo_id_gradient_sample(&object, 0, 0.0f), SERVO_ID_NOT_INITIALISED);                                  \
+    } while (0)
+
+/* A refusal names the field and what is allowed. */
+static void settings_are_refused(void) {
+    servo_id_error error;
+    CHANGED(sample_time, 1e9, SERVO_ID_OUT_OF_RANGE, "sample_time", SERVO_ID_ALLOWED_WITHIN);
+    EXPECT(error.value == 1e9 && error.low < error.high && error.high < 1e9, 1);
+    CHANGED(mu, 1000.0, SERVO_ID_CERTIFICATE, "mu", SERVO_ID_ALLOWED_BELOW);
+    EXPECT(error.value == 1000.0 && error.high < 1000.0, 1);
+    CHANGED(gamma.b, -1.0, SERVO_ID_GAMMA, "gamma.b", SERVO_ID_ALLOWED_ABOVE);
+    CHANGED(initial.b, -1.0, SERVO_ID_OUT_OF_RANGE, "initial.b", SERVO_ID_ALLOWED_WITHIN);
+    CHANGED(sample_time, 0.0, SERVO_ID_NOT_GIVEN, "sample_time", SERVO_ID_ALLOWED_UNKNOWN);
+    CHANGED(counts_per_revolution, 0.0, SERVO_ID_NOT_GIVEN, "counts_per_revolution", SERVO_ID_ALLOWED_UNKNOWN);
+    CHANGED(ranges.error, 1.0, SERVO_ID_NOT_GIVEN, "ranges.velocity", SERVO_ID_ALLOWED_UNKNOWN);
+    CHANGED(servo_range.a, (servo_id_range){0}, SERVO_ID_NOT_GIVEN, "servo_range.a", SERVO_ID_ALLOWED_UNKNOWN);
+}
+
+/* The friction of a servo with 10 rad/s^2 of it; zero only where it is stated to be known. */
+static double friction(int32_t known) {
+    static servo_id_gauss_newton object;
+    servo_id_settings given = RIGHT;
+    servo_id_estimates found = {0};
+    double position = 0.0, velocity = 0.0;
+    int32_t last = 0;
+    given.known.coulomb = known;
+    EXPECT(servo_id_gauss_newton_init(&object, sizeof object, &given, NULL), SERVO_ID_OK);
+    for (int sample = 0; sample < 4000; sample++) {
+        double command = sample / 120 % 2 == 0 ? 0.5 : -0.5;
+        int32_t count = (int32_t)floor(position * 1e4 / 6.283185307179586);
+        servo_id_gauss_newton_sample(&object, count - last, (float)command);
+        servo_id_gauss_newton_work(&object, 8);
+        last = count;
+        double pushed = velocity + 1e-3 * (200.0 * command - 2.0 * velocity);
+        double next = copysign(fmax(fabs(pushed) - 0.01, 0.0), pushed);
+        position += 0.5e-3 * (velocity + next);
+        velocity = next;
+    }
+    servo_id_gauss_newton_estimates(&object, &found);
+    return found.value[2];
+}
+
+/* A loop learns from the last sample or from none: _process is one whole, and so is a sample that is refused. */
+#define LEARNS_ONCE(NAME, NUMBER)                                                                                      \
+    do {                                                                                                               \
+        static servo_id_##NAME object;                                                                                 \
+        NUMBER command;                                                                                                \
+        EXPECT(servo_id_##NAME##_init(&object, sizeof object, &RIGHT, 0, NULL), SERVO_ID_OK);                          \
+        EXPECT(servo_id_##NAME##_control(&object, 3, 0, 0, &command), SERVO_ID_OK);                                    \
+        EXPECT(servo_id_##NAME##_process(&object, 3, 0, 1, &command) >= 0, 1);                                         \
+        EXPECT(servo_id_##NAME##_learn(&object, command), SERVO_ID_NO_SAMPLE);                                         \
+        EXPECT(servo_id_##NAME##_control(&object, 3, 0, 1, &command), SERVO_ID_OK);                                    \
+        servo_id_##NAME##_process(&object, INT32_MAX, 0, 1, &command);                                                 \
+        EXPECT(servo_id_##NAME##_learn(&object, command), SERVO_ID_NO_SAMPLE);                                         \
+    } while (0)
+
+/* A sample of a motor that is driven, and whether it is still driven with this command. */
+static int32_t sampled(servo_id_commission *commission, int32_t count, int32_t stop, float driven) {
+    servo_id_commission_step step = {.command = 7.02f, .is_enabled = 1, .has_record = 1};
+    int32_t answered = servo_id_commission_sample(commission, count, 0, stop, &step);
+    EXPECT(fabsf(step.command - driven) < 0.01f && step.is_enabled == (driven != 0.0f), 1);
+    EXPECT(answered < 0 && step.has_record, 0);
+    return answered;
+}
+
+/* A stop by any number disables the stage for good. */
+static void stops_for_good(int32_t stop) {
+    static servo_id_commission commission;
+    servo_id_commission_result result;
+    EXPECT(servo_id_commission_init(&commission, sizeof commission, &RIGHT, 0, 7.02f, NULL), SERVO_ID_OK);
+    EXPECT(sampled(&commission, 0, 0, 7.02f), SERVO_ID_OK);
+    EXPECT(sampled(&commission, 0, stop, 0.0f), stop == 170 ? SERVO_ID_OK : SERVO_ID_NO_SUCH_NUMBER);
+    for (int32_t count = 0; count < 50; count++) {
+        EXPECT(sampled(&commission, count, 0, 0.0f), SERVO_ID_OK);
+    }
+    EXPECT(servo_id_commission_get_result(&commission, &result), SERVO_ID_OK);
+    EXPECT(result.phase, SERVO_ID_PHASE_ABORTED);
+    EXPECT(result.reason, 170);
+}
+
 int main(void) {
+    settings_are_refused();
+    EXPECT(fabs(friction(0) - 10.0) < 2.0, 1);
+    EXPECT(friction(1) == 0.0, 1);
+    LEARNS_ONCE(gradient_loop, float);
+    LEARNS_ONCE(fixed_loop, int32_t);
+    static const int32_t stops[] = {255, 256, -1, INT32_MIN, INT32_MAX, 99, 170};
+    for (size_t place = 0; place < sizeof stops / sizeof *stops; place++) {
+        stops_for_good(stops[place]);
+    }
+    static servo_id_commission none;
+    EXPECT(sampled(&none, 0, 0, 0.0f), SERVO_ID_NOT_INITIALISED);
+    EXPECT(sampled(NULL, 0, 0, 0.0f), SERVO_ID_NULL_POINTER);
+
     servo_id_settings settings = {0};
     servo_id_gauss_newton *object = malloc(sizeof *object), *copy = malloc(sizeof *object);
     servo_id_estimates found;
