@@ -50,7 +50,7 @@ pub struct Conditions {
     #[cfg_attr(feature = "clap", arg(long))]
     pub feed_forward: bool,
     /// Print the gains in the form of a drive's firmware: pid, cascade, simplefoc, odrive, moteus, vesc, dynamixel,
-    /// wpilib, sparkmax, linuxcnc or cia402.
+    /// feetech, wpilib, sparkmax, linuxcnc or cia402.
     #[cfg_attr(
         feature = "clap",
         arg(long = "for", value_name = "FORM", conflicts_with = "feed_forward")

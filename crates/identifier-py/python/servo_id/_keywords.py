@@ -10,7 +10,7 @@ TimeUnit: TypeAlias = Literal["s", "ms", "us", "ns", "samples", "iso-8601"]
 PositionUnit: TypeAlias = Literal["rad", "deg", "turns", "counts", "m", "mm", "own"]
 CommandUnit: TypeAlias = Literal["V", "A", "Nm", "N", "other"]
 Form: TypeAlias = Literal[
-    "pid", "cascade", "simplefoc", "odrive", "moteus", "vesc", "dynamixel", "wpilib", "sparkmax", "linuxcnc", "cia402"
+    "pid", "cascade", "simplefoc", "odrive", "moteus", "vesc", "dynamixel", "feetech", "wpilib", "sparkmax", "linuxcnc", "cia402"
 ]
 Column: TypeAlias = str | int
 """A column of a log by its name, or by its number from 1."""

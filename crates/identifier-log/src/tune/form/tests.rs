@@ -256,6 +256,22 @@ fn cases() -> Vec<Case> {
             ..plain
         },
         Case {
+            form: "feetech",
+            a: 60.0,
+            // 0.166 of 12 V per rad.
+            output: 0.166 * 12.0,
+            unit: CommandUnit::Volt,
+            conditions: Conditions {
+                bus_voltage: Some(12.0),
+                ..conditions
+            },
+            controller: |of, _| {
+                let gain = of("P (21)");
+                Box::new(move |target, position| gain * (target - position))
+            },
+            ..plain
+        },
+        Case {
             form: "wpilib",
             period: 20e-3,
             unit: CommandUnit::Volt,
@@ -499,12 +515,13 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
             .run(&form, 1.0, |_| 0.0, 0.0, 5.0, samples)
             .pop()
             .expect("a sample")[0];
-        let sags = match case.form {
-            "dynamixel" => {
-                5.0 / (Case::B * form.parameters[0].value / 128.0 * case.output / case.angle)
-            }
-            _ => 5.0 / (Case::B * tuned.tuning.kp),
+        let stored = form.parameters[0].value * case.output / case.angle;
+        let kp = match case.form {
+            "dynamixel" => stored / 128.0,
+            "feetech" => stored,
+            _ => tuned.tuning.kp,
         };
+        let sags = 5.0 / (Case::B * kp);
         let left = if form.exactness == "P only" {
             sags
         } else {
@@ -588,6 +605,7 @@ fn gains_become_the_numbers_of_each_firmware_and_back() {
             pid,
         ),
         ("dynamixel", &duty, 1.0, &[174.0], [0.0, 1.001_33, 0.0]),
+        ("feetech", &duty, 1.0, &[6.0], [0.0, 0.996, 0.0]),
         (
             "wpilib",
             &volts,
@@ -642,7 +660,7 @@ fn the_table_has_every_form() {
         .iter()
         .map(|firmware| firmware.name.as_str())
         .collect();
-    let all = "pid cascade simplefoc odrive moteus vesc dynamixel wpilib sparkmax linuxcnc cia402";
+    let all = "pid cascade simplefoc odrive moteus vesc dynamixel feetech wpilib sparkmax linuxcnc cia402";
     assert_eq!(names.join(" "), all);
     for case in cases() {
         assert!(names.contains(&case.form), "{}", case.form);
