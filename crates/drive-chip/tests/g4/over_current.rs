@@ -4,6 +4,7 @@ use embedded_hal::pwm::SetDutyCycle;
 
 use crate::facts::STEPS;
 use crate::model::{Chip, Output};
+use crate::shared::{drive_again, driving};
 use crate::{healthy, wired};
 
 /// Sets the voltage of the current, V.
@@ -15,11 +16,7 @@ fn sense(chip: &Chip, voltage: f64) {
 #[test]
 fn a_current_beyond_its_limit_disables_the_output_without_the_processor() {
     let chip = healthy();
-    let mut wired = wired(&chip);
-    wired.timer.start(1e-3);
-    let _ = wired.pwm.set_duty_cycle_fully_off();
-    let _ = wired.pwm.set_duty_cycle(STEPS);
-    chip.elapse(50e-6);
+    let mut wired = driving(&chip);
     let threshold = chip.supply.threshold().expect("a threshold");
     assert!((threshold - 2.5).abs() < 1e-3, "{threshold} V");
     sense(&chip, threshold - 0.01);
@@ -31,11 +28,8 @@ fn a_current_beyond_its_limit_disables_the_output_without_the_processor() {
     sense(&chip, 0.1);
     assert_eq!(chip.output(), Output::Low);
     assert!(!wired.inputs.amplifier_is_healthy());
-    let _ = wired.pwm.set_duty_cycle_fully_off();
+    drive_again(&chip, &mut wired);
     assert!(wired.inputs.amplifier_is_healthy());
-    let _ = wired.pwm.set_duty_cycle(STEPS);
-    chip.elapse(50e-6);
-    assert_eq!(chip.output(), Output::High);
 }
 
 #[test]
@@ -58,12 +52,7 @@ fn a_sag_and_a_locked_up_processor_disable_it_without_the_processor() {
     ];
     for event in events {
         let chip = healthy();
-        let mut wired = wired(&chip);
-        wired.timer.start(1e-3);
-        let _ = wired.pwm.set_duty_cycle_fully_off();
-        let _ = wired.pwm.set_duty_cycle(STEPS);
-        chip.elapse(50e-6);
-        assert_eq!(chip.output(), Output::High);
+        let mut wired = driving(&chip);
         event(&chip, true);
         chip.look_at_breaks();
         assert_eq!(chip.output(), Output::Low);
@@ -76,10 +65,7 @@ fn a_sag_and_a_locked_up_processor_disable_it_without_the_processor() {
         chip.look_at_breaks();
         let _ = wired.pwm.set_duty_cycle(STEPS);
         assert_eq!(chip.output(), Output::Low);
-        let _ = wired.pwm.set_duty_cycle_fully_off();
-        let _ = wired.pwm.set_duty_cycle(STEPS);
-        chip.elapse(50e-6);
-        assert_eq!(chip.output(), Output::High);
+        drive_again(&chip, &mut wired);
         assert!(wired.inputs.amplifier_is_healthy());
     }
 }

@@ -21,10 +21,11 @@ use drive_chip::flash::Areas;
 use drive_chip::pins::{Pin, Port};
 use drive_chip::serial::{Bytes, Ring};
 use drive_chip::{Wired, wire};
+use embedded_hal::pwm::SetDutyCycle;
 
 use crate::Family;
-use crate::facts::{OSCILLATOR, OWN, SOURCE};
-use crate::model::{Chip, Line, Source};
+use crate::facts::{OSCILLATOR, OWN, SOURCE, STEPS};
+use crate::model::{Chip, Line, Output, Source};
 
 /// A board that is wired as those of the firmware are.
 pub(crate) const BOARD: Board<Family> = Board {
@@ -67,6 +68,22 @@ fn with(source: Source) -> Chip {
 pub(crate) fn wired(chip: &Chip) -> Wired<'static, &Chip> {
     let (ring, queue) = memory(chip);
     wire(chip, &BOARD, ring, queue)
+}
+
+/// The same with the output at its full duty.
+pub(crate) fn driving(chip: &Chip) -> Wired<'static, &Chip> {
+    let mut wired = wired(chip);
+    wired.timer.start(1e-3);
+    drive_again(chip, &mut wired);
+    wired
+}
+
+/// Switches the output off, which clears the flags of a break, and to its full duty.
+pub(crate) fn drive_again(chip: &Chip, wired: &mut Wired<'static, &Chip>) {
+    let Ok(()) = wired.pwm.set_duty_cycle_fully_off();
+    let Ok(()) = wired.pwm.set_duty_cycle(STEPS);
+    chip.elapse(50e-6);
+    assert_eq!(chip.output(), Output::High);
 }
 
 /// Memory of a line, the ring of which the chip's DMA reaches.

@@ -4,6 +4,7 @@ use embedded_hal::pwm::SetDutyCycle;
 
 use crate::facts::{BREAKS, STEPS};
 use crate::model::{Line, Output};
+use crate::shared::{drive_again, driving};
 use crate::{BOARD, healthy, slow, wired};
 
 /// Duties, and the signal on the pin.
@@ -116,12 +117,7 @@ fn a_direction_without_its_duty_is_void_once_the_output_is_off() {
 #[test]
 fn a_break_disables_the_output_without_the_processor() {
     let chip = healthy();
-    let mut wired = wired(&chip);
-    wired.timer.start(1e-3);
-    let _ = wired.pwm.set_duty_cycle_fully_off();
-    let _ = wired.pwm.set_duty_cycle(STEPS);
-    chip.elapse(50e-6);
-    assert_eq!(chip.output(), Output::High);
+    let mut wired = driving(&chip);
     assert!(wired.inputs.amplifier_is_healthy());
 
     // A broken wire is a break too.
@@ -185,9 +181,7 @@ fn no_write_takes_the_break_away() {
         assert!(control.bke().is_enabled() && control.bkp().is_active_high());
         assert!(!control.aoe().bit(), "no output comes back by itself");
     }
-    let _ = wired.pwm.set_duty_cycle_fully_off();
-    let _ = wired.pwm.set_duty_cycle(STEPS);
-    chip.elapse(50e-6);
+    drive_again(&chip, &mut wired);
     chip.drive(1, 12, Line::Open);
     assert_eq!(chip.output(), Output::Low);
 }
@@ -206,11 +200,8 @@ fn switching_off_leaves_the_other_flags() {
 fn the_outputs_are_disabled_in_any_state() {
     for disturbance in [None, Some(0), Some(0x8000), Some(0xffff & !0x0300)] {
         let chip = healthy();
-        let mut wired = wired(&chip);
-        wired.timer.start(1e-3);
-        let _ = wired.pwm.set_duty_cycle(STEPS);
+        let mut wired = driving(&chip);
         let _ = wired.enable.set_high();
-        chip.elapse(50e-6);
         if let Some(control) = disturbance {
             chip.timers.tim1.set(chip.timers.tim1.bdtr(), control);
         }
@@ -221,10 +212,7 @@ fn the_outputs_are_disabled_in_any_state() {
         let _ = wired.pwm.set_duty_cycle(STEPS);
         assert_eq!(chip.output(), Output::Low);
         // The break input still holds.
-        let _ = wired.pwm.set_duty_cycle_fully_off();
-        let _ = wired.pwm.set_duty_cycle(STEPS);
-        chip.elapse(50e-6);
-        assert_eq!(chip.output(), Output::High);
+        drive_again(&chip, &mut wired);
         chip.drive(1, 12, Line::Supply);
         assert_eq!(chip.output(), Output::Low);
     }

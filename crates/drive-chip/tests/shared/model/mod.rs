@@ -6,6 +6,7 @@ pub(crate) mod clocks;
 pub(crate) mod memory;
 pub(crate) mod pins;
 pub(crate) mod timers;
+pub(crate) mod usart;
 pub(crate) mod watchdog;
 
-use crate::model::{supply, usart};
+use crate::model::supply;
