@@ -4,15 +4,13 @@
 mod support;
 
 use commissioning::CommissionSettings;
-use drive_link::{
-    Command, Estimator, Homing, Report, Request, Settings, State, TargetSource, frame,
-};
+use drive_link::{Command, Estimator, Homing, Report, Settings, State, TargetSource};
 use drive_logic::Conversation;
 use proptest::prelude::*;
 use support::commission::ORDER;
 use support::drive::{Drive, SERVO};
-use support::line::Wires;
-use support::{Bench, Flash, HOMING, SECTOR, settings};
+use support::line::{Wires, request_bytes};
+use support::{Flash, HOMING, SECTOR, settings};
 
 /// The numbers of settings that a user may get wrong.
 fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
@@ -252,9 +250,8 @@ proptest! {
             match step {
                 Ok(command) => {
                     started |= matches!(command, Command::Start);
-                    let framed = frame(&Request { id: 1, command }).expect("it fits");
                     wire.line().heard.push_back(0);
-                    wire.line().heard.extend(framed.iter());
+                    wire.line().heard.extend(request_bytes(1, command));
                 }
                 Err(bytes) => wire.line().heard.extend(bytes),
             }
@@ -280,13 +277,9 @@ proptest! {
         damaged in any::<bool>(),
         place in any::<prop::sample::Index>(),
     ) {
-        let flash = Flash::blank();
-        let bench = Bench::new(&SERVO);
-        {
-            let mut drive = Drive::boot(bench, &flash);
-            drive.done(Command::Save);
-        }
-        let mut bytes = flash.bytes.borrow().clone();
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
+        drive.done(Command::Save);
+        let mut bytes = drive.flash.bytes.borrow().clone();
         if damaged {
             // The record with one bit changed.
             bytes[place.index(600)] ^= 1 << (seed[0] % 8);

@@ -4,16 +4,15 @@ mod support;
 
 use commissioning::{CommissionSettings, Phase};
 use drive_link::{
-    Command, Commissioning, Fault, NotAllowed, Origin, Outcome, Refusal, Report, Request, State,
-    Why, frame,
+    Command, Fault, NotAllowed, Origin, Outcome, Refusal, Report, Request, State, Why,
 };
 use drive_logic::LineListener;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Goal;
-use support::commission::{ORDER, SERVO, outcome, over, ready, until};
+use support::commission::{ORDER, SERVO, aborted, commission, ended, outcome, over, ready};
 use support::drive::Drive;
-use support::harms::Harm;
-use support::{Bench, Flash, SAMPLE_TIME, STAGE, harms, settings};
+use support::line::request_bytes;
+use support::{Bench, Flash, SAMPLE_TIME, STAGE, settings};
 
 #[test]
 fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
@@ -22,8 +21,7 @@ fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
     let order = Command::Commission(ORDER);
     assert_eq!(drive.refusal(Command::Outcome), Refusal::NeverCommissioned);
     assert_eq!(drive.refusal(order), Refusal::NotConfigured);
-    drive.run(settings());
-    drive.pass(10);
+    drive.run_for(settings(), 10);
     drive.lines(|lines| lines.amplifier = false);
     drive.pass(3);
     let injected = Refusal::Faulted(Fault::AmplifierFault);
@@ -36,8 +34,7 @@ fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {
 
 #[test]
 fn contradictory_settings_are_refused_by_name_before_anything_is_kept_or_moves() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut drive = Drive::boot(bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     type Change = fn(&mut CommissionSettings);
     let changes: [(&str, Change); 9] = [
         ("sample_time", |order| order.sample_time *= 2.0),
@@ -57,36 +54,32 @@ fn contradictory_settings_are_refused_by_name_before_anything_is_kept_or_moves()
     }
     drive.pass(10);
     assert_eq!(bench.held.get(), None);
-    assert_eq!(flash.steps.get(), 0, "nothing was kept");
+    assert_eq!(drive.flash.steps.get(), 0, "nothing was kept");
 }
 
 #[test]
 fn a_flash_that_fails_to_keep_the_gains_in_force_prevents_a_start() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut drive = Drive::boot(bench, &flash);
-    flash.steps_left.set(3);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    drive.flash.steps_left.set(3);
     let refused = drive.refusal(Command::Commission(ORDER));
     assert_eq!(refused, Refusal::NotKept);
     drive.pass(10);
     assert_eq!(bench.held.get(), None);
     assert_eq!(drive.state(), State::Disabled);
     // And the drive is of use still.
-    flash.steps_left.set(usize::MAX);
+    drive.flash.steps_left.set(usize::MAX);
     drive.done(Command::Commission(ORDER));
     assert_eq!(drive.state(), State::Commissioning);
 }
 
 #[test]
 fn gains_with_a_feed_forward_hold_and_are_kept_where_they_are_ordered() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut drive = Drive::boot(bench, &flash);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
     let order = CommissionSettings {
         feed_forward: true,
         ..ORDER
     };
-    drive.done(Command::Commission(order));
-    over(&mut drive);
-    let outcome = outcome(&mut drive);
+    let outcome = commission(&mut drive, order);
     assert_eq!(outcome.commissioning.reason, None);
     let led = outcome.tuning.expect("gains").feed_forward;
     let holds = |drive: &mut Drive| {
@@ -95,54 +88,18 @@ fn gains_with_a_feed_forward_hold_and_are_kept_where_they_are_ordered() {
     };
     assert!(led.is_some() && outcome.kept);
     assert_eq!(holds(&mut drive), led);
-    let bytes = Flash::with(flash.bytes.borrow().clone());
-    let mut again = Drive::boot(bench, &bytes);
-    assert_eq!(holds(&mut again), led);
+    assert_eq!(holds(&mut drive.rebooted()), led);
 }
 
 #[test]
 fn an_axis_at_its_switch_is_not_moved() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.lines(|lines| lines.low_switch = false);
-    drive.done(Command::Commission(ORDER));
-    over(&mut drive);
+    let ended = commission(&mut drive, ORDER).commissioning;
     assert_eq!(bench.held.get(), None);
-    let aborted = Commissioning {
-        phase: Phase::Aborted,
-        reason: Some(Reason::LimitSwitchesStuck),
-    };
-    assert_eq!(outcome(&mut drive).commissioning, aborted);
+    assert_eq!(ended, aborted(Reason::LimitSwitchesStuck));
     assert_eq!(drive.state(), State::Faulted(Fault::LimitSwitchesStuck));
     assert_eq!(drive.shown(), settings());
-}
-
-#[test]
-fn each_fault_of_the_drive_ends_a_commissioning_under_its_own_number() {
-    let harms: [(Fault, Harm); 6] = [
-        (Fault::SupplyLow, harms::supply_sags),
-        (Fault::AmplifierFault, harms::amplifier_fails),
-        (Fault::LimitSwitch, harms::high_switch_opens),
-        (Fault::EncoderLost, harms::encoder_fails),
-        (Fault::ActuatorFailed, harms::stage_fails),
-        // The host sends nothing more.
-        (Fault::LinkLost, |_| {}),
-    ];
-    for (fault, harm) in harms {
-        let (mut drive, _) = Drive::on_bench(&SERVO);
-        let mut listening = settings();
-        listening.protection.link_timeout = 0.01;
-        drive.done(Command::Configure(listening));
-        drive.done(Command::Commission(ORDER));
-        until(&mut drive, Phase::Probe);
-        harm(&mut drive);
-        over(&mut drive);
-        let ended = Commissioning {
-            phase: Phase::Aborted,
-            reason: Some(fault),
-        };
-        assert_eq!(outcome(&mut drive).commissioning, ended);
-        assert_eq!(drive.state(), State::Faulted(fault));
-    }
 }
 
 #[test]
@@ -150,21 +107,17 @@ fn a_stop_that_overtakes_the_order_prevents_a_start() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.done(Command::Commission(ORDER));
     drive.done(Command::Stop);
-    over(&mut drive);
+    let ended = ended(&mut drive).commissioning;
     assert_eq!(bench.held.get(), None);
-    let stopped = Commissioning {
-        phase: Phase::Aborted,
-        reason: Some(Reason::Stopped),
-    };
-    assert_eq!(outcome(&mut drive).commissioning, stopped);
+    assert_eq!(ended, aborted(Reason::Stopped));
     drive.done(Command::Start);
 }
 
 /// The line hears a stop that is not decoded yet.
 fn hear_stop(listener: &mut LineListener<'_>) {
-    let command = Command::Stop;
-    let stop = frame(&Request { id: 9, command }).expect("it fits");
-    stop.iter().for_each(|&byte| listener.take(byte));
+    for byte in request_bytes(9, Command::Stop) {
+        listener.take(byte);
+    }
 }
 
 #[test]
@@ -190,18 +143,16 @@ fn an_order_that_is_not_given_leaves_no_mark() {
         drive.pass(20);
         assert_eq!(bench.held.get(), None);
     }
-    {
-        let mut drive = Drive::boot(bench, &flash);
-        assert_eq!(drive.status().commissioning, None);
-        drive.pass(30);
-        // The queue of orders is full.
-        for _ in 0..3 {
-            drive.done(Command::Watch(1));
-        }
-        let refused = drive.refusal(Command::Commission(ORDER));
-        assert_eq!(refused, Refusal::Busy);
-    }
     let mut drive = Drive::boot(bench, &flash);
+    assert_eq!(drive.status().commissioning, None);
+    drive.pass(30);
+    // The queue of orders is full.
+    for _ in 0..3 {
+        drive.done(Command::Watch(1));
+    }
+    let refused = drive.refusal(Command::Commission(ORDER));
+    assert_eq!(refused, Refusal::Busy);
+    let mut drive = drive.rebooted();
     assert_eq!(drive.status().commissioning, None);
     drive.pass(30);
     drive.done(Command::Commission(ORDER));
@@ -268,9 +219,7 @@ fn commissioned_gains_keep_the_limit_that_was_configured() {
     drive.done(Command::Configure(limited));
     let mut order = ORDER;
     order.limits.command = [-6.0, 6.0];
-    drive.done(Command::Commission(order));
-    over(&mut drive);
-    let found = outcome(&mut drive);
+    let found = commission(&mut drive, order);
     assert_eq!(found.commissioning.phase, Phase::Applied);
     let gains = drive.status().gains.expect("they hold");
     let tuning = found.tuning.expect("it is tuned");
@@ -335,10 +284,7 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
         over(&mut drive);
         (marked, flash.steps.get())
     };
-    let lost = Commissioning {
-        phase: Phase::Aborted,
-        reason: Some(Reason::PowerLost),
-    };
+    let lost = aborted(Reason::PowerLost);
     let mut reports = 0;
     for cut in 0..steps.1 {
         let (bench, flash) = (Bench::new(&SERVO), Flash::with(cold.clone()));
@@ -351,7 +297,7 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
                 over(&mut drive);
             }
         }
-        let after = Flash::with(flash.bytes.borrow().clone());
+        let after = flash.powered_again();
         for boot in 0..2 {
             let mut drive = Drive::boot(bench, &after);
             assert_eq!(drive.shown(), settings(), "cut after {cut} of {steps:?}");
@@ -372,12 +318,9 @@ fn a_power_loss_before_the_end_restores_the_gains_before_and_is_reported_once() 
 
 #[test]
 fn a_commissioning_cut_by_a_power_loss_is_reported_by_its_number_afterwards() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
-    {
-        let mut drive = Drive::boot(bench, &flash);
-        drive.done(Command::Commission(ORDER));
-    }
-    let mut drive = Drive::boot(bench, &flash);
+    let mut drive = Drive::boot(Bench::new(&SERVO), &Flash::with(ready()));
+    drive.done(Command::Commission(ORDER));
+    let mut drive = drive.rebooted();
     let Outcome {
         commissioning,
         servo,

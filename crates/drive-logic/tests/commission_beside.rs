@@ -8,7 +8,8 @@ use drive_link::{Command, Commissioning, Ended, Fault, Origin, Report, Settings,
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use support::commission::{
-    HARMS, ORDER, PHASES, SERVO, cut_short, link_falls_silent, outcome, over, until,
+    HARMS, ORDER, PHASES, SERVO, commission, commission_until, cut_short, ended, link_falls_silent,
+    outcome, over, until,
 };
 use support::drive::{Drive, snapshots};
 use support::harms::Harm;
@@ -31,10 +32,8 @@ fn gauss_newton() -> Settings {
 
 /// Starts a loop that holds the load, away from its start.
 fn run(drive: &mut Drive, settings: Settings) {
-    drive.run(settings);
-    drive.pass(10);
-    drive.done(Command::Target(-1.0));
-    drive.pass(6000);
+    drive.run_for(settings, 10);
+    drive.order(Command::Target(-1.0), 6000);
     assert_eq!(drive.state(), State::Running);
 }
 
@@ -47,8 +46,7 @@ fn assert_continues(drive: &mut Drive, settings: &Settings) {
     assert_eq!(drive.state(), State::Running);
     assert_eq!(drive.shown(), *settings);
     drive.pass(4000);
-    drive.done(Command::Target(0.5));
-    drive.pass(4000);
+    drive.order(Command::Target(0.5), 4000);
     assert_eq!(drive.state(), State::Running);
     // Targets are counted from where the loop was started.
     let at = drive.position();
@@ -61,8 +59,7 @@ fn the_command_has_no_bump_when_the_commissioning_takes_over() {
         let (mut drive, bench) = Drive::on_bench(&LOADED);
         run(&mut drive, still());
         if let Some(target) = target {
-            drive.done(Command::Target(target));
-            drive.pass(200);
+            drive.order(Command::Target(target), 200);
             assert!(bench.plant.borrow().velocity > 4.0, "it is on its way");
         }
         let before = held(&drive);
@@ -81,54 +78,44 @@ fn the_command_has_no_bump_when_the_commissioning_takes_over() {
 #[test]
 fn proved_gains_are_in_force_at_once_and_kept_when_the_servo_is_released() {
     for settings in [still(), gauss_newton()] {
-        let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
-        let gains = {
-            let mut drive = Drive::boot(bench, &flash);
-            run(&mut drive, settings);
-            drive.done(Command::Watch(1));
-            drive.done(Command::Commission(ORDER));
-            let begun_at = drive.position();
-            until(&mut drive, Phase::Trial);
-            let reports = over(&mut drive);
-            assert_eq!(drive.state(), State::Running);
-            let found = outcome(&mut drive);
-            assert_eq!(found.commissioning.phase, Phase::Applied, "{found:?}");
-            assert!(!found.kept, "writing would stop the processor");
-            assert_eq!(flash.steps.get(), 0);
-            let tuning = found.tuning.expect("it is tuned");
-            let status = drive.status();
-            let gains = status.gains.expect("they hold");
-            assert_eq!(gains.origin, Origin::Commissioned);
-            assert_eq!(gains.controller.kp.to_bits(), tuning.kp.to_bits());
-            assert_eq!(status.ended, None, "the run continues");
+        let (mut drive, bench) = Drive::on_bench(&LOADED);
+        run(&mut drive, settings);
+        drive.done(Command::Watch(1));
+        drive.done(Command::Commission(ORDER));
+        let begun_at = drive.position();
+        until(&mut drive, Phase::Trial);
+        let reports = over(&mut drive);
+        assert_eq!(drive.state(), State::Running);
+        let found = outcome(&mut drive);
+        assert_eq!(found.commissioning.phase, Phase::Applied, "{found:?}");
+        assert!(!found.kept, "writing would stop the processor");
+        assert_eq!(drive.flash.steps.get(), 0);
+        let tuning = found.tuning.expect("it is tuned");
+        let status = drive.status();
+        let gains = status.gains.expect("they hold");
+        assert_eq!(gains.origin, Origin::Commissioned);
+        assert_eq!(gains.controller.kp.to_bits(), tuning.kp.to_bits());
+        assert_eq!(status.ended, None, "the run continues");
 
-            // From the commissioning to the loop, and on.
-            let commands: Vec<f32> = reports
-                .iter()
-                .filter_map(|report| match report {
-                    Report::Progress(progress) => progress.command,
-                    _ => None,
-                })
-                .collect();
-            let last = *commands.last().expect("it is shown");
-            assert!((held(&drive) - last).abs() < 3.0 * A_COUNT, "{last}");
-            let shown = snapshots(&drive.pass(2000));
-            let end = shown.last().expect("it is shown");
-            assert!((drive.position() - begun_at).abs() < 0.2);
-            assert!((f64::from(end.position) - drive.position()).abs() < 0.01);
-            drive.done(Command::Target(-2.0));
-            drive.pass(3000);
-            assert!((drive.position() + 2.0).abs() < 0.02);
+        // From the commissioning to the loop, and on.
+        let mut commands = reports.iter().filter_map(|report| match report {
+            Report::Progress(progress) => progress.command,
+            _ => None,
+        });
+        let last = commands.next_back().expect("it is shown");
+        assert!((held(&drive) - last).abs() < 3.0 * A_COUNT, "{last}");
+        let shown = snapshots(&drive.pass(2000));
+        let end = shown.last().expect("it is shown");
+        assert!((drive.position() - begun_at).abs() < 0.2);
+        assert!((f64::from(end.position) - drive.position()).abs() < 0.01);
+        drive.order(Command::Target(-2.0), 3000);
+        assert!((drive.position() + 2.0).abs() < 0.02);
 
-            drive.done(Command::Stop);
-            drive.pass(1);
-            assert_eq!(bench.held.get(), None);
-            assert!(outcome(&mut drive).kept);
-            assert_eq!(drive.status().ended, Some(Ended::Stopped));
-            gains
-        };
-        let bench = Bench::new(&LOADED);
-        let mut drive = Drive::boot(bench, &flash);
+        drive.order(Command::Stop, 1);
+        assert_eq!(bench.held.get(), None);
+        assert!(outcome(&mut drive).kept);
+        assert_eq!(drive.status().ended, Some(Ended::Stopped));
+        let mut drive = drive.rebooted();
         assert_eq!(drive.status().gains, Some(gains));
         assert_eq!(outcome(&mut drive).commissioning.phase, Phase::Applied);
     }
@@ -140,22 +127,16 @@ fn gauss_newton_continues_from_the_commissioned_servo() {
     let mut wanted = gauss_newton();
     wanted.dither.amplitude = 0.05;
     run(&mut drive, wanted);
-    drive.done(Command::Commission(ORDER));
-    over(&mut drive);
-    let found = outcome(&mut drive).servo.expect("it is known");
+    let found = commission(&mut drive, ORDER).servo.expect("it is known");
     for restarted in [false, true] {
         if restarted {
             // A run from rest begins with it too, as long as nothing was learnt since.
-            drive.done(Command::Stop);
-            drive.pass(1);
-            drive.done(Command::Commission(ORDER));
-            over(&mut drive);
-            let phase = outcome(&mut drive).commissioning.phase;
+            drive.order(Command::Stop, 1);
+            let phase = commission(&mut drive, ORDER).commissioning.phase;
             assert_eq!(phase, Phase::Applied);
             drive.done(Command::Start);
         }
-        drive.done(Command::Watch(1));
-        let shown = snapshots(&drive.pass(700));
+        let shown = snapshots(&drive.order(Command::Watch(1), 700));
         let first = shown.first().expect("shown").estimates;
         assert!(
             (first.servo.b / found.parameters.b - 1.0).abs() < 0.01,
@@ -175,8 +156,7 @@ fn gauss_newton_continues_from_the_commissioned_servo() {
         );
         assert!((last.servo.load - LOADED.load).abs() < 4.0, "{last:?}");
     }
-    drive.done(Command::Stop);
-    drive.pass(1);
+    drive.order(Command::Stop, 1);
     let status = drive.status();
     assert_eq!(status.noticed.started, 0, "there was no first fit");
     let errors = status.estimates.and_then(|known| known.standard_errors);
@@ -198,11 +178,9 @@ fn after_any_harm_in_any_phase_the_loop_continues_or_the_servo_is_released() {
                 None if number == Reason::ModeChanged.number() => State::Running,
                 None => State::Disabled,
             };
-            let (bench, flash) = (Bench::new(&LOADED), Flash::blank());
-            let mut drive = Drive::boot(bench, &flash);
+            let (mut drive, bench) = Drive::on_bench(&LOADED);
             run(&mut drive, still());
-            drive.done(Command::Commission(ORDER));
-            until(&mut drive, phase);
+            commission_until(&mut drive, ORDER, phase);
             harm(&mut drive);
             drive.sample();
             if state == State::Running {
@@ -219,7 +197,7 @@ fn after_any_harm_in_any_phase_the_loop_continues_or_the_servo_is_released() {
             } else {
                 assert_eq!(bench.held.get(), None, "{case}: it is released");
             }
-            assert_eq!(flash.steps.get(), 0, "{case}: the store was touched");
+            assert_eq!(drive.flash.steps.get(), 0, "{case}: the store was touched");
         }
     }
 }
@@ -238,19 +216,18 @@ fn gains_that_were_not_validated_do_not_hold_the_servo_afterwards() {
     run(&mut drive, still());
     let given = push(&mut drive);
     drive.pass(2000);
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Trial);
+    commission_until(&mut drive, ORDER, Phase::Trial);
     drive.refusal(Command::Start);
-    over(&mut drive);
-    assert_eq!(outcome(&mut drive).commissioning.phase, Phase::RolledBack);
+    assert_eq!(ended(&mut drive).commissioning.phase, Phase::RolledBack);
     drive.pass(4000);
     let after = push(&mut drive);
     assert!((after / given - 1.0).abs() < 0.1, "{given} {after}");
     // With those that are validated it differs.
     drive.pass(2000);
-    drive.done(Command::Commission(ORDER));
-    over(&mut drive);
-    assert_eq!(outcome(&mut drive).commissioning.phase, Phase::Applied);
+    assert_eq!(
+        commission(&mut drive, ORDER).commissioning.phase,
+        Phase::Applied
+    );
     drive.pass(4000);
     let applied = push(&mut drive);
     assert!((applied / given - 1.0).abs() > 0.3, "{given} {applied}");
@@ -260,8 +237,7 @@ fn gains_that_were_not_validated_do_not_hold_the_servo_afterwards() {
 fn that_it_waits_for_the_loop_is_reported_once() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
     run(&mut drive, still());
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Probe);
+    commission_until(&mut drive, ORDER, Phase::Probe);
     drive.refusal(Command::Start);
     let mut reports = 0;
     for _ in 0..1000 {
@@ -289,8 +265,7 @@ fn the_travel_is_counted_from_the_start_of_the_loop_after_a_commissioning_too() 
         run(&mut drive, wanted);
         let mut order = ORDER;
         order.limits.travel = [-0.8, 0.8];
-        drive.done(Command::Commission(order));
-        until(&mut drive, Phase::Rest);
+        commission_until(&mut drive, order, Phase::Rest);
         drive.refusal(Command::Start);
         over(&mut drive);
         assert_eq!(drive.state(), State::Running);
@@ -311,8 +286,7 @@ fn the_command_that_holds_the_load_after_a_commissioning_is_no_stall() {
     let (mut drive, _) = Drive::on_bench(&heavy);
     run(&mut drive, still());
     assert!(held(&drive).abs() > 3.2, "{}", held(&drive));
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Rest);
+    commission_until(&mut drive, ORDER, Phase::Rest);
     drive.refusal(Command::Start);
     over(&mut drive);
     drive.pass(1000);
@@ -338,10 +312,8 @@ fn everything_is_watched_after_its_end_until_the_loop_resumes() {
         } else {
             0.0
         };
-        drive.run(wanted);
-        drive.pass(10);
-        drive.done(Command::Commission(ORDER));
-        until(&mut drive, Phase::Probe);
+        drive.run_for(wanted, 10);
+        commission_until(&mut drive, ORDER, Phase::Probe);
         drive.refusal(Command::Start);
         // The background has not built the loop yet.
         drive.pass_without_work(100);
@@ -359,11 +331,9 @@ fn everything_is_watched_after_its_end_until_the_loop_resumes() {
 fn an_answer_of_the_solver_after_its_end_changes_nothing() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
     run(&mut drive, still());
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Fit);
+    commission_until(&mut drive, ORDER, Phase::Fit);
     drive.refusal(Command::Start);
-    over(&mut drive);
-    let ended = outcome(&mut drive);
+    let ended = ended(&mut drive);
     assert_eq!(ended.commissioning.reason, Some(Reason::ModeChanged));
     assert_eq!((ended.servo, ended.tuning), (None, None));
 }
@@ -401,8 +371,7 @@ fn a_silent_host_ends_it_as_it_ends_a_run() {
             drive.ask(Command::KeepAlive);
             drive.pass(10);
         }
-        drive.done(Command::Commission(ORDER));
-        until(&mut drive, phase);
+        commission_until(&mut drive, ORDER, phase);
         link_falls_silent(&mut drive, bench, phase);
         assert_eq!(drive.shown(), listening, "{phase:?}");
     }
@@ -446,8 +415,7 @@ fn a_run_that_has_ended_meanwhile_is_not_restarted() {
         drive.sample();
     }
     // The background has not read the interrupt's events.
-    drive.done(Command::Commission(ORDER));
-    over(&mut drive);
+    commission(&mut drive, ORDER);
     assert_eq!(bench.held.get(), None);
     let ended = Commissioning {
         phase: Phase::Aborted,
@@ -485,15 +453,12 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
         let bench = Bench::new(&LOADED);
         let mut drive = Drive::boot(bench, flash);
         let begun = flash.steps.get();
-        drive.done(Command::Start);
-        drive.pass(1000);
-        drive.done(Command::Commission(ORDER));
-        over(&mut drive);
+        drive.order(Command::Start, 1000);
+        commission(&mut drive, ORDER);
         assert_eq!(drive.state(), State::Running);
         // Up to here a loss of power finds the store untouched.
         assert_eq!(flash.steps.get(), begun);
-        drive.done(Command::Stop);
-        drive.pass(1);
+        drive.order(Command::Stop, 1);
         (drive.shown(), flash.steps.get())
     };
     let (new, steps) = commissioned(&Flash::with(cold.clone()));
@@ -503,9 +468,8 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
         let flash = Flash::with(cold.clone());
         flash.steps_left.set(cut);
         commissioned(&flash);
-        let bench = Bench::new(&LOADED);
-        let after = Flash::with(flash.bytes.borrow().clone());
-        let mut drive = Drive::as_it_comes(bench, &after);
+        let after = flash.powered_again();
+        let mut drive = Drive::as_it_comes(Bench::new(&LOADED), &after);
         let status = drive.status();
         let origin = status.gains.map(|gains| gains.origin);
         if drive.shown() == new {

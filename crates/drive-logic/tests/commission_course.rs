@@ -6,7 +6,8 @@ use commissioning::{CommissionIsr, Phase};
 use drive_link::{Command, Commissioning, Fault, MotionRecord, Origin, Progress, Report, State};
 use identifier_core::reason::Reason;
 use support::commission::{
-    HARMS, ORDER, PHASES, SERVO, cut_short, link_falls_silent, outcome, over, ready, until,
+    HARMS, ORDER, PHASES, SERVO, aborted, commission, commission_until, cut_short, ended,
+    link_falls_silent, outcome, over, ready,
 };
 use support::drive::{Drive, snapshots};
 use support::{Bench, Flash, settings};
@@ -19,45 +20,34 @@ const APPLIED: Commissioning = Commissioning {
 #[test]
 fn an_unknown_servo_ends_with_gains_in_force_now_and_after_a_power_cycle() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let gains = {
-        let mut drive = Drive::as_it_comes(bench, &flash);
-        let mut unknown = settings();
-        unknown.closed_loop.core.controller = None;
-        drive.done(Command::Configure(unknown));
-        drive.done(Command::Commission(ORDER));
-        over(&mut drive);
-        let found = outcome(&mut drive);
-        assert_eq!(found.commissioning, APPLIED);
-        assert!(found.kept);
-        assert_eq!(bench.held.get(), None, "it is released at the end");
-        let servo = found.servo.expect("it is known");
-        assert!(
-            (servo.parameters.b / SERVO.b - 1.0).abs() < 0.02,
-            "{servo:?}"
-        );
-        let tuning = found.tuning.expect("it is tuned");
-        let status = drive.status();
-        let gains = status.gains.expect("they hold");
-        assert_eq!(gains.origin, Origin::Commissioned);
-        let pid = gains.controller;
-        assert_eq!((pid.kp, pid.kd, pid.ki), (tuning.kp, tuning.kd, tuning.ki));
-        assert_eq!(
-            (pid.limit, gains.cutoff),
-            (ORDER.limits.command, tuning.cutoff)
-        );
-        let known = status.estimates.expect("the servo is known");
-        assert_eq!(known.servo.b.to_bits(), servo.parameters.b.to_bits());
-        assert!(known.standard_errors.is_some_and(|errors| errors.b > 0.0));
-        drive.done(Command::Watch(1));
-        drive.done(Command::Start);
-        drive.done(Command::Target(0.5));
-        let last = *snapshots(&drive.pass(3000)).last().expect("it is shown");
-        assert!((last.position - last.reference).abs() < 0.5, "{last:?}");
-        assert_eq!(drive.state(), State::Running);
-        gains
-    };
-    let bench = Bench::new(&SERVO);
     let mut drive = Drive::as_it_comes(bench, &flash);
+    let mut unknown = settings();
+    unknown.closed_loop.core.controller = None;
+    drive.done(Command::Configure(unknown));
+    let found = commission(&mut drive, ORDER);
+    assert_eq!(found.commissioning, APPLIED);
+    assert!(found.kept);
+    assert_eq!(bench.held.get(), None, "it is released at the end");
+    let servo = found.servo.expect("it is known").parameters;
+    assert!((servo.b / SERVO.b - 1.0).abs() < 0.02, "{servo:?}");
+    let tuning = found.tuning.expect("it is tuned");
+    let status = drive.status();
+    let gains = status.gains.expect("they hold");
+    assert_eq!(gains.origin, Origin::Commissioned);
+    let pid = gains.controller;
+    assert_eq!((pid.kp, pid.kd, pid.ki), (tuning.kp, tuning.kd, tuning.ki));
+    let limit = ORDER.limits.command;
+    assert_eq!((pid.limit, gains.cutoff), (limit, tuning.cutoff));
+    let known = status.estimates.expect("the servo is known");
+    assert_eq!(known.servo.b.to_bits(), servo.b.to_bits());
+    assert!(known.standard_errors.is_some_and(|errors| errors.b > 0.0));
+    drive.done(Command::Watch(1));
+    drive.done(Command::Start);
+    let shown = snapshots(&drive.order(Command::Target(0.5), 3000));
+    let last = shown.last().expect("it is shown");
+    assert!((last.position - last.reference).abs() < 0.5, "{last:?}");
+    assert_eq!(drive.state(), State::Running);
+    let mut drive = Drive::as_it_comes(Bench::new(&SERVO), &flash);
     let status = drive.status();
     assert_eq!(status.gains, Some(gains));
     assert_eq!(status.commissioning, Some(APPLIED));
@@ -118,8 +108,7 @@ fn part(drive: &mut Drive, first: u16) -> MotionRecord {
 fn its_record_is_there_once_it_is_over_and_during_the_next_run() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
     assert_eq!(part(&mut drive, 0), MotionRecord::NONE);
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::FrequencyResponse);
+    commission_until(&mut drive, ORDER, Phase::FrequencyResponse);
     assert_eq!(part(&mut drive, 0), MotionRecord::NONE, "it may still grow");
     over(&mut drive);
     let mut displacements = Vec::new();
@@ -141,8 +130,7 @@ fn its_record_is_there_once_it_is_over_and_during_the_next_run() {
     let farthest = f64::from(farthest.fold(0.0, f32::max)) * first.resolution;
     assert!((0.01..2.0).contains(&farthest), "{farthest}");
     // A run has a record of its own.
-    drive.done(Command::Start);
-    drive.pass(500);
+    drive.order(Command::Start, 500);
     assert_eq!(part(&mut drive, 0), first);
 }
 
@@ -150,22 +138,18 @@ fn its_record_is_there_once_it_is_over_and_during_the_next_run() {
 fn after_any_harm_in_any_phase_the_gains_before_are_in_force_and_the_reason_is_reported() {
     for phase in PHASES {
         for (harm, number, fault) in HARMS {
-            let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
-            {
-                let mut drive = Drive::boot(bench, &flash);
-                drive.done(Command::Commission(ORDER));
-                until(&mut drive, phase);
-                harm(&mut drive);
-                over(&mut drive);
-                let case = format!("{number} in {phase:?}");
-                let came_to = cut_short(&mut drive, phase, number);
-                assert_eq!(bench.held.get(), None, "{case}: it is released");
-                let state = fault.map_or(State::Disabled, State::Faulted);
-                assert_eq!(drive.state(), state, "{case}");
-                assert_eq!(drive.shown(), settings(), "{case}");
-                assert!(!came_to.kept, "{case}");
-            }
-            let mut drive = Drive::boot(bench, &flash);
+            let mut drive = Drive::boot(Bench::new(&SERVO), &Flash::with(ready()));
+            commission_until(&mut drive, ORDER, phase);
+            harm(&mut drive);
+            over(&mut drive);
+            let case = format!("{number} in {phase:?}");
+            let came_to = cut_short(&mut drive, phase, number);
+            assert_eq!(drive.bench.held.get(), None, "{case}: it is released");
+            let state = fault.map_or(State::Disabled, State::Faulted);
+            assert_eq!(drive.state(), state, "{case}");
+            assert_eq!(drive.shown(), settings(), "{case}");
+            assert!(!came_to.kept, "{case}");
+            let mut drive = drive.rebooted();
             assert_eq!(drive.shown(), settings());
             assert_eq!(drive.status().commissioning, None);
         }
@@ -176,8 +160,7 @@ fn after_any_harm_in_any_phase_the_gains_before_are_in_force_and_the_reason_is_r
 fn a_background_that_hangs_is_left_to_the_watchdog_as_in_a_run() {
     for phase in [Phase::Fit, Phase::Trial] {
         let (mut drive, bench) = Drive::on_bench(&SERVO);
-        drive.done(Command::Commission(ORDER));
-        until(&mut drive, phase);
+        commission_until(&mut drive, ORDER, phase);
         let before = bench.fed.get();
         drive.pass(5);
         assert_eq!(bench.fed.get() - before, 5, "{phase:?}");
@@ -197,11 +180,9 @@ fn an_output_that_cannot_be_disabled_is_a_fault_while_the_servo_is_not_driven_ye
     let mut unknown = settings();
     unknown.closed_loop.core.controller = None;
     drive.done(Command::Configure(unknown));
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Rest);
+    commission_until(&mut drive, ORDER, Phase::Rest);
     bench.releases.set(false);
-    over(&mut drive);
-    let reason = outcome(&mut drive).commissioning.reason;
+    let reason = ended(&mut drive).commissioning.reason;
     assert_eq!(reason, Some(Reason::ActuatorFailed));
     assert_eq!(drive.state(), State::Faulted(Fault::ActuatorFailed));
 }
@@ -227,12 +208,10 @@ fn the_solver_gets_its_slices_with_every_sample() {
 #[test]
 fn a_record_with_a_hole_ends_it() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Probe);
+    commission_until(&mut drive, ORDER, Phase::Probe);
     // Turns, so that the watchdog is fed, but no work: the queue fills.
     drive.pass_without_work(400);
-    over(&mut drive);
-    let ended = outcome(&mut drive).commissioning;
+    let ended = ended(&mut drive).commissioning;
     assert_eq!(ended.reason, Some(Reason::Overrun));
     assert_eq!(bench.held.get(), None);
 }
@@ -240,8 +219,7 @@ fn a_record_with_a_hole_ends_it() {
 #[test]
 fn its_late_samples_are_counted_and_reported() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Rest);
+    commission_until(&mut drive, ORDER, Phase::Rest);
     let late = |drive: &mut Drive, samples: u32| {
         bench.late.set(true);
         drive.pass(samples);
@@ -254,8 +232,7 @@ fn its_late_samples_are_counted_and_reported() {
     }
     assert_eq!(drive.state(), State::Commissioning);
     late(&mut drive, 3);
-    over(&mut drive);
-    let ended = outcome(&mut drive).commissioning;
+    let ended = ended(&mut drive).commissioning;
     assert_eq!(ended.reason, Some(Reason::Overrun));
     assert_eq!(drive.status().overruns, 6);
 }
@@ -263,57 +240,59 @@ fn its_late_samples_are_counted_and_reported() {
 #[test]
 fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Probe);
+    commission_until(&mut drive, ORDER, Phase::Probe);
     bench.stage_works.set(false);
     drive.sample();
     assert_eq!(bench.held.get(), None);
+    let ended = ended(&mut drive).commissioning;
+    assert_eq!(ended, aborted(Reason::ActuatorFailed));
+    assert_eq!(drive.state(), State::Faulted(Fault::ActuatorFailed));
 }
 
 #[test]
 fn its_result_is_saved_once_the_axis_stands_if_the_flash_must_be_erased_for_that() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut drive = Drive::boot(bench, &flash);
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
     // With the mark at its begin, all that an area holds.
     drive.done(Command::Save);
     drive.done(Command::Save);
-    drive.done(Command::Commission(ORDER));
-    over(&mut drive);
-    assert_eq!(outcome(&mut drive).commissioning, APPLIED);
+    assert_eq!(commission(&mut drive, ORDER).commissioning, APPLIED);
     assert_eq!(bench.held.get(), None);
     // Turned by hand.
     for k in 0..100 {
         bench.hold_at(0.01 * f64::from(k));
         drive.pass(1);
-        assert_eq!((flash.erased.get(), outcome(&mut drive).kept), (0, false));
+        assert_eq!(
+            (drive.flash.erased.get(), outcome(&mut drive).kept),
+            (0, false)
+        );
     }
     drive.pass(18);
-    assert_eq!((flash.erased.get(), outcome(&mut drive).kept), (0, false));
+    assert_eq!(
+        (drive.flash.erased.get(), outcome(&mut drive).kept),
+        (0, false)
+    );
     drive.pass(4);
-    assert_eq!((flash.erased.get(), outcome(&mut drive).kept), (1, true));
+    assert_eq!(
+        (drive.flash.erased.get(), outcome(&mut drive).kept),
+        (1, true)
+    );
     drive.pass(100);
-    assert_eq!(flash.erased.get(), 1, "once");
+    assert_eq!(drive.flash.erased.get(), 1, "once");
 }
 
 #[test]
 fn a_result_is_saved_once_and_no_run_afterwards_writes_to_the_flash() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut drive = Drive::boot(bench, &flash);
-    drive.done(Command::Commission(ORDER));
-    over(&mut drive);
-    assert!(outcome(&mut drive).kept);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
+    assert!(commission(&mut drive, ORDER).kept);
     let run = |drive: &mut Drive| {
-        let steps = flash.steps.get();
-        drive.done(Command::Start);
-        drive.pass(100);
-        drive.done(Command::Stop);
-        drive.pass(100);
-        assert_eq!(flash.steps.get(), steps);
+        let steps = drive.flash.steps.get();
+        drive.order(Command::Start, 100);
+        drive.order(Command::Stop, 100);
+        assert_eq!(drive.flash.steps.get(), steps);
     };
     run(&mut drive);
     // Nor after one that has found nothing.
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Probe);
+    commission_until(&mut drive, ORDER, Phase::Probe);
     drive.refusal(Command::Start);
     over(&mut drive);
     drive.pass(100);
@@ -322,20 +301,19 @@ fn a_result_is_saved_once_and_no_run_afterwards_writes_to_the_flash() {
 
 #[test]
 fn a_flash_that_fails_is_tried_again_with_the_end_of_a_run_and_not_all_the_time() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut drive = Drive::boot(bench, &flash);
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::Trial);
-    flash.steps_left.set(0);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
+    commission_until(&mut drive, ORDER, Phase::Trial);
+    drive.flash.steps_left.set(0);
     over(&mut drive);
     drive.pass(200);
     assert_eq!(outcome(&mut drive).commissioning, APPLIED);
-    assert_eq!((flash.refused.get(), outcome(&mut drive).kept), (1, false));
-    flash.steps_left.set(usize::MAX);
-    drive.done(Command::Start);
-    drive.pass(100);
-    drive.done(Command::Stop);
-    drive.pass(100);
+    assert_eq!(
+        (drive.flash.refused.get(), outcome(&mut drive).kept),
+        (1, false)
+    );
+    drive.flash.steps_left.set(usize::MAX);
+    drive.order(Command::Start, 100);
+    drive.order(Command::Stop, 100);
     assert!(outcome(&mut drive).kept);
 }
 
@@ -346,8 +324,7 @@ fn a_silent_host_ends_it_in_any_phase() {
     for phase in PHASES {
         let (mut drive, bench) = Drive::on_bench(&SERVO);
         drive.done(Command::Configure(listening));
-        drive.done(Command::Commission(ORDER));
-        until(&mut drive, phase);
+        commission_until(&mut drive, ORDER, phase);
         link_falls_silent(&mut drive, bench, phase);
         assert_eq!(drive.shown(), listening, "{phase:?}");
     }
@@ -356,16 +333,14 @@ fn a_silent_host_ends_it_in_any_phase() {
 #[test]
 fn a_stop_releases_the_servo_in_the_same_sample_and_a_mode_change_brings_it_to_rest_first() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::FrequencyResponse);
+    commission_until(&mut drive, ORDER, Phase::FrequencyResponse);
     drive.pass(10);
     drive.done(Command::Stop);
     drive.sample();
     assert_eq!(bench.held.get(), None);
     drive.pass(100);
 
-    drive.done(Command::Commission(ORDER));
-    until(&mut drive, Phase::FrequencyResponse);
+    commission_until(&mut drive, ORDER, Phase::FrequencyResponse);
     drive.pass(400);
     let moving = bench.plant.borrow().velocity;
     assert!(moving.abs() > 1.0, "{moving}");
@@ -376,8 +351,7 @@ fn a_stop_releases_the_servo_in_the_same_sample_and_a_mode_change_brings_it_to_r
     let left = bench.plant.borrow().velocity;
     assert!(left.abs() < 0.5, "{left}");
     // And now it can be started.
-    drive.done(Command::Start);
-    drive.pass(5);
+    drive.order(Command::Start, 5);
     assert_eq!(drive.state(), State::Running);
 }
 
@@ -401,9 +375,7 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
         let flash = Flash::with(cold.clone());
         flash.steps_left.set(cut);
         commissioned(&flash);
-        let after = Flash::with(flash.bytes.borrow().clone());
-        let bench = Bench::new(&SERVO);
-        let mut drive = Drive::boot(bench, &after);
+        let mut drive = Drive::boot(Bench::new(&SERVO), &flash.powered_again());
         let (shown, status) = (drive.shown(), drive.status());
         let origin = status.gains.map(|gains| gains.origin);
         let number = status

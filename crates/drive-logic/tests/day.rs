@@ -5,11 +5,11 @@ mod support;
 
 use std::time::Instant;
 
-use drive_link::{Command, Ended, Estimator, Fault, Receiver, Report, Request, State, frame};
+use drive_link::{Command, Ended, Estimator, Fault, Receiver, Report, State};
 use drive_logic::{Conversation, PolledLine};
 use identifier_core::parameters::ServoParameters;
 use support::drive::{Drive, SERVO};
-use support::line::{Random, Wires};
+use support::line::{Random, Wires, request_bytes};
 use support::{Bench, Flash, settings};
 
 const RATE: u32 = 10_000;
@@ -94,9 +94,8 @@ impl Day {
         assert_eq!(self.reports, [], "nothing was reported unasked");
         self.id = self.id.wrapping_add(1);
         let id = self.id;
-        let framed = frame(&Request { id, command }).expect("it fits");
         self.wires.line().heard.push_back(0);
-        self.wires.line().heard.extend(framed.iter());
+        self.wires.line().heard.extend(request_bytes(id, command));
         for _ in 0..MAX_ANSWER {
             self.sample();
             let Some(answer) = self.reports.pop() else {

@@ -5,7 +5,8 @@ mod support;
 use core::f64::consts::TAU;
 
 use drive_link::{
-    Command, Estimates, Fault, Kept, NotAllowed, Noticed, Refusal, Report, Settings, State, Why,
+    Command, Estimates, Fault, HoldingBrake, Kept, NotAllowed, Noticed, Refusal, Report,
+    ServoChanges, Settings, State, Why,
 };
 use drive_logic::{Lines, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store};
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
@@ -16,38 +17,27 @@ use support::{Bench, COUNTS, Flash, STAGE, first_contact, harms, settings, still
 
 #[test]
 fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    {
-        let mut drive = Drive::boot(bench, &flash);
-        assert_eq!(bench.held.get(), None);
-        drive.done(Command::Watch(10));
-        drive.done(Command::Start);
-        let shown = snapshots(&drive.pass(20_000));
-        assert_eq!(shown.len(), 2000);
-        let last = shown.last().expect("shown");
-        assert!(
-            (last.estimates.servo.b / SERVO.b - 1.0).abs() < 0.01,
-            "{last:?}"
-        );
-        assert!((last.estimates.servo.a - SERVO.a).abs() < 0.1, "{last:?}");
-        assert!(
-            (last.estimates.servo.load - SERVO.load).abs() < 0.5,
-            "{last:?}"
-        );
-        assert_eq!(last.sample, 19_991);
-        assert_eq!(drive.refusal(Command::Save), Refusal::Running);
-        assert_eq!(
-            drive.refusal(Command::Configure(settings())),
-            Refusal::Running
-        );
-        drive.done(Command::Stop);
-        // The servo counts as released only after the interrupt has confirmed it.
-        assert_eq!(drive.refusal(Command::Save), Refusal::Running);
-        drive.pass(1);
-        assert_eq!((drive.state(), bench.held.get()), (State::Disabled, None));
-        drive.done(Command::Save);
-    }
-    let mut drive = Drive::boot(bench, &Flash::with(flash.bytes.borrow().clone()));
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    assert_eq!(bench.held.get(), None);
+    drive.done(Command::Watch(10));
+    let shown = snapshots(&drive.order(Command::Start, 20_000));
+    assert_eq!(shown.len(), 2000);
+    let last = shown.last().expect("shown");
+    let found = last.estimates.servo;
+    assert!((found.b / SERVO.b - 1.0).abs() < 0.01, "{last:?}");
+    assert!((found.a - SERVO.a).abs() < 0.1, "{last:?}");
+    assert!((found.load - SERVO.load).abs() < 0.5, "{last:?}");
+    assert_eq!(last.sample, 19_991);
+    let configure = Command::Configure(settings());
+    assert_eq!(drive.refusal(Command::Save), Refusal::Running);
+    assert_eq!(drive.refusal(configure), Refusal::Running);
+    drive.done(Command::Stop);
+    // The servo counts as released only after the interrupt has confirmed it.
+    assert_eq!(drive.refusal(Command::Save), Refusal::Running);
+    drive.pass(1);
+    assert_eq!((drive.state(), bench.held.get()), (State::Disabled, None));
+    drive.done(Command::Save);
+    let mut drive = drive.rebooted();
     let status = drive.status();
     assert_eq!((status.kept, status.state), (Kept::Record, State::Disabled));
     let kept = drive.supervisor.estimates().expect("kept");
@@ -62,8 +52,7 @@ fn driven(reference_filter: f64, amplitude: f64) -> f64 {
     let controller = wanted.closed_loop.core.controller.as_mut();
     controller.expect("given").reference_filter = reference_filter;
     drive.run(wanted);
-    drive.done(Command::Target(1.0));
-    drive.pass(133);
+    drive.order(Command::Target(1.0), 133);
     bench.position()
 }
 
@@ -83,17 +72,13 @@ fn an_unknown_servo_is_identified_in_seconds_and_its_load_tracked() {
         ..SERVO
     };
     let (mut drive, bench) = Drive::on_bench(&servo);
-    drive.done(Command::Configure(first_contact()));
     drive.done(Command::Watch(10));
-    drive.done(Command::Start);
-    let shown = snapshots(&drive.pass(10_000));
+    let shown = snapshots(&drive.run_for(first_contact(), 10_000));
     let found = shown.last().expect("shown").estimates;
-    assert!((found.servo.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
-    assert!(
-        (found.servo.coulomb - servo.coulomb).abs() < 0.5,
-        "{found:?}"
-    );
-    assert!((found.servo.load - servo.load).abs() < 0.5, "{found:?}");
+    let own = found.servo;
+    assert!((own.b / servo.b - 1.0).abs() < 0.01, "{found:?}");
+    assert!((own.coulomb - servo.coulomb).abs() < 0.5, "{found:?}");
+    assert!((own.load - servo.load).abs() < 0.5, "{found:?}");
     assert_eq!(found.at_bounds, PerParameter::default());
 
     bench.change(&ServoParameters {
@@ -103,8 +88,7 @@ fn an_unknown_servo_is_identified_in_seconds_and_its_load_tracked() {
     let shown = snapshots(&drive.pass(2000));
     let found = shown.last().expect("shown").estimates;
     assert!((found.servo.load + 30.0).abs() < 1.5, "{found:?}");
-    drive.done(Command::Stop);
-    drive.pass(1);
+    drive.order(Command::Stop, 1);
     let status = drive.status();
     let noticed = Noticed {
         started: 1,
@@ -116,12 +100,9 @@ fn an_unknown_servo_is_identified_in_seconds_and_its_load_tracked() {
 
 /// The estimates of a run of so many samples on a bench.
 fn identified(wanted: Settings, bench: &'static Bench, samples: u32) -> Estimates {
-    let flash = Flash::blank();
-    let mut drive = Drive::boot(bench, &flash);
-    drive.run(wanted);
-    drive.pass(samples);
-    drive.done(Command::Stop);
-    drive.pass(1);
+    let mut drive = Drive::boot(bench, &Flash::blank());
+    drive.run_for(wanted, samples);
+    drive.order(Command::Stop, 1);
     drive.supervisor.estimates().expect("learnt")
 }
 
@@ -158,8 +139,8 @@ fn gravity_is_estimated_by_the_angle_of_the_counter() {
     const TARGETS: [f64; 4] = [2.5, -2.5, 0.5, -1.5];
     let (wanted, servo) = demanding(Term::Gravity);
     for first in [0, 1234] {
-        let (bench, flash) = (Bench::counting_from(first, &servo), Flash::blank());
-        let mut drive = Drive::boot(bench, &flash);
+        let bench = Bench::counting_from(first, &servo);
+        let mut drive = Drive::boot(bench, &Flash::blank());
         drive.run(wanted);
         for sample in 0..60_000 {
             if sample % STAY == 0 {
@@ -171,8 +152,7 @@ fn gravity_is_estimated_by_the_angle_of_the_counter() {
             });
             drive.pass(1);
         }
-        drive.done(Command::Stop);
-        drive.pass(1);
+        drive.order(Command::Stop, 1);
         let found = drive.supervisor.estimates().expect("learnt");
         let terms = found.terms.expect("a model with terms");
         let (sin, cos) = (f64::from(first) * TAU / COUNTS).sin_cos();
@@ -192,17 +172,6 @@ fn gravity_is_estimated_by_the_angle_of_the_counter() {
 }
 
 #[test]
-fn terms_that_the_drive_would_ignore_are_refused() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    let mut wanted = settings();
-    wanted.closed_loop.core.identifier.terms.demanded = Terms::NONE.with(Term::Delay);
-    let expected = Refusal::Setting(NotAllowed::new("required_terms", Why::NotHere));
-    assert_eq!(drive.refusal(Command::Configure(wanted)), expected);
-    wanted.closed_loop.core.controller = None;
-    assert_eq!(drive.refusal(Command::Configure(wanted)), expected);
-}
-
-#[test]
 fn a_rate_at_which_terms_leave_less_than_half_of_a_sample_is_refused_with_one_that_does_not() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
     let (mut wanted, _) = demanding(Term::Delay);
@@ -215,20 +184,6 @@ fn a_rate_at_which_terms_leave_less_than_half_of_a_sample_is_refused_with_one_th
     wanted.closed_loop.core.sample_time = MIN_SAMPLE_TIME_WITH_TERMS;
     wanted.dither.hold = 300.0 * MIN_SAMPLE_TIME_WITH_TERMS;
     drive.done(Command::Configure(wanted));
-}
-
-#[test]
-fn a_delay_longer_than_the_drive_remembers_is_refused() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    let mut wanted = settings();
-    wanted.closed_loop.core.identifier.terms.delay = 0.0061;
-    let refusal = drive.refusal(Command::Configure(wanted));
-    let longest = Why::OutOfRange {
-        given: 0.0061,
-        least: 0.0,
-        most: 0.006,
-    };
-    assert_eq!(refusal, Refusal::Setting(NotAllowed::new("delay", longest)));
 }
 
 #[test]
@@ -259,10 +214,8 @@ fn an_estimate_at_its_bound_is_reported_as_none() {
         b: [110.0, 200.0],
     });
     identifier.bounds.b = Some([110.0, 200.0]);
-    drive.run(narrow);
-    drive.pass(20_000);
-    drive.done(Command::Stop);
-    drive.pass(1);
+    drive.run_for(narrow, 20_000);
+    drive.order(Command::Stop, 1);
     let found = drive.supervisor.estimates().expect("learnt");
     assert!(found.at_bounds.b && found.servo.b >= 199.9, "{found:?}");
 }
@@ -272,8 +225,7 @@ fn the_servo_reaches_its_target_and_goes_no_further() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
     assert_eq!(drive.refusal(Command::Target(1.0)), Refusal::NotRunning);
     let still = still();
-    drive.run(still);
-    drive.pass(10);
+    drive.run_for(still, 10);
     for radians in [51.1, -1e9, f64::NAN, f64::INFINITY] {
         assert_eq!(
             drive.refusal(Command::Target(radians)),
@@ -283,11 +235,9 @@ fn the_servo_reaches_its_target_and_goes_no_further() {
         );
     }
     // 80 000 counts.
-    drive.done(Command::Target(-50.0));
-    drive.pass(20_000);
+    drive.order(Command::Target(-50.0), 20_000);
     assert!((bench.position() + 50.0).abs() < 0.01);
-    drive.done(Command::Target(0.0));
-    drive.pass(20_000);
+    drive.order(Command::Target(0.0), 20_000);
     assert!(bench.position().abs() < 0.01);
 }
 
@@ -347,8 +297,7 @@ fn a_servo_at_rest_against_a_load_is_no_fault() {
     };
     let (mut drive, bench) = Drive::on_bench(&servo);
     let still = still();
-    drive.run(still);
-    drive.pass(30_000);
+    drive.run_for(still, 30_000);
     assert_eq!(drive.state(), State::Running);
     assert!(bench.held.get().is_some_and(|command| command < -7.0));
 }
@@ -356,13 +305,10 @@ fn a_servo_at_rest_against_a_load_is_no_fault() {
 #[test]
 fn a_doubled_stop_does_not_end_the_run_after_it() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Start, 10);
     drive.done(Command::Stop);
-    drive.done(Command::Stop);
-    drive.pass(1);
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Stop, 1);
+    drive.order(Command::Start, 10);
     assert_eq!(drive.state(), State::Running);
     assert!(bench.held.get().is_some());
     assert_eq!(drive.refusal(Command::Save), Refusal::Running);
@@ -376,54 +322,43 @@ fn a_faulted_drive_accepts_settings_that_remove_the_fault() {
     let mut wider = settings();
     wider.protection.following_error = 10.0;
     drive.done(Command::Configure(wider));
-    drive.done(Command::Clear);
-    drive.pass(1);
+    drive.order(Command::Clear, 1);
     drive.done(Command::Start);
-}
-
-#[test]
-fn a_chip_that_computes_wrongly_cannot_be_cleared() {
-    for fault in [Fault::SelfTestFailed, Fault::ClockNotStable] {
-        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-        let mut drive = Drive::booted_with(bench, &flash, Err(fault));
-        drive.pass(1);
-        drive.done(Command::Clear);
-        assert_eq!(drive.pass(2), [Report::Fault(fault)]);
-        assert_eq!(drive.refusal(Command::Start), Refusal::Faulted(fault));
-    }
 }
 
 #[test]
 fn a_stuck_switch_is_found_before_motion_and_after_it_until_it_is_repaired() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
     drive.lines(|lines| lines.high_switch = false);
-    drive.done(Command::Start);
-    let reports = drive.pass(5);
-    assert_eq!(reports, [Report::Fault(Fault::LimitSwitchesStuck)]);
+    let stuck = [Report::Fault(Fault::LimitSwitchesStuck)];
+    assert_eq!(drive.order(Command::Start, 5), stuck);
     assert_eq!(bench.held.get(), None);
-    drive.done(Command::Clear);
-    assert_eq!(drive.pass(5), [Report::Fault(Fault::LimitSwitchesStuck)]);
+    assert_eq!(drive.order(Command::Clear, 5), stuck);
     bench.lines.set(Lines::HEALTHY);
-    drive.done(Command::Clear);
-    drive.pass(5);
+    drive.order(Command::Clear, 5);
     assert_eq!(drive.state(), State::Disabled);
-    drive.done(Command::Start);
-    drive.pass(5);
+    drive.order(Command::Start, 5);
     assert!(bench.held.get().is_some());
 }
 
 #[test]
-fn a_fault_found_at_boot_is_reported_and_must_be_cleared() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut drive = Drive::booted_with(bench, &flash, Err(Fault::ResetByWatchdog));
-    assert_eq!(drive.pass(3), [Report::Fault(Fault::ResetByWatchdog)]);
-    assert_eq!(
-        drive.refusal(Command::Start),
-        Refusal::Faulted(Fault::ResetByWatchdog)
-    );
-    drive.done(Command::Clear);
-    drive.pass(1);
-    drive.done(Command::Start);
+fn a_fault_found_at_boot_is_known_at_once_and_only_one_of_the_past_can_be_cleared() {
+    for (fault, is_past) in [
+        (Fault::ResetByWatchdog, true),
+        (Fault::SelfTestFailed, false),
+        (Fault::ClockNotStable, false),
+    ] {
+        let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
+        let mut drive = Drive::booted_with(bench, &flash, Err(fault));
+        assert_eq!(drive.status().state, State::Faulted(fault));
+        assert_eq!(drive.refusal(Command::Start), Refusal::Faulted(fault));
+        assert_eq!(drive.pass(3), [Report::Fault(fault)]);
+        assert_eq!(drive.refusal(Command::Start), Refusal::Faulted(fault));
+        let again = drive.order(Command::Clear, 2);
+        assert_eq!(again.contains(&Report::Fault(fault)), !is_past, "{again:?}");
+        let answer = drive.ask(Command::Start);
+        assert_eq!(matches!(answer, Report::Done { .. }), is_past, "{answer:?}");
+    }
 }
 
 #[test]
@@ -434,8 +369,7 @@ fn a_fault_in_the_queue_wins_over_a_start() {
     drive.sample();
     bench.lines.set(Lines::HEALTHY);
     // The supervisor has not read the event yet, and its next order must not move the servo.
-    drive.done(Command::Stop);
-    drive.pass(5);
+    drive.order(Command::Stop, 5);
     assert_eq!(drive.state(), State::Faulted(Fault::AmplifierFault));
     assert_eq!(bench.held.get(), None);
 }
@@ -456,24 +390,73 @@ fn reporting_never_blocks_and_no_fault_is_lost() {
     let reports = drive.pass(3);
     assert!(reports.contains(&Report::Fault(Fault::AmplifierFault)));
     drive.done(Command::Clear);
-    drive.done(Command::Watch(1));
-    drive.pass(3);
-    drive.done(Command::Start);
-    drive.pass(3);
+    drive.order(Command::Watch(1), 3);
+    drive.order(Command::Start, 3);
     let status = drive.status();
     assert!(status.dropped > 80, "{status:?}");
 }
 
+type Change = fn(&mut Settings);
+
+fn pid(settings: &mut Settings) -> &mut ControllerSettings {
+    let controller = &mut settings.closed_loop.core.controller;
+    controller.as_mut().expect("there is one")
+}
+
+fn identifier(settings: &mut Settings) -> &mut IdentifierSettings {
+    &mut settings.closed_loop.core.identifier
+}
+
+fn set_brake(settings: &mut Settings, opens: f64, closes: f64) {
+    settings.brake = Some(HoldingBrake { opens, closes });
+}
+
+#[test]
+fn settings_that_the_drive_does_not_have_are_refused_with_the_reason() {
+    let beyond = |given, most| Why::OutOfRange {
+        given,
+        least: 0.0,
+        most,
+    };
+    let changes: [(&str, Why, Change); 7] = [
+        ("delay", beyond(0.0061, 0.006), |s| {
+            identifier(s).terms.delay = 0.0061;
+        }),
+        ("required_terms", Why::NotHere, |s| {
+            identifier(s).terms.demanded = Terms::NONE.with(Term::Delay);
+        }),
+        ("required_terms", Why::NotHere, |s| {
+            identifier(s).terms.demanded = Terms::NONE.with(Term::Delay);
+            s.closed_loop.core.controller = None;
+        }),
+        // Of an estimator without standard errors.
+        ("servo_changes", Why::NotHere, |s| {
+            s.servo_changes = ServoChanges::Reported;
+        }),
+        ("brake.closes", beyond(1.5, 1.0), |s| {
+            set_brake(s, 0.05, 1.5)
+        }),
+        ("brake.opens", beyond(1.001, 1.0), |s| {
+            set_brake(s, 1.001, 0.1)
+        }),
+        ("brake.opens", beyond(-0.1, 1.0), |s| {
+            set_brake(s, -0.1, 0.1)
+        }),
+    ];
+    let (mut drive, _) = Drive::on_bench(&SERVO);
+    for (name, why, change) in changes {
+        let mut wanted = settings();
+        change(&mut wanted);
+        let refused = drive.not_allowed(Command::Configure(wanted));
+        assert_eq!(refused, NotAllowed::new(name, why));
+    }
+    let mut slowest = settings();
+    set_brake(&mut slowest, 1.0, 1.0);
+    drive.done(Command::Configure(slowest));
+}
+
 #[test]
 fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
-    type Change = fn(&mut Settings);
-    fn pid(settings: &mut Settings) -> &mut ControllerSettings {
-        let controller = &mut settings.closed_loop.core.controller;
-        controller.as_mut().expect("there is one")
-    }
-    fn identifier(settings: &mut Settings) -> &mut IdentifierSettings {
-        &mut settings.closed_loop.core.identifier
-    }
     let changes: [(&str, Change); 23] = [
         ("kp", |s| pid(s).kp = 0.0),
         ("kp", |s| pid(s).kp = 1.0),
@@ -515,53 +498,39 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
 
 #[test]
 fn a_store_that_fails_leaves_the_drive_as_it_was() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut drive = Drive::boot(bench, &flash);
-    flash.steps_left.set(3);
+    let (mut drive, _) = Drive::on_bench(&SERVO);
+    drive.flash.steps_left.set(3);
     assert_eq!(drive.refusal(Command::Save), Refusal::NotKept);
-    flash.steps_left.set(usize::MAX);
+    drive.flash.steps_left.set(usize::MAX);
     drive.done(Command::Save);
 }
 
 #[test]
 fn a_corrupt_record_and_one_of_another_version_leave_the_built_in_settings() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    {
-        let mut drive = Drive::boot(bench, &flash);
-        let mut wanted = settings();
-        wanted.closed_loop.core.controller =
-            Some(ControllerSettings::pid(11.0, 0.19, 4.0).limited(10.0));
-        drive.done(Command::Configure(wanted));
-        drive.done(Command::Save);
-    }
-    let spoilt = |place: usize| {
-        let mut bytes = flash.bytes.borrow().clone();
-        bytes[place] ^= 1;
-        Flash::with(bytes)
-    };
-    let mut drive = Drive::boot(bench, &spoilt(100));
+    let (mut drive, _) = Drive::on_bench(&SERVO);
+    let mut wanted = settings();
+    wanted.closed_loop.core.controller =
+        Some(ControllerSettings::pid(11.0, 0.19, 4.0).limited(10.0));
+    drive.done(Command::Configure(wanted));
+    drive.done(Command::Save);
+    drive.flash.bytes.borrow_mut()[100] ^= 1;
+    let mut drive = drive.rebooted();
     assert_eq!(drive.shown(), settings());
-    let status = drive.status();
-    assert_eq!(status.kept, Kept::Damaged);
+    assert_eq!(drive.status().kept, Kept::Damaged);
 }
 
 #[test]
 fn a_record_that_this_stage_refuses_is_not_used() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    {
-        let mut drive = Drive::boot(bench, &flash);
-        drive.done(Command::Start);
-        drive.pass(5000);
-        drive.done(Command::Stop);
-        drive.pass(1);
-        drive.done(Command::Save);
-    }
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    drive.order(Command::Start, 5000);
+    drive.order(Command::Stop, 1);
+    drive.done(Command::Save);
     // Its limit of the command is beyond what this stage gives.
     let weak = OutputStage {
         full_scale: 5.0,
         ..STAGE
     };
-    let mut drive = Drive::new(bench, &flash, Ok(()), weak);
+    let mut drive = Drive::new(bench, &drive.flash, Ok(()), weak);
     let status = drive.status();
     assert_eq!(
         (status.kept, status.configured),
@@ -588,11 +557,10 @@ fn a_record_of_the_previous_version_is_left_alone_until_it_is_replaced() {
 #[test]
 fn a_count_that_wraps_in_the_middle_of_a_run_is_not_noticed() {
     let run = |first: i32| {
-        let (bench, flash) = (Bench::counting_from(first, &SERVO), Flash::blank());
-        let mut drive = Drive::boot(bench, &flash);
+        let bench = Bench::counting_from(first, &SERVO);
+        let mut drive = Drive::boot(bench, &Flash::blank());
         drive.done(Command::Watch(1));
-        drive.done(Command::Start);
-        let mut reports = drive.pass(2000);
+        let mut reports = drive.order(Command::Start, 2000);
         // Over the wrap, and back.
         for radians in [6.0, -6.0] {
             drive.done(Command::Target(radians));
@@ -644,11 +612,8 @@ proptest::proptest! {
 
 #[test]
 fn a_record_of_another_board_or_of_a_simulated_servo_is_left_alone_and_both_builds_are_said() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    {
-        let mut drive = Drive::boot(bench, &flash);
-        drive.done(Command::Save);
-    }
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    drive.done(Command::Save);
     let simulated = OutputStage {
         is_simulated: true,
         ..STAGE
@@ -658,21 +623,18 @@ fn a_record_of_another_board_or_of_a_simulated_servo_is_left_alone_and_both_buil
         ..STAGE
     };
     for other in [simulated, other_board] {
-        let flash = Flash::with(flash.bytes.borrow().clone());
-        {
-            let mut drive = Drive::new(bench, &flash, Ok(()), other);
-            let status = drive.status();
-            let Kept::OtherBuild { stored, own } = status.kept else {
-                panic!("{:?}", status.kept);
-            };
-            let shown = status.kept.to_string();
-            assert!(
-                shown.contains(&format!("{stored:08x}")) && shown.contains(&format!("{own:08x}"))
-            );
-            assert!(stored != own && !status.configured);
-            assert_eq!(status.simulated, other.is_simulated);
-            assert_eq!(drive.refusal(Command::Start), Refusal::NotConfigured);
-        }
+        let flash = drive.flash.powered_again();
+        let mut unused = Drive::new(bench, &flash, Ok(()), other);
+        let status = unused.status();
+        let Kept::OtherBuild { stored, own } = status.kept else {
+            panic!("{:?}", status.kept);
+        };
+        let shown = status.kept.to_string();
+        let names = |build: u32| shown.contains(&format!("{build:08x}"));
+        assert!(names(stored) && names(own));
+        assert!(stored != own && !status.configured);
+        assert_eq!(status.simulated, other.is_simulated);
+        assert_eq!(unused.refusal(Command::Start), Refusal::NotConfigured);
         // That of the first build is still there, until it is replaced.
         let mut drive = Drive::boot(bench, &flash);
         assert_eq!(drive.status().kept, Kept::Record);

@@ -46,10 +46,8 @@ fn the_status_has_the_reason_until_a_first_fit_succeeds() {
 #[test]
 fn a_new_run_begins_without_the_reason_of_the_last() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
-    drive.run(bounded_beyond_the_servo());
-    drive.pass(2000);
-    drive.done(Command::Stop);
-    drive.pass(1);
+    drive.run_for(bounded_beyond_the_servo(), 2000);
+    drive.order(Command::Stop, 1);
     assert_eq!(
         drive.status().rejection_reason,
         Some(Reason::EstimateAtBound)
@@ -63,8 +61,7 @@ fn a_new_run_begins_without_the_reason_of_the_last() {
         rejection_reasons.iter().all(Option::is_none),
         "{rejection_reasons:?}"
     );
-    drive.done(Command::Stop);
-    drive.pass(1);
+    drive.order(Command::Stop, 1);
     let noise = drive.status().noise.expect("known by the first fit");
     assert!((0.2..0.4).contains(&noise), "rounding alone, not {noise}");
     let found = drive.supervisor.estimates().expect("identified").servo;

@@ -11,8 +11,7 @@ use support::{settings, still};
 /// A run under the PID of the settings, without a dither.
 fn start(drive: &mut Drive) {
     let settings = still();
-    drive.run(settings);
-    drive.pass(10);
+    drive.run_for(settings, 10);
 }
 
 /// The largest command and the largest change by which a probe's may rise in a sample of 1 ms.

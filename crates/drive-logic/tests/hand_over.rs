@@ -14,10 +14,8 @@ fn a_far_target_is_reached_over_a_count_that_wraps_and_a_turned_axis_is_a_fault(
     let (bench, flash) = (Bench::counting_from(i32::MAX - 100, &SERVO), Flash::blank());
     let mut drive = Drive::boot(bench, &flash);
     drive.done(Command::Watch(1));
-    drive.done(Command::Start);
-    let reports = drive.pass(19_001);
-    drive.done(Command::Target(-50.0));
-    drive.pass(13_000);
+    let reports = drive.order(Command::Start, 19_001);
+    drive.order(Command::Target(-50.0), 13_000);
     assert!((bench.position() + 50.0).abs() < 1.0);
     assert_eq!(drive.state(), State::Running);
     bench.plant.borrow_mut().position += 6.3;
@@ -45,8 +43,7 @@ fn a_commissioning_takes_a_run_over_and_hands_it_back_without_a_bump() {
     );
     let held = || bench.held.get().expect("the servo is held");
     let mut drive = Drive::boot(bench, &flash);
-    drive.run(quiet);
-    drive.pass(6000);
+    drive.run_for(quiet, 6000);
     let before = held();
     drive.done(Command::Commission(ORDER));
     drive.sample();
@@ -60,8 +57,7 @@ fn a_commissioning_takes_a_run_over_and_hands_it_back_without_a_bump() {
     }
     assert!((held() - last).abs() < 2.0 * ONE_COUNT, "{last}");
     assert_eq!(drive.shown(), quiet);
-    drive.done(Command::Target(0.5));
-    drive.pass(4000);
+    drive.order(Command::Target(0.5), 4000);
     assert_eq!(drive.state(), State::Running);
     assert!((bench.position() - 0.5).abs() < 0.1);
 }

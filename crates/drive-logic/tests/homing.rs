@@ -10,7 +10,7 @@ use drive_link::{
     Command, Ended, Fault, Home, Homing, Refusal, Report, Settings, State, Status, TargetSource,
 };
 use identifier_core::parameters::ServoParameters;
-use support::commission::{ORDER, outcome, over, until};
+use support::commission::{ORDER, commission, commission_until, ended};
 use support::drive::{Drive, snapshots};
 use support::harms::Harm;
 use support::{Bench, COUNTS, Flash, HOMING, harms, settings, still};
@@ -32,25 +32,35 @@ fn homed_by(homing: Homing) -> Settings {
     wanted
 }
 
+/// The same without a dither.
+fn still_homed_by(homing: Homing) -> Settings {
+    let mut wanted = homed_by(homing);
+    wanted.dither.amplitude = 0.0;
+    wanted
+}
+
 /// A run with these settings; the switch is closed in a range, rad.
 fn running(settings: Settings, switch: Range<f64>) -> (Drive, &'static Bench) {
     let bench = Bench::new(&SERVO);
     *bench.home_switch.borrow_mut() = switch;
     let mut drive = Drive::boot(bench, &Flash::blank());
-    drive.run(settings);
-    drive.pass(10);
+    drive.run_for(settings, 10);
     (drive, bench)
 }
 
-/// Goes home; the reports on the way.
-fn home(drive: &mut Drive) -> Vec<Report> {
+fn home(drive: &mut Drive) {
+    home_while(drive, |_| {});
+}
+
+/// Goes home, with something before every sample.
+fn home_while(drive: &mut Drive, mut before: impl FnMut(&Drive)) {
     drive.done(Command::Home);
-    let mut reports = Vec::new();
     for _ in 0..60_000 {
-        reports.extend(drive.pass(1));
+        before(drive);
+        drive.pass(1);
         drive.ask(Command::KeepAlive);
         if drive.status().home != Home::Sought {
-            return reports;
+            return;
         }
     }
     panic!("it never gets home");
@@ -74,8 +84,7 @@ fn origin(drive: &mut Drive) -> f64 {
     drive.done(Command::Watch(1));
     let at = drive.position();
     let shown = snapshots(&drive.pass(2));
-    drive.done(Command::Watch(0));
-    drive.pass(1);
+    drive.order(Command::Watch(0), 1);
     at - f64::from(shown[0].position)
 }
 
@@ -87,8 +96,7 @@ fn the_edge_of_the_switch_is_the_same_from_everywhere_to_a_count() {
         *bench.home_switch.borrow_mut() = -6.0..-3.0;
         bench.hold_at(begin);
         let mut drive = Drive::boot(bench, &flash);
-        drive.run(homed_by(HOMING));
-        drive.pass(10);
+        drive.run_for(homed_by(HOMING), 10);
         assert_eq!(drive.status().home, Home::Unknown);
         home(&mut drive);
         assert_eq!(drive.status().home, Home::Known, "from {begin}");
@@ -101,8 +109,7 @@ fn the_edge_of_the_switch_is_the_same_from_everywhere_to_a_count() {
         drive.pass(2000);
         assert_at(&drive, -3.0, 0.4);
         // Targets count from the origin.
-        drive.done(Command::Target(1.5));
-        drive.pass(6000);
+        drive.order(Command::Target(1.5), 6000);
         assert_at(&drive, 0.5, 0.4);
     }
 }
@@ -141,26 +148,16 @@ fn the_switch_is_left_and_approached_slowly_and_without_dither() {
     let mut wanted = homed_by(HOMING);
     wanted.dither.amplitude = 0.05;
     let (mut drive, bench) = running(wanted, -6.0..-3.0);
-    drive.done(Command::Home);
     let (mut fastest, mut nearest, mut has_left) = (0.0_f64, f64::INFINITY, false);
-    let mut was = drive.position();
-    let mut backwards = 0.0_f64;
-    for _ in 0..60_000 {
-        drive.pass(1);
+    home_while(&mut drive, |drive| {
         let now = drive.position();
-        let velocity = bench.plant.borrow().velocity;
         nearest = nearest.min(now);
         if has_left {
-            fastest = fastest.max(velocity.abs());
-            backwards = backwards.max(now - was);
+            fastest = fastest.max(bench.plant.borrow().velocity.abs());
         }
         // Once it goes slowly off the switch.
         has_left |= nearest < -3.0 && now > -3.0;
-        was = now;
-        if drive.status().home == Home::Known {
-            break;
-        }
-    }
+    });
     assert_eq!(drive.status().home, Home::Known);
     assert!(has_left && fastest < 0.5, "{fastest}");
     // The dither is back.
@@ -177,20 +174,14 @@ fn the_switch_is_left_and_approached_slowly_and_without_dither() {
 #[test]
 fn contacts_that_bounce_move_home_by_what_a_bounce_moves_the_axis() {
     let (mut drive, bench) = running(homed_by(HOMING), -6.0..-3.0);
-    drive.done(Command::Home);
-    for k in 0..60_000 {
-        // Every other sample, within 0.05 rad of the edge.
-        let end = if k % 2 == 0 && (drive.position() + 3.0).abs() < 0.002 {
-            -4.0
-        } else {
-            -3.0
-        };
+    let mut k = 0;
+    home_while(&mut drive, |drive| {
+        // Every other sample, within 0.002 rad of the edge.
+        let bounces = k % 2 == 0 && (drive.position() + 3.0).abs() < 0.002;
+        let end = if bounces { -4.0 } else { -3.0 };
         *bench.home_switch.borrow_mut() = -6.0..end;
-        drive.pass(1);
-        if drive.status().home == Home::Known {
-            break;
-        }
-    }
+        k += 1;
+    });
     let origin = origin(&mut drive);
     assert!((origin + 1.0).abs() < 0.01, "{origin}");
 }
@@ -198,8 +189,7 @@ fn contacts_that_bounce_move_home_by_what_a_bounce_moves_the_axis() {
 #[test]
 fn a_disturbance_of_one_sample_is_no_switch() {
     let (mut drive, bench) = running(homed_by(HOMING), -6.0..-3.0);
-    drive.done(Command::Home);
-    drive.pass(300);
+    drive.order(Command::Home, 300);
     assert!(drive.position() > -2.0);
     *bench.home_switch.borrow_mut() = -6.0..6.0;
     drive.pass(1);
@@ -271,8 +261,7 @@ fn limits_faults_and_a_stop_hold_on_the_way_home() {
     ];
     for (harm, state) in harms {
         let (mut drive, bench) = running(homed_by(HOMING), -6.0..-3.0);
-        drive.done(Command::Home);
-        drive.pass(300);
+        drive.order(Command::Home, 300);
         assert_eq!(drive.status().home, Home::Sought);
         harm(&mut drive);
         drive.pass(5);
@@ -287,8 +276,7 @@ fn a_host_that_falls_silent_brings_it_to_rest_on_the_way() {
     let mut wanted = homed_by(HOMING);
     wanted.protection.link_timeout = 0.3;
     let (mut drive, bench) = running(wanted, -6.0..-3.0);
-    drive.done(Command::Home);
-    drive.pass(1000);
+    drive.order(Command::Home, 1000);
     assert_eq!(drive.state(), State::Faulted(Fault::LinkLost));
     assert_eq!(bench.held.get(), None);
     assert!(drive.position() > -2.0, "{}", drive.position());
@@ -298,14 +286,11 @@ fn a_host_that_falls_silent_brings_it_to_rest_on_the_way() {
 fn orders_in_the_wrong_state_are_refused_with_the_reason() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
     assert_eq!(drive.refusal(Command::Home), Refusal::NotRunning);
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Start, 10);
     assert_eq!(drive.refusal(Command::Home), Refusal::NoHoming);
-    drive.done(Command::Stop);
-    drive.pass(2);
+    drive.order(Command::Stop, 2);
     *bench.home_switch.borrow_mut() = -6.0..-3.0;
-    drive.run(homed_by(HOMING));
-    drive.pass(10);
+    drive.run_for(homed_by(HOMING), 10);
     drive.done(Command::Home);
     // Repeated, it is done already.
     drive.done(Command::Home);
@@ -320,22 +305,18 @@ fn orders_in_the_wrong_state_are_refused_with_the_reason() {
 fn the_origin_holds_for_later_runs_until_the_count_is_uncertain() {
     let (mut drive, bench) = running(homed_by(HOMING), -6.0..-3.0);
     home(&mut drive);
-    drive.done(Command::Stop);
-    drive.pass(2);
+    drive.order(Command::Stop, 2);
     assert_eq!(drive.status().home, Home::Known);
     // Turned by hand meanwhile.
     bench.hold_at(0.7);
     drive.pass(2);
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Start, 10);
     let place = origin(&mut drive);
     assert!((place + 1.0).abs() < 3.0 * A_COUNT, "{place}");
     // The travel counts from there too.
-    drive.done(Command::Stop);
-    drive.pass(2);
+    drive.order(Command::Stop, 2);
     bench.hold_at(7.5);
-    drive.done(Command::Start);
-    drive.pass(5);
+    drive.order(Command::Start, 5);
     assert_eq!(drive.state(), State::Faulted(Fault::TravelLeft));
     assert_eq!(drive.status().home, Home::Unknown);
 }
@@ -366,8 +347,7 @@ fn home_stays_known_after_each_end_that_has_earned_it_and_after_no_other() {
             drive.pass(1500);
         }),
         (Some(Fault::LimitSwitchesStuck), known, |drive| {
-            drive.done(Command::Stop);
-            drive.pass(2);
+            drive.order(Command::Stop, 2);
             drive.lines(|lines| lines.high_switch = false);
             drive.done(Command::Start);
         }),
@@ -384,8 +364,7 @@ fn home_stays_known_after_each_end_that_has_earned_it_and_after_no_other() {
         (Some(Fault::EncoderLost), lost, harms::encoder_fails),
     ];
     for (fault, after, harm) in harms {
-        let mut wanted = homed_by(HOMING);
-        wanted.dither.amplitude = 0.0;
+        let mut wanted = still_homed_by(HOMING);
         wanted.protection.link_timeout = 1.0;
         (wanted.protection.following_error, wanted.protection.speed) = match fault {
             Some(Fault::FollowingError) => (3.0, 1e4),
@@ -412,18 +391,14 @@ fn home_stays_known_after_each_end_that_has_earned_it_and_after_no_other() {
 
 #[test]
 fn a_target_from_home_is_refused_until_home_is_known_and_a_relative_one_is_not() {
-    let mut wanted = homed_by(HOMING);
-    wanted.dither.amplitude = 0.0;
-    let (mut drive, _) = running(wanted, -6.0..-3.0);
+    let (mut drive, _) = running(still_homed_by(HOMING), -6.0..-3.0);
     for radians in [1.0, 0.0, f64::NAN] {
         assert_eq!(drive.refusal(Command::Target(radians)), Refusal::NotHomed);
     }
-    drive.done(Command::RelativeTarget(1.0));
-    drive.pass(2000);
+    drive.order(Command::RelativeTarget(1.0), 2000);
     assert_at(&drive, 1.0, 0.01);
     // Repeated, it has no further effect.
-    drive.done(Command::RelativeTarget(1.0));
-    drive.pass(500);
+    drive.order(Command::RelativeTarget(1.0), 500);
     assert_at(&drive, 1.0, 0.01);
     let too_far = Refusal::TooFar {
         within: [-8.0, 8.0],
@@ -431,11 +406,9 @@ fn a_target_from_home_is_refused_until_home_is_known_and_a_relative_one_is_not()
     assert_eq!(drive.refusal(Command::RelativeTarget(8.1)), too_far);
     home(&mut drive);
     // The origin is at −1.
-    drive.done(Command::Target(0.5));
-    drive.pass(3000);
+    drive.order(Command::Target(0.5), 3000);
     assert_at(&drive, -0.5, 0.01);
-    drive.done(Command::RelativeTarget(0.5));
-    drive.pass(3000);
+    drive.order(Command::RelativeTarget(0.5), 3000);
     assert_at(&drive, 0.5, 0.01);
     let Refusal::TooFar {
         within: [low, high],
@@ -448,12 +421,10 @@ fn a_target_from_home_is_refused_until_home_is_known_and_a_relative_one_is_not()
         "{low} {high}"
     );
     // An axis without homing counts from its start, as ever.
-    let mut without = wanted;
+    let mut without = still_homed_by(HOMING);
     without.homing = None;
-    drive.done(Command::Stop);
-    drive.pass(100);
-    drive.run(without);
-    drive.pass(10);
+    drive.order(Command::Stop, 100);
+    drive.run_for(without, 10);
     drive.done(Command::Target(0.5));
 }
 
@@ -497,8 +468,7 @@ fn an_index_pulse_near_the_switch_is_refused_as_home_and_its_distance_reported()
 fn lost_counts_show_at_the_next_index_pulse_in_this_run_and_in_a_later_one() {
     let mut homing = HOMING;
     homing.index = true;
-    let mut wanted = homed_by(homing);
-    wanted.dither.amplitude = 0.0;
+    let wanted = still_homed_by(homing);
     for lost in [0, 4, -4, 5, -5, 120] {
         for later in [false, true] {
             let (mut drive, bench) = running(wanted, -6.0..-3.0);
@@ -506,21 +476,18 @@ fn lost_counts_show_at_the_next_index_pulse_in_this_run_and_in_a_later_one() {
             home(&mut drive);
             assert_eq!(drive.status().home, Home::Known);
             if later {
-                drive.done(Command::Stop);
-                drive.pass(20);
+                drive.order(Command::Stop, 20);
             }
             // One from before, on another turn of a counter of 16 bits, is no evidence.
             bench.first.set(bench.first.get() - lost);
             if later {
                 bench.index.set(Some(65_536 + 77));
-                drive.done(Command::Start);
-                drive.pass(10);
+                drive.order(Command::Start, 10);
             }
             // A revolution up and down again passes a pulse twice; the origin is at 1.
             for target in [6.5, -6.5] {
                 if drive.state() == State::Running {
-                    drive.done(Command::Target(target));
-                    drive.pass(6000);
+                    drive.order(Command::Target(target), 6000);
                 }
             }
             let is_fault = lost.abs() > 4;
@@ -537,27 +504,40 @@ fn lost_counts_show_at_the_next_index_pulse_in_this_run_and_in_a_later_one() {
 }
 
 #[test]
-fn another_offset_of_home_is_another_origin() {
-    let (mut drive, _) = homed(homed_by(HOMING));
-    drive.done(Command::Stop);
-    drive.pass(100);
-    let mut wanted = homed_by(HOMING);
-    wanted.homing = Some(Homing {
-        offset: 1.0,
-        ..HOMING
-    });
-    drive.done(Command::Configure(wanted));
-    assert_eq!(drive.status().home, Home::Unknown);
-    drive.done(Command::Start);
-    drive.pass(10);
-    assert_eq!(drive.refusal(Command::Target(0.0)), Refusal::NotHomed);
+fn another_offset_or_resolution_is_another_origin() {
+    type Change = fn(&mut Settings);
+    let changes: [(Change, Home); 3] = [
+        (|_| {}, Home::Known),
+        (
+            |wanted| wanted.closed_loop.core.resolution *= 0.5,
+            Home::Unknown,
+        ),
+        (
+            |wanted| wanted.homing.as_mut().expect("it has one").offset = 1.0,
+            Home::Unknown,
+        ),
+    ];
+    for (change, after) in changes {
+        let (mut drive, _) = homed(homed_by(HOMING));
+        drive.order(Command::Stop, 100);
+        let mut wanted = homed_by(HOMING);
+        change(&mut wanted);
+        drive.done(Command::Configure(wanted));
+        assert_eq!(drive.status().home, after);
+        drive.order(Command::Start, 10);
+        let refusal = match drive.ask(Command::Target(0.0)) {
+            Report::Refused { refusal, .. } => Some(refusal),
+            _ => None,
+        };
+        let is_unknown = after == Home::Unknown;
+        assert_eq!(refusal, is_unknown.then_some(Refusal::NotHomed));
+    }
 }
 
 #[test]
 fn a_homed_axis_outside_the_travel_does_not_start_and_both_are_said() {
     let (mut drive, bench) = homed(homed_by(HOMING));
-    drive.done(Command::Stop);
-    drive.pass(2);
+    drive.order(Command::Stop, 2);
     bench.hold_at(7.5);
     drive.pass(2);
     let Refusal::OutsideTravel { position, travel } = drive.refusal(Command::Start) else {
@@ -579,8 +559,7 @@ fn the_travel_counts_from_the_origin_in_the_run_that_has_found_it_too() {
         (-8.9, State::Running),
         (-9.1, State::Faulted(Fault::TravelLeft)),
     ] {
-        let mut wanted = homed_by(HOMING);
-        wanted.dither.amplitude = 0.0;
+        let mut wanted = still_homed_by(HOMING);
         wanted.protection.following_error = 16.0;
         wanted.protection.speed = 1e4;
         let (mut drive, bench) = running(wanted, -6.0..-3.0);
@@ -612,26 +591,20 @@ fn home_is_unknown_after_every_end_that_loses_the_position() {
     ];
     for beside in [false, true] {
         for (harm, numbers) in harms {
-            let mut wanted = homed_by(HOMING);
-            wanted.dither.amplitude = 0.0;
-            let (mut drive, bench) = running(wanted, -6.0..-3.0);
+            let (mut drive, bench) = running(still_homed_by(HOMING), -6.0..-3.0);
             home(&mut drive);
-            drive.done(Command::Target(0.0));
-            drive.pass(3000);
+            drive.order(Command::Target(0.0), 3000);
             if !beside {
-                drive.done(Command::Stop);
-                drive.pass(100);
+                drive.order(Command::Stop, 100);
             }
             assert_eq!(drive.status().home, Home::Known);
-            drive.done(Command::Commission(ORDER));
-            until(&mut drive, Phase::Probe);
+            commission_until(&mut drive, ORDER, Phase::Probe);
             drive.pass(20);
             if numbers == [171] {
                 drive.refusal(Command::Start);
             }
             harm(&mut drive);
-            over(&mut drive);
-            let reason = outcome(&mut drive).commissioning.reason;
+            let reason = ended(&mut drive).commissioning.reason;
             let reason = reason.expect("it has not succeeded");
             assert!(numbers.contains(&reason.number()), "{numbers:?}: {reason}");
             let home = if numbers == [171] {
@@ -645,8 +618,7 @@ fn home_is_unknown_after_every_end_that_loses_the_position() {
                 drive.done(Command::Clear);
                 bench.sensor_works.set(true);
                 drive.pass(2);
-                drive.done(Command::Start);
-                drive.pass(1);
+                drive.order(Command::Start, 1);
                 assert_eq!(drive.status().home, Home::Unknown, "{reason}");
             }
         }
@@ -655,36 +627,16 @@ fn home_is_unknown_after_every_end_that_loses_the_position() {
 
 #[test]
 fn home_is_unknown_after_a_run_in_which_the_actuator_dies() {
-    let mut wanted = homed_by(HOMING);
-    wanted.dither.amplitude = 0.0;
-    let (mut drive, _) = running(wanted, -6.0..-3.0);
-    drive.done(Command::Stop);
-    drive.pass(100);
-    drive.done(Command::Commission(ORDER));
-    over(&mut drive);
-    drive.done(Command::Start);
-    drive.pass(10);
+    let (mut drive, _) = running(still_homed_by(HOMING), -6.0..-3.0);
+    drive.order(Command::Stop, 100);
+    commission(&mut drive, ORDER);
+    drive.order(Command::Start, 10);
     home(&mut drive);
     assert_eq!(drive.status().home, Home::Known);
-    drive.done(Command::Target(6.0));
-    drive.pass(300);
+    drive.order(Command::Target(6.0), 300);
     drive.change(1e-3);
     drive.pass(1000);
     assert_eq!(drive.state(), State::Faulted(Fault::ActuatorDead));
-    assert_eq!(drive.status().home, Home::Unknown);
-}
-
-#[test]
-fn home_is_unknown_to_a_drive_that_counts_in_another_resolution() {
-    let (mut drive, _) = running(homed_by(HOMING), -6.0..-3.0);
-    home(&mut drive);
-    drive.done(Command::Stop);
-    drive.pass(2);
-    let mut wanted = homed_by(HOMING);
-    drive.done(Command::Configure(wanted));
-    assert_eq!(drive.status().home, Home::Known, "the same settings");
-    wanted.closed_loop.core.resolution *= 0.5;
-    drive.done(Command::Configure(wanted));
     assert_eq!(drive.status().home, Home::Unknown);
 }
 
@@ -693,11 +645,9 @@ fn the_flash_is_erased_at_rest_alone_and_home_is_unknown_afterwards() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
     *bench.home_switch.borrow_mut() = -6.0..-3.0;
     let mut drive = Drive::boot(bench, &flash);
-    drive.run(homed_by(HOMING));
-    drive.pass(10);
+    drive.run_for(homed_by(HOMING), 10);
     home(&mut drive);
-    drive.done(Command::Stop);
-    drive.pass(2);
+    drive.order(Command::Stop, 2);
     // The axis coasts. Writing leaves the samples to follow it.
     bench.plant.borrow_mut().velocity = 40.0;
     drive.pass(30);
@@ -723,8 +673,7 @@ fn the_flash_is_erased_at_rest_alone_and_home_is_unknown_afterwards() {
     bench.hold_at(drive.position() + 40_000.0 * A_COUNT);
     bench.first.set(-65_536);
     let begin = drive.position();
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Start, 10);
     assert_eq!(drive.state(), State::Running);
     assert_eq!(drive.status().home, Home::Unknown);
     let place = origin(&mut drive);
@@ -755,15 +704,12 @@ fn a_run_between_two_saves_is_no_standstill() {
         drive.done(Command::Save);
     }
     drive.pass(1000);
-    drive.done(Command::Start);
-    drive.pass(10);
-    drive.done(Command::Target(3.0));
-    drive.pass(300);
+    drive.order(Command::Start, 10);
+    drive.order(Command::Target(3.0), 300);
     // It is released in motion, where it has stood before.
     bench.hold_at(0.0);
     bench.plant.borrow_mut().velocity = 5.0;
-    drive.done(Command::Stop);
-    drive.pass(1);
+    drive.order(Command::Stop, 1);
     assert_eq!(drive.state(), State::Disabled);
     assert_eq!(drive.refusal(Command::Save), Refusal::NotAtRest);
     // An encoder that gives nothing shows no standstill either.
@@ -778,21 +724,15 @@ fn a_run_between_two_saves_is_no_standstill() {
 
 #[test]
 fn a_commissioning_beside_the_run_keeps_the_origin() {
-    let mut wanted = homed_by(HOMING);
-    wanted.dither.amplitude = 0.0;
-    let (mut drive, _) = running(wanted, -6.0..-3.0);
+    let (mut drive, _) = running(still_homed_by(HOMING), -6.0..-3.0);
     home(&mut drive);
-    drive.done(Command::Target(0.0));
-    drive.pass(3000);
-    drive.done(Command::Commission(ORDER));
-    over(&mut drive);
-    assert_eq!(outcome(&mut drive).commissioning.reason, None);
+    drive.order(Command::Target(0.0), 3000);
+    assert_eq!(commission(&mut drive, ORDER).commissioning.reason, None);
     assert_eq!(drive.state(), State::Running);
     assert_eq!(drive.status().home, Home::Known);
     let place = origin(&mut drive);
     assert!((place + 1.0).abs() < 3.0 * A_COUNT, "{place}");
-    drive.done(Command::Target(1.0));
-    drive.pass(3000);
+    drive.order(Command::Target(1.0), 3000);
     assert_at(&drive, 0.0, 0.05);
 }
 
@@ -834,8 +774,7 @@ fn settings_that_contradict_the_travel_are_refused_by_name() {
 #[test]
 fn the_slow_ways_of_homing_stay_within_the_travel() {
     // Leaving a switch that stays closed would take it 0.5 rad up.
-    let mut wanted = homed_by(HOMING);
-    wanted.dither.amplitude = 0.0;
+    let mut wanted = still_homed_by(HOMING);
     wanted.homing = Some(Homing {
         offset: 0.0,
         ..HOMING
@@ -854,11 +793,10 @@ fn the_slow_ways_of_homing_stay_within_the_travel() {
 
 #[test]
 fn home_is_where_the_switch_closed_and_not_where_its_bounces_were_over() {
-    let mut wanted = homed_by(Homing {
+    let wanted = still_homed_by(Homing {
         approach: 2.0,
         ..HOMING
     });
-    wanted.dither.amplitude = 0.0;
     let (mut drive, _) = running(wanted, -6.0..-3.0);
     home(&mut drive);
     assert_eq!(drive.status().home, Home::Known);

@@ -7,13 +7,12 @@ use std::collections::VecDeque;
 
 use drive_link::Line;
 use drive_link::{
-    Command, Estimator, Fault, Home, PROTOCOL, Receiver, Refusal, Report, Request, Settings, State,
-    frame,
+    Command, Estimator, Fault, Home, PROTOCOL, Receiver, Refusal, Report, Settings, State,
 };
 use drive_logic::{Conversation, PolledLine};
 use support::commission::ORDER;
 use support::drive::{Drive, SERVO};
-use support::line::{ROOM, Random, Wires};
+use support::line::{ROOM, Random, Wires, request_bytes};
 use support::{HOMING, settings};
 
 /// Time of a byte at 1 Mbaud, ns.
@@ -47,7 +46,9 @@ struct OnLine {
 }
 
 impl OnLine {
-    fn new(mut drive: Drive) -> Self {
+    fn with(settings: Settings) -> Self {
+        let (mut drive, _) = Drive::on_bench(&SERVO);
+        drive.done(Command::Configure(settings));
         Self {
             wires: drive.polled(Wires::default()),
             to_drive: VecDeque::new(),
@@ -108,12 +109,8 @@ impl OnLine {
     /// Sends a request as a host does: after a zero, which ends any earlier bytes on the line.
     fn request(&mut self, command: Command) -> u8 {
         self.id = self.id.wrapping_add(1);
-        let framed = frame(&Request {
-            id: self.id,
-            command,
-        });
         self.send(&[0]);
-        self.send(&framed.expect("it fits"));
+        self.send(&request_bytes(self.id, command));
         self.id
     }
 
@@ -159,9 +156,7 @@ fn fast() -> Settings {
 
 #[test]
 fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    drive.done(Command::Configure(fast()));
-    let mut line = OnLine::new(drive);
+    let mut line = OnLine::with(fast());
     line.ask(Command::Watch(1));
     let mut random = Random(0x2545_f491);
     let mut worst = 0;
@@ -183,11 +178,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
             };
             line.request(command);
         }
-        let cut = frame(&Request {
-            id: 0,
-            command: Command::Configure(settings()),
-        });
-        let cut = cut.expect("it fits");
+        let cut = request_bytes(0, Command::Configure(settings()));
         line.send(&cut[..random.below(20) as usize]);
         line.pass(1e-6 * f64::from(random.below(1000)));
         // The queue of the host's driver goes out first: the clock starts when the stop is on the
@@ -218,9 +209,7 @@ fn ten_thousand_stops_are_obeyed_within_two_milliseconds_under_any_traffic() {
 
 #[test]
 fn every_request_is_answered_under_any_rate_of_reports() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    drive.done(Command::Configure(fast()));
-    let mut line = OnLine::new(drive);
+    let mut line = OnLine::with(fast());
     // A background so quick that the line is the bottleneck.
     line.turn = TURN.map(|time| time / 10);
     line.ask(Command::Watch(1));
@@ -240,9 +229,7 @@ fn every_request_is_answered_under_any_rate_of_reports() {
 
 #[test]
 fn requests_without_a_pause_do_not_hide_a_stop() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    drive.done(Command::Configure(fast()));
-    let mut line = OnLine::new(drive);
+    let mut line = OnLine::with(fast());
     for flood in [100, 300, 1000, 3000] {
         line.ask(Command::Start);
         line.pass(0.001);
@@ -293,10 +280,7 @@ impl Line for Pieces {
 #[test]
 fn a_stop_while_a_run_is_built_prevents_its_start() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
-    let piece = |command| -> VecDeque<u8> {
-        let framed = frame(&Request { id: 1, command }).expect("it fits");
-        framed.iter().copied().collect()
-    };
+    let piece = |command| VecDeque::from(request_bytes(1, command));
     let mut pieces = drive.polled(Pieces([piece(Command::Start), piece(Command::Stop)].into()));
     let mut conversation = Conversation::new();
     for _ in 0..10 {
@@ -316,11 +300,7 @@ fn an_order_around_lost_bytes_is_refused_until_all_before_them_is_decoded() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
     let mut listener = drive.listener.take().expect("one line");
     let mut conversation = Conversation::new();
-    let start = frame(&Request {
-        id: 1,
-        command: Command::Start,
-    });
-    let start = start.expect("it fits");
+    let start = request_bytes(1, Command::Start);
     let mut line = Wires {
         heard: start.iter().copied().collect(),
         ..Wires::default()
@@ -361,8 +341,7 @@ fn no_order_that_may_move_the_axis_is_obeyed_in_doubt_and_any_other_request_is()
     let (mut drive, _) = Drive::on_bench(&SERVO);
     let mut wanted = settings();
     wanted.homing = Some(HOMING);
-    drive.run(wanted);
-    drive.pass(10);
+    drive.run_for(wanted, 10);
     assert_eq!(drive.state(), State::Running);
     drive.listener.as_mut().expect("one line").disturbed();
     for command in moving {
@@ -390,8 +369,7 @@ fn framed(message: &[u8]) -> Vec<u8> {
 #[test]
 fn a_request_of_another_version_is_answered_with_a_refusal_and_moves_nothing() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Start, 10);
     let mut conversation = Conversation::new();
     let mut line = drive.polled(Wires::default());
     // The homing order of a host of version 17, whose stop had this code, and one with an extra byte.
@@ -422,11 +400,7 @@ fn a_stop_that_is_heard_voids_an_order_that_is_on_its_way() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
     let mut listener = drive.listener.take().expect("one line");
     drive.done(Command::Start);
-    let stop = frame(&Request {
-        id: 1,
-        command: Command::Stop,
-    });
-    let stop = stop.expect("it fits");
+    let stop = request_bytes(1, Command::Stop);
     stop.iter().for_each(|&byte| listener.take(byte));
     for _ in 0..5 {
         drive.sample();
@@ -434,10 +408,8 @@ fn a_stop_that_is_heard_voids_an_order_that_is_on_its_way() {
     }
     // It is decoded only now.
     assert_eq!(drive.refusal(Command::Start), Refusal::Overtaken);
-    drive.done(Command::Stop);
-    drive.pass(5);
-    drive.done(Command::Start);
-    drive.pass(5);
+    drive.order(Command::Stop, 5);
+    drive.order(Command::Start, 5);
     assert!(drive.bench.held.get().is_some());
     // And the next one that is heard stops the run without being decoded at all.
     stop.iter().for_each(|&byte| listener.take(byte));
@@ -449,12 +421,10 @@ fn a_stop_that_is_heard_voids_an_order_that_is_on_its_way() {
 fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
     let mut random = Random(7);
     for _ in 0..200 {
-        let (mut drive, _) = Drive::on_bench(&SERVO);
         let mut wanted = fast();
         wanted.protection.link_timeout = 0.05;
         wanted.protection.stop_time = 0.05;
-        drive.done(Command::Configure(wanted));
-        let mut line = OnLine::new(drive);
+        let mut line = OnLine::with(wanted);
         line.ask(Command::Watch(1));
         line.ask(Command::Start);
         line.pass(0.001);
@@ -464,11 +434,7 @@ fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
         }
         assert!(line.is_driven());
         // In the middle of a request, and from then on noise.
-        let framed = frame(&Request {
-            id: 1,
-            command: Command::Target(1.0),
-        });
-        let framed = framed.expect("it fits");
+        let framed = request_bytes(1, Command::Target(1.0));
         line.send(&framed[..random.below(framed.len() as u32) as usize]);
         let cut = line.now;
         while line.is_driven() {
@@ -489,9 +455,7 @@ fn a_line_that_is_cut_anywhere_ends_the_run_in_time() {
 fn lost_doubled_or_changed_bytes_move_nothing_without_an_order() {
     let mut random = Random(99);
     for _ in 0..100 {
-        let (mut drive, _) = Drive::on_bench(&SERVO);
-        drive.done(Command::Configure(fast()));
-        let mut line = OnLine::new(drive);
+        let mut line = OnLine::with(fast());
         for _ in 0..40 {
             let command = match random.below(6) {
                 0 => Command::Show,
@@ -501,8 +465,7 @@ fn lost_doubled_or_changed_bytes_move_nothing_without_an_order() {
                 4 => Command::Configure(fast()),
                 _ => Command::Target(1.0),
             };
-            let framed = frame(&Request { id: 3, command });
-            for &byte in framed.expect("it fits").iter() {
+            for byte in request_bytes(3, command) {
                 match random.below(50) {
                     0 => {}
                     1 => line.send(&[byte, byte]),

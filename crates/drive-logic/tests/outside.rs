@@ -6,7 +6,7 @@ use core::f64::consts::TAU;
 
 use drive_link::{Command, Fault, Home, Refusal, Settings, State, TargetSource};
 use identifier_core::parameters::ServoParameters;
-use support::commission::{ORDER, over};
+use support::commission::{ORDER, commission, over};
 use support::drive::{Drive, snapshots};
 use support::{Bench, COUNTS, HOMING, still};
 
@@ -33,8 +33,7 @@ fn running(settings: Settings) -> (Drive, &'static Bench) {
     drive.done(Command::Configure(settings));
     // Steps before the start do not count.
     bench.steps.set(Some(5000));
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Start, 10);
     (drive, bench)
 }
 
@@ -48,10 +47,8 @@ fn step(drive: &mut Drive, each: i16, samples: u32) {
 
 /// The reference, rad from the origin.
 fn reference(drive: &mut Drive) -> f64 {
-    drive.done(Command::Watch(1));
-    let shown = snapshots(&drive.pass(2));
-    drive.done(Command::Watch(0));
-    drive.pass(1);
+    let shown = snapshots(&drive.order(Command::Watch(1), 2));
+    drive.order(Command::Watch(0), 1);
     shown[0].reference.into()
 }
 
@@ -121,10 +118,8 @@ fn steps_that_are_too_fast_are_a_fault_and_a_burst_is_none() {
         let state = drive.state();
         assert!(matches!(state, State::Faulted(_)), "{state:?}");
         assert_eq!(bench.held.get(), None);
-        drive.done(Command::Clear);
-        drive.pass(1);
-        drive.done(Command::Start);
-        drive.pass(5);
+        drive.order(Command::Clear, 1);
+        drive.order(Command::Start, 5);
     }
 }
 
@@ -152,8 +147,7 @@ fn steps_beyond_the_travel_and_steps_that_are_unclear_are_faults() {
     drive.done(Command::Clear);
     bench.steps.set(None);
     drive.pass(2);
-    drive.done(Command::Start);
-    drive.pass(100);
+    drive.order(Command::Start, 100);
     assert_eq!(drive.state(), State::Running);
 }
 
@@ -210,8 +204,7 @@ fn after_a_commissioning_steps_count_from_where_it_stands() {
     let (mut drive, _) = running(followed(TargetSource::Steps { step: STEP }));
     step(&mut drive, 2, 500);
     drive.pass(1000);
-    drive.done(Command::Commission(ORDER));
-    over(&mut drive);
+    commission(&mut drive, ORDER);
     assert_eq!(drive.state(), State::Running);
     drive.pass(3000);
     let rest = reference(&mut drive);
@@ -227,8 +220,7 @@ fn after_a_commissioning_steps_count_from_where_it_stands() {
 fn steps_that_come_during_a_commissioning_are_said() {
     for (each, samples) in [(1, 100), (-1, 1), (i16::MIN, 2)] {
         let (mut drive, bench) = running(followed(TargetSource::Steps { step: STEP }));
-        drive.done(Command::Commission(ORDER));
-        drive.pass(300);
+        drive.order(Command::Commission(ORDER), 300);
         step(&mut drive, each, samples);
         over(&mut drive);
         drive.pass(10);
@@ -238,10 +230,8 @@ fn steps_that_come_during_a_commissioning_are_said() {
             "{each} {samples}"
         );
         assert_eq!(bench.held.get(), None);
-        drive.done(Command::Clear);
-        drive.pass(1);
-        drive.done(Command::Start);
-        drive.pass(10);
+        drive.order(Command::Clear, 1);
+        drive.order(Command::Start, 10);
         let rest = reference(&mut drive);
         step(&mut drive, 2, 50);
         drive.pass(1000);

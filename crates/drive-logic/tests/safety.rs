@@ -16,10 +16,10 @@ use support::commission::ORDER;
 use support::drive::{Drive, SERVO, snapshots};
 use support::{Bench, COUNTS, Flash, SAMPLE_TIME, first_contact, settings, still};
 
-/// A drive that runs with these settings.
-fn running(servo: &ServoParameters, settings: Settings) -> (Drive, &'static Bench) {
+/// A drive that has run with these settings for some samples.
+fn running(servo: &ServoParameters, settings: Settings, samples: u32) -> (Drive, &'static Bench) {
     let (mut drive, bench) = Drive::on_bench(servo);
-    drive.run(settings);
+    drive.run_for(settings, samples);
     (drive, bench)
 }
 
@@ -34,33 +34,19 @@ fn samples_until_disabled(drive: &mut Drive, most: u32) -> Option<u32> {
 #[test]
 fn nothing_moves_before_the_servo_is_configured() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    {
-        let mut drive = Drive::as_it_comes(bench, &flash);
-        assert!(!drive.status().configured);
-        assert_eq!(drive.refusal(Command::Start), Refusal::NotConfigured);
-        drive.pass(100);
-        assert_eq!(bench.held.get(), None);
-        drive.done(Command::Configure(settings()));
-        assert!(drive.status().configured);
-        drive.done(Command::Save);
-    }
+    let mut drive = Drive::as_it_comes(bench, &flash);
+    assert!(!drive.status().configured);
+    assert_eq!(drive.refusal(Command::Start), Refusal::NotConfigured);
+    drive.pass(100);
+    assert_eq!(bench.held.get(), None);
+    drive.done(Command::Configure(settings()));
+    assert!(drive.status().configured);
+    drive.done(Command::Save);
     // The saved settings are in force after a reboot.
     let mut drive = Drive::as_it_comes(bench, &flash);
     assert!(drive.status().configured);
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Start, 10);
     assert!(bench.held.get().is_some());
-}
-
-#[test]
-fn a_fault_found_at_boot_is_known_before_the_first_sample() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let mut drive = Drive::booted_with(bench, &flash, Err(Fault::SelfTestFailed));
-    assert_eq!(drive.status().state, State::Faulted(Fault::SelfTestFailed));
-    assert_eq!(
-        drive.refusal(Command::Start),
-        Refusal::Faulted(Fault::SelfTestFailed)
-    );
 }
 
 #[test]
@@ -83,8 +69,7 @@ fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
     assert_eq!(drive.state(), State::Disabled);
 
     // A running one, with a full queue of reports that are not read.
-    drive.done(Command::Start);
-    drive.pass(50);
+    drive.order(Command::Start, 50);
     assert!(bench.held.get().is_some());
     for _ in 0..100 {
         drive.sample();
@@ -100,17 +85,14 @@ fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
 
 #[test]
 fn a_stop_then_a_start_leave_the_servo_running_and_the_reverse_releases_it() {
-    let (mut drive, bench) = running(&SERVO, settings());
-    drive.pass(10);
+    let (mut drive, bench) = running(&SERVO, settings(), 10);
     drive.done(Command::Stop);
     assert_eq!(drive.refusal(Command::Start), Refusal::Running);
     drive.pass(2);
     drive.done(Command::Start);
-    drive.done(Command::Stop);
-    drive.pass(3);
+    drive.order(Command::Stop, 3);
     assert_eq!(bench.held.get(), None);
-    drive.done(Command::Start);
-    drive.pass(3);
+    drive.order(Command::Start, 3);
     assert!(bench.held.get().is_some());
 }
 
@@ -120,7 +102,7 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
         let mut wanted = still();
         wanted.protection.link_timeout = 0.3;
         wanted.protection.stop_time = 0.2;
-        let (mut drive, bench) = running(&SERVO, wanted);
+        let (mut drive, bench) = running(&SERVO, wanted, 0);
         if moving {
             drive.done(Command::Target(40.0));
         }
@@ -160,7 +142,7 @@ fn only_a_host_that_drives_keeps_a_run_alive() {
     ] {
         let mut wanted = still();
         wanted.protection.link_timeout = 0.3;
-        let (mut drive, _) = running(&SERVO, wanted);
+        let (mut drive, _) = running(&SERVO, wanted, 0);
         for _ in 0..20 {
             drive.pass(100);
             drive.ask(command);
@@ -178,15 +160,13 @@ fn a_start_that_finds_no_room_can_be_ordered_again() {
     }
     assert_eq!(drive.refusal(Command::Start), Refusal::Busy);
     drive.pass(10);
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Start, 10);
     assert_eq!(drive.state(), State::Running);
 }
 
 #[test]
 fn what_asks_for_a_servo_at_rest_is_refused_until_a_stop_is_obeyed() {
-    let (mut drive, _) = running(&SERVO, still());
-    drive.pass(10);
+    let (mut drive, _) = running(&SERVO, still(), 10);
     drive.done(Command::Stop);
     for command in [Command::Save, Command::Configure(still())] {
         assert_eq!(drive.refusal(command), Refusal::Running);
@@ -205,8 +185,7 @@ fn a_servo_on_its_way_to_rest_takes_no_target() {
     let mut wanted = still();
     wanted.protection.duration = 1.0;
     wanted.protection.stop_time = 0.4;
-    let (mut drive, bench) = running(&SERVO, wanted);
-    drive.pass(1001);
+    let (mut drive, bench) = running(&SERVO, wanted, 1001);
     for _ in 0..10 {
         // With any answer.
         drive.ask(Command::Target(40.0));
@@ -218,21 +197,10 @@ fn a_servo_on_its_way_to_rest_takes_no_target() {
 }
 
 #[test]
-fn a_timeout_of_zero_disables_the_link_watchdog() {
-    let mut wanted = still();
-    wanted.protection.link_timeout = 0.0;
-    let (mut drive, bench) = running(&SERVO, wanted);
-    drive.pass(100_000);
-    assert_eq!(drive.state(), State::Running);
-    assert!(bench.held.get().is_some());
-}
-
-#[test]
 fn a_run_ends_by_itself_when_its_time_is_over() {
     let mut wanted = settings();
     wanted.protection.duration = 2.0;
-    let (mut drive, bench) = running(&SERVO, wanted);
-    drive.pass(1999);
+    let (mut drive, bench) = running(&SERVO, wanted, 1999);
     assert_eq!(drive.state(), State::Running);
     let samples = samples_until_disabled(&mut drive, 502).expect("within the stop time");
     assert!(samples < 400, "it is at rest before the stop time is over");
@@ -244,26 +212,11 @@ fn a_run_ends_by_itself_when_its_time_is_over() {
 }
 
 #[test]
-fn travel_and_speed_are_watched_in_every_sample() {
-    // The axis is turned by hand, slowly enough for a small position error. So the following error is disabled here:
-    // only the travel can end the run.
-    let mut wanted = still();
-    wanted.protection.following_error = 2.0;
-    wanted.protection.travel = [-1.0, 1.0];
-    wanted.protection.speed = 1e4;
-    let (mut drive, bench) = running(&SERVO, wanted);
-    drive.pass(10);
-    bench.plant.borrow_mut().position = 0.99;
-    drive.pass(1);
-    bench.plant.borrow_mut().position = 1.01;
-    drive.pass(2);
-    assert_eq!(drive.state(), State::Faulted(Fault::TravelLeft));
-
+fn the_speed_is_watched_in_every_sample() {
     for (speed, fault) in [(9.0, None), (11.0, Some(Fault::SpeedExceeded))] {
         let mut wanted = still();
         wanted.protection.speed = 10.0;
-        let (mut drive, bench) = running(&SERVO, wanted);
-        drive.pass(10);
+        let (mut drive, bench) = running(&SERVO, wanted, 10);
         let mut at = 0.0;
         for _ in 0..20 {
             at += speed * SAMPLE_TIME;
@@ -281,7 +234,7 @@ fn an_axis_held_by_hand_is_no_silent_encoder_until_its_error_is_too_large() {
     let mut wanted = still();
     wanted.protection.following_error = 0.2;
     wanted.protection.travel = [-0.5, 0.5];
-    let (mut drive, bench) = running(&SERVO, wanted);
+    let (mut drive, bench) = running(&SERVO, wanted, 0);
     let hand = |drive: &mut Drive, to: f64, samples: u32| {
         for _ in 0..samples {
             bench.hold_at(to);
@@ -308,8 +261,7 @@ fn an_axis_that_friction_holds_is_no_silent_encoder() {
         wanted.dither.amplitude = dither;
         wanted.protection.following_error = 0.2;
         wanted.protection.travel = [-1.0, 1.0];
-        let (mut drive, bench) = running(&servo, wanted);
-        drive.pass(20_000);
+        let (drive, bench) = running(&servo, wanted, 20_000);
         assert_eq!(drive.state(), State::Running, "{dither} rad");
         assert!(bench.held.get().is_some());
     }
@@ -362,77 +314,46 @@ fn the_largest_dither_that_is_allowed_does_not_fault() {
     wanted.dither.amplitude = 0.1;
     wanted.protection.following_error = 0.3;
     wanted.protection.travel = [-0.2, 0.2];
-    let (mut drive, bench) = running(&SERVO, wanted);
-    drive.pass(60_000);
+    let (drive, bench) = running(&SERVO, wanted, 60_000);
     assert_eq!(drive.state(), State::Running);
     assert!(bench.held.get().is_some());
 }
 
 #[test]
 fn a_fault_keeps_the_estimates_and_the_next_run_starts_from_them() {
-    let (mut drive, bench) = running(&SERVO, settings());
-    drive.pass(20_000);
-    bench.plant.borrow_mut().position += 6.3;
-    drive.pass(2);
-    assert_eq!(drive.state(), State::Faulted(Fault::FollowingError));
-    let learnt = drive.supervisor.estimates().expect("learnt");
-    assert!((learnt.servo.b / SERVO.b - 1.0).abs() < 0.01, "{learnt:?}");
-    drive.done(Command::Save);
-
-    let saved = drive.supervisor.estimates();
-    drive.done(Command::Clear);
-    drive.pass(1);
-    drive.done(Command::Watch(1));
-    drive.done(Command::Start);
-    let first = *snapshots(&drive.pass(2)).first().expect("shown");
-    assert!(
-        (first.estimates.servo.b / learnt.servo.b - 1.0).abs() < 1e-3,
-        "{first:?}"
-    );
-    drive.done(Command::Stop);
-    drive.pass(2);
-
-    // The same settings keep the learnt estimates, those of another servo discard them.
-    drive.done(Command::Configure(settings()));
-    assert!(
-        drive.supervisor.estimates().is_some(),
-        "the servo is the same"
-    );
-    let mut other = settings();
-    other.closed_loop.core.identifier.initial.b = Some(200.0);
-    drive.done(Command::Configure(other));
-    assert_eq!(drive.supervisor.estimates(), None);
-    assert!(saved.is_some());
-}
-
-#[test]
-fn the_first_run_after_a_loss_of_power_starts_from_the_kept_estimates() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let learnt = {
-        let mut drive = Drive::boot(bench, &flash);
-        drive.done(Command::Start);
-        drive.pass(20_000);
-        drive.done(Command::Stop);
-        drive.pass(1);
+    for loses_power in [false, true] {
+        let (mut drive, bench) = running(&SERVO, settings(), 20_000);
+        bench.plant.borrow_mut().position += 6.3;
+        drive.pass(2);
+        assert_eq!(drive.state(), State::Faulted(Fault::FollowingError));
+        let learnt = drive.supervisor.estimates().expect("learnt").servo.b;
+        assert!((learnt / SERVO.b - 1.0).abs() < 0.01, "{learnt}");
         drive.done(Command::Save);
-        drive.supervisor.estimates().expect("learnt")
-    };
-    let bench = Bench::new(&SERVO);
-    let mut drive = Drive::boot(bench, &Flash::with(flash.bytes.borrow().clone()));
-    drive.done(Command::Watch(1));
-    drive.done(Command::Start);
-    let first = *snapshots(&drive.pass(2)).first().expect("shown");
-    assert!(
-        (first.estimates.servo.b / learnt.servo.b - 1.0).abs() < 1e-3,
-        "{first:?}"
-    );
+        if loses_power {
+            drive = drive.rebooted();
+        } else {
+            drive.order(Command::Clear, 1);
+        }
+        drive.done(Command::Watch(1));
+        let shown = snapshots(&drive.order(Command::Start, 2));
+        let first = shown.first().expect("shown").estimates.servo.b;
+        assert!((first / learnt - 1.0).abs() < 1e-3, "{first} {learnt}");
+        drive.order(Command::Stop, 2);
+
+        // The same settings keep the learnt estimates, those of another servo discard them.
+        drive.done(Command::Configure(settings()));
+        assert!(drive.supervisor.estimates().is_some());
+        let mut other = settings();
+        other.closed_loop.core.identifier.initial.b = Some(200.0);
+        drive.done(Command::Configure(other));
+        assert_eq!(drive.supervisor.estimates(), None);
+    }
 }
 
 #[test]
 fn a_limit_switch_that_bounces_for_a_sample_is_no_fault_and_one_that_opens_is() {
     for (open, fault) in [(1, None), (2, Some(Fault::LimitSwitch))] {
-        let (mut drive, bench) = running(&SERVO, settings());
-        drive.pass(100);
+        let (mut drive, bench) = running(&SERVO, settings(), 100);
         for _ in 0..5 {
             drive.lines(|lines| lines.low_switch = false);
             drive.pass(open);
@@ -446,21 +367,18 @@ fn a_limit_switch_that_bounces_for_a_sample_is_no_fault_and_one_that_opens_is() 
 
 #[test]
 fn a_background_that_hangs_is_left_to_the_watchdog() {
-    let (mut drive, _) = running(&SERVO, settings());
-    drive.pass(100);
+    let (mut drive, _) = running(&SERVO, settings(), 100);
     // Driven, for a tenth of a second at most; released, for five.
     let driven = drive.fed_while_hanging(1000);
     assert!((49..=100).contains(&driven), "{driven}");
-    drive.done(Command::Stop);
-    drive.pass(3000);
+    drive.order(Command::Stop, 3000);
     let disabled = drive.fed_while_hanging(20_000);
     assert!((2499..=5000).contains(&disabled), "{disabled}");
     // A time, not a number of samples: at twenty times the rate it is twenty times as many.
     let mut fast = settings();
     fast.dither.amplitude = 0.0;
     fast.closed_loop.core.sample_time = 5e-5;
-    drive.done(Command::Configure(fast));
-    drive.pass(60_000);
+    drive.order(Command::Configure(fast), 60_000);
     let disabled = drive.fed_while_hanging(400_000);
     assert!((49_999..=100_000).contains(&disabled), "{disabled}");
     // As soon as the background runs again, the watchdog is fed again.
@@ -470,8 +388,7 @@ fn a_background_that_hangs_is_left_to_the_watchdog() {
 
 #[test]
 fn late_samples_in_a_row_or_every_other_one_are_a_fault_and_each_is_reported() {
-    let (mut drive, bench) = running(&SERVO, settings());
-    drive.pass(100);
+    let (mut drive, bench) = running(&SERVO, settings(), 100);
     let late = |drive: &mut Drive, samples: u32| {
         bench.late.set(true);
         drive.pass(samples);
@@ -487,17 +404,13 @@ fn late_samples_in_a_row_or_every_other_one_are_a_fault_and_each_is_reported() {
     assert_eq!(drive.state(), State::Faulted(Fault::Overrun));
     assert_eq!(drive.status().overruns, 13);
     // The next run counts from zero.
-    drive.done(Command::Clear);
-    drive.pass(1);
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Clear, 1);
+    drive.order(Command::Start, 10);
     late(&mut drive, 1);
-    drive.done(Command::Stop);
-    drive.pass(1);
+    drive.order(Command::Stop, 1);
     assert_eq!(drive.status().overruns, 1);
     // Seven, of which every other one is late.
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Start, 10);
     for _ in 0..3 {
         late(&mut drive, 1);
         drive.pass(1);
@@ -510,7 +423,7 @@ fn late_samples_in_a_row_or_every_other_one_are_a_fault_and_each_is_reported() {
 
 #[test]
 fn the_status_has_the_cycles_of_the_last_interrupt_and_of_the_longest_since_the_start() {
-    let (mut drive, bench) = running(&SERVO, settings());
+    let (mut drive, bench) = running(&SERVO, settings(), 0);
     assert_eq!(drive.status().interrupt_cycles, None, "no counter runs");
     // It wraps.
     for taken in [300, 500, 400] {
@@ -519,10 +432,8 @@ fn the_status_has_the_cycles_of_the_last_interrupt_and_of_the_longest_since_the_
     }
     let cycles = |last, longest| Some(InterruptCycles { last, longest });
     assert_eq!(drive.status().interrupt_cycles, cycles(400, 500));
-    drive.done(Command::Stop);
-    drive.pass(1);
-    drive.done(Command::Start);
-    drive.pass(10);
+    drive.order(Command::Stop, 1);
+    drive.order(Command::Start, 10);
     assert_eq!(drive.status().interrupt_cycles, cycles(400, 400));
 }
 
@@ -531,8 +442,7 @@ fn as_many_late_samples_as_are_configured_are_a_fault() {
     for overruns in [1, 2, 5] {
         let mut wanted = still();
         wanted.protection.overruns = overruns;
-        let (mut drive, bench) = running(&SERVO, wanted);
-        drive.pass(10);
+        let (mut drive, bench) = running(&SERVO, wanted, 10);
         bench.late.set(true);
         drive.pass(u32::from(overruns) - 1);
         assert_eq!(drive.state(), State::Running);
@@ -607,12 +517,10 @@ fn the_smaller_limit_of_the_command_is_the_one_that_a_stall_is_judged_by() {
         let controller = wanted.closed_loop.core.controller.as_mut();
         let controller = controller.expect("there is one");
         (controller.limit, controller.ki) = (limit, 0.0);
-        let (mut drive, _) = running(&servo, wanted);
-        drive.pass(10);
+        let (mut drive, _) = running(&servo, wanted, 10);
         for sign in [1.0, -1.0] {
             if drive.state() == State::Running {
-                drive.done(Command::Target(sign * 0.25));
-                drive.pass(1000);
+                drive.order(Command::Target(sign * 0.25), 1000);
             }
         }
         let wanted = fault.map_or(State::Running, State::Faulted);
@@ -622,8 +530,7 @@ fn the_smaller_limit_of_the_command_is_the_one_that_a_stall_is_judged_by() {
 
 #[test]
 fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
-    let (mut drive, bench) = running(&SERVO, still());
-    drive.pass(10);
+    let (mut drive, bench) = running(&SERVO, still(), 10);
     bench.stage_works.set(false);
     drive.sample();
     assert_eq!(bench.held.get(), None);
@@ -631,15 +538,12 @@ fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
 
 #[test]
 fn the_estimator_that_needs_no_guess_starts_from_kept_estimates() {
-    let (mut drive, bench) = running(&SERVO, first_contact());
-    drive.pass(5000);
+    let (mut drive, bench) = running(&SERVO, first_contact(), 5000);
     for _ in 0..2 {
-        drive.done(Command::Stop);
-        drive.pass(2);
+        drive.order(Command::Stop, 2);
         let learnt = drive.supervisor.estimates().expect("learnt");
         assert!((learnt.servo.b / SERVO.b - 1.0).abs() < 0.01, "{learnt:?}");
-        drive.done(Command::Start);
-        drive.pass(5000);
+        drive.order(Command::Start, 5000);
     }
     assert!(bench.held.get().is_some());
 }
@@ -652,18 +556,15 @@ fn an_output_that_cannot_be_disabled_is_a_fault_in_every_state() {
     bench.releases.set(false);
     drive.pass(2);
     assert_eq!(drive.state(), failed);
-    drive.done(Command::Clear);
-    drive.pass(5);
+    drive.order(Command::Clear, 5);
     assert_eq!(drive.state(), failed);
     bench.releases.set(true);
-    drive.done(Command::Clear);
-    drive.pass(5);
+    drive.order(Command::Clear, 5);
     assert_eq!(drive.state(), State::Disabled);
     // At the end of a run whose time is over, if only in that sample.
     let mut short = settings();
     short.protection.duration = 0.05;
-    drive.run(short);
-    drive.pass(20);
+    drive.run_for(short, 20);
     bench.releases.set(false);
     while bench.held.get().is_some() {
         drive.sample();
@@ -685,8 +586,7 @@ fn a_travel_has_two_ends_and_ends_a_run_at_each_of_them() {
         wanted.protection.travel = [-0.05, 1.5];
         wanted.protection.following_error = 1.55;
         wanted.protection.speed = 1e4;
-        let (mut drive, bench) = running(&SERVO, wanted);
-        drive.pass(10);
+        let (mut drive, bench) = running(&SERVO, wanted, 10);
         for far in [-0.06, 1.6, f64::NAN] {
             let within = [-0.05, 1.5];
             assert_eq!(
@@ -786,10 +686,8 @@ fn an_order_from_within_the_travel_is_refused_if_it_leaves_it_from_there() {
     let mut wanted = still();
     wanted.protection.travel = [-2.0, 2.0];
     wanted.protection.following_error = 2.0;
-    drive.run(wanted);
-    drive.pass(10);
-    drive.done(Command::Target(1.5));
-    drive.pass(3000);
+    drive.run_for(wanted, 10);
+    drive.order(Command::Target(1.5), 3000);
     let mut order = ORDER;
     order.limits.travel = [-1.0, 1.0];
     let refused = drive.not_allowed(Command::Commission(order));
@@ -844,12 +742,10 @@ fn an_axis_that_moves_is_not_driven_and_its_speed_is_said() {
     }
     // Stopped in motion, it is known to move at once.
     let (mut drive, bench) = Drive::on_bench(&FREE);
-    drive.run(still());
-    drive.pass(10);
+    drive.run_for(still(), 10);
     bench.plant.borrow_mut().velocity = 90.0;
     drive.pass(2);
-    drive.done(Command::Stop);
-    drive.pass(1);
+    drive.order(Command::Stop, 1);
     bench.plant.borrow_mut().velocity = 90.0;
     drive.pass(1);
     assert!(matches!(

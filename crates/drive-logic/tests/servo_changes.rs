@@ -3,9 +3,9 @@
 mod support;
 
 use commissioning::Phase;
-use drive_link::{Command, Report, ServoChanges, Settings, State, Why};
+use drive_link::{Command, Report, ServoChanges, Settings, State};
 use identifier_core::reason::Reason;
-use support::commission::{ORDER, SERVO, changed, outcome, over};
+use support::commission::{ORDER, SERVO, changed, commission};
 use support::drive::Drive;
 use support::{first_contact, settings};
 
@@ -20,11 +20,9 @@ fn examined(servo_changes: ServoChanges) -> Settings {
 /// Commissions the servo, and closes the loop with its gains.
 fn commissioned(drive: &mut Drive, servo_changes: ServoChanges) {
     drive.done(Command::Configure(examined(servo_changes)));
-    drive.done(Command::Commission(ORDER));
-    over(drive);
-    assert_eq!(outcome(drive).commissioning.phase, Phase::Applied);
-    drive.done(Command::Start);
-    drive.pass(10);
+    let phase = commission(drive, ORDER).commissioning.phase;
+    assert_eq!(phase, Phase::Applied);
+    drive.order(Command::Start, 10);
 }
 
 /// Moves to and fro; the changes of the statuses that no request asked for.
@@ -92,30 +90,11 @@ fn gains_that_were_given_prediction_nothing() {
 fn gains_that_are_given_after_a_commissioning_prediction_nothing() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
     commissioned(&mut drive, ServoChanges::Reported);
-    drive.done(Command::Stop);
-    drive.pass(10);
+    drive.order(Command::Stop, 10);
     let mut given = drive.shown();
     given.closed_loop.core.controller = settings().closed_loop.core.controller;
-    drive.run(given);
-    drive.pass(10);
+    drive.run_for(given, 10);
     bench.change(&changed(2.0, 1.0));
     moves(&mut drive, 15);
     assert_eq!(drive.status().servo_change, None);
-}
-
-#[test]
-fn a_estimator_without_standard_errors_is_refused() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    let mut wanted = examined(ServoChanges::Reported);
-    wanted.closed_loop.law = settings().closed_loop.law;
-    wanted.closed_loop.core.identifier = settings().closed_loop.core.identifier;
-    match drive.refusal(Command::Configure(wanted)) {
-        drive_link::Refusal::Setting(refused) => {
-            assert_eq!(
-                (refused.name.as_str(), refused.why),
-                ("servo_changes", Why::NotHere)
-            );
-        }
-        other => panic!("{other:?}"),
-    }
 }

@@ -6,7 +6,7 @@ use commissioning::{CommissionSettings, Phase};
 use drive_link::{Command, Fault, State};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::Goal;
-use support::commission::{ORDER, SERVO, outcome, over};
+use support::commission::{ORDER, SERVO, commission};
 use support::drive::Drive;
 use support::{SAMPLE_TIME, still};
 
@@ -18,13 +18,10 @@ const QUICK: CommissionSettings = CommissionSettings {
 
 /// A drive that was commissioned and runs with the new gains, without a dither.
 fn running(drive: &mut Drive) {
-    let settings = still();
-    drive.done(Command::Configure(settings));
-    drive.done(Command::Commission(QUICK));
-    over(drive);
-    assert_eq!(outcome(drive).commissioning.phase, Phase::Applied);
-    drive.done(Command::Start);
-    drive.pass(500);
+    drive.done(Command::Configure(still()));
+    let phase = commission(drive, QUICK).commissioning.phase;
+    assert_eq!(phase, Phase::Applied);
+    drive.order(Command::Start, 500);
     assert_eq!(drive.state(), State::Running);
 }
 
@@ -65,8 +62,7 @@ fn an_encoder_that_sticks_in_motion_disables_within_fifty_milliseconds() {
         for wait in (5..400).step_by(13) {
             let (mut drive, bench) = Drive::on_bench(&SERVO);
             running(&mut drive);
-            drive.done(Command::Target(target));
-            drive.pass(wait);
+            drive.order(Command::Target(target), wait);
             bench.stick();
             let (taken, fault) = fault_within(&mut drive, samples(0.05));
             assert!(
@@ -82,8 +78,7 @@ fn an_actuator_that_dies_or_turns_round_disables() {
     for b in [1e-3, -SERVO.b] {
         let (mut drive, bench) = Drive::on_bench(&SERVO);
         running(&mut drive);
-        drive.done(Command::Target(20.0));
-        drive.pass(300);
+        drive.order(Command::Target(20.0), 300);
         bench.change(&ServoParameters { b, ..SERVO });
         let (_, fault) = fault_within(&mut drive, samples(0.5));
         let named = [

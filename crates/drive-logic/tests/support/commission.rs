@@ -52,7 +52,7 @@ pub(crate) const PHASES: [Phase; 6] = [
 ];
 
 /// A harm, the number of its reason, and its fault, if it is one.
-pub(crate) const HARMS: [(Harm, u8, Option<Fault>); 7] = [
+pub(crate) const HARMS: [(Harm, u8, Option<Fault>); 8] = [
     (harms::stop, 170, None),
     (|drive| drive.ends_commissioning(Command::Start), 171, None),
     (
@@ -62,6 +62,7 @@ pub(crate) const HARMS: [(Harm, u8, Option<Fault>); 7] = [
     ),
     (harms::high_switch_opens, 11, Some(Fault::LimitSwitch)),
     (harms::amplifier_fails, 10, Some(Fault::AmplifierFault)),
+    (harms::supply_sags, 13, Some(Fault::SupplyLow)),
     (harms::samples_are_late, 30, None),
     (harms::encoder_fails, 20, Some(Fault::EncoderLost)),
 ];
@@ -95,12 +96,37 @@ pub(crate) fn over(drive: &mut Drive) -> Vec<Report> {
     panic!("the commissioning has no end: {:?}", drive.status());
 }
 
+/// Runs until it has ended: its outcome.
+pub(crate) fn ended(drive: &mut Drive) -> Outcome {
+    over(drive);
+    outcome(drive)
+}
+
+/// A whole one: its outcome.
+pub(crate) fn commission(drive: &mut Drive, order: CommissionSettings) -> Outcome {
+    drive.done(Command::Commission(order));
+    ended(drive)
+}
+
+/// Begins one, and runs until it reports a phase.
+pub(crate) fn commission_until(drive: &mut Drive, order: CommissionSettings, phase: Phase) {
+    drive.done(Command::Commission(order));
+    until(drive, phase);
+}
+
+/// The end of one that was aborted for a reason.
+pub(crate) const fn aborted(reason: Reason) -> Commissioning {
+    Commissioning {
+        phase: Phase::Aborted,
+        reason: Some(reason),
+    }
+}
+
 /// Sends nothing more: the stage is disabled, and state and outcome give the reason.
 pub(crate) fn link_falls_silent(drive: &mut Drive, bench: &Bench, phase: Phase) {
-    over(drive);
+    let reason = ended(drive).commissioning.reason;
     assert_eq!(bench.held.get(), None, "{phase:?}");
     assert_eq!(drive.state(), State::Faulted(Fault::LinkLost), "{phase:?}");
-    let reason = outcome(drive).commissioning.reason;
     assert_eq!(reason, Some(Reason::LinkLost), "{phase:?}");
 }
 

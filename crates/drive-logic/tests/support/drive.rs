@@ -23,6 +23,7 @@ pub(crate) struct Drive {
     pub(crate) sampler: Sampler<'static>,
     pub(crate) supervisor: Supervisor<'static, Flash>,
     pub(crate) bench: &'static Bench,
+    pub(crate) flash: Flash,
     pub(crate) listener: Option<LineListener<'static>>,
     id: u8,
 }
@@ -74,14 +75,20 @@ impl Drive {
     ) -> Self {
         let (background, interrupt, line) = Box::leak(Box::new(Channel::new())).split();
         let memory = Box::leak(Box::new(Memory::new()));
-        let flash = (flash.clone(), 0);
+        let records = (flash.clone(), 0);
         Self {
             sampler: Sampler::new(interrupt, found),
-            supervisor: Supervisor::new(background, memory, flash, &settings(), stage, found),
+            supervisor: Supervisor::new(background, memory, records, &settings(), stage, found),
             bench,
+            flash: flash.clone(),
             listener: Some(LineListener::new(line)),
             id: 0,
         }
+    }
+
+    /// The drive on the same bench after its power was off.
+    pub(crate) fn rebooted(&self) -> Self {
+        Self::boot(self.bench, &self.flash)
     }
 
     /// A line that this drive listens to whenever its background looks at it.
@@ -149,10 +156,21 @@ impl Drive {
         assert_eq!(self.refusal(command), Refusal::EndedCommissioning);
     }
 
+    /// Has a command done, and runs samples: the reports.
+    pub(crate) fn order(&mut self, command: Command, samples: u32) -> Vec<Report> {
+        self.done(command);
+        self.pass(samples)
+    }
+
     /// Starts a run with these settings.
     pub(crate) fn run(&mut self, settings: Settings) {
+        self.run_for(settings, 0);
+    }
+
+    /// The same, with its first samples: their reports.
+    pub(crate) fn run_for(&mut self, settings: Settings, samples: u32) -> Vec<Report> {
         self.done(Command::Configure(settings));
-        self.done(Command::Start);
+        self.order(Command::Start, samples)
     }
 
     /// Runs one sample and leaves its reports in the queue.

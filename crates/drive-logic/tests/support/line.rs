@@ -2,7 +2,12 @@
 
 use std::collections::VecDeque;
 
-use drive_link::Line;
+use drive_link::{Command, Line, Request, frame};
+
+/// A request as a host frames it.
+pub(crate) fn request_bytes(id: u8, command: Command) -> Vec<u8> {
+    frame(&Request { id, command }).expect("it fits").to_vec()
+}
 
 /// Bytes that the firmware's queues hold.
 pub(crate) const ROOM: usize = 2047;

@@ -145,6 +145,11 @@ impl Flash {
         flash
     }
 
+    /// Its content, with power.
+    pub(crate) fn powered_again(&self) -> Self {
+        Self::with(self.bytes.borrow().clone())
+    }
+
     fn step(&self) -> Result<(), PowerGone> {
         let Some(left) = self.steps_left.get().checked_sub(1) else {
             self.refused.set(self.refused.get() + 1);
