@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::thread;
 
+use crate::command::root;
 use crate::elf::Elf;
 use crate::{emulator, firmware, interrupt, lead, listing};
 
@@ -158,12 +159,12 @@ fn rows() -> Vec<(&'static str, Vec<Vec<String>>)> {
 }
 
 fn read(file: &str) -> Result<String, String> {
-    let path = firmware::root().join(file);
+    let path = root().join(file);
     std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 fn write(file: &str, text: &str) -> Result<(), String> {
-    let path = firmware::root().join(file);
+    let path = root().join(file);
     std::fs::write(&path, text)
         .map_err(|error| format!("{} cannot be written: {error}", path.display()))
 }

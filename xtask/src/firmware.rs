@@ -2,8 +2,8 @@
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
+use crate::command::{self, built, root, run};
 use crate::emulator;
 use crate::seal::seal;
 
@@ -12,13 +12,6 @@ pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The board without room for commissioning and terms.
 const SMALL_BOARD: &str = "black-pill-f401cc";
-
-/// The root of the workspace.
-pub(crate) fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .unwrap_or_else(|| Path::new("."))
-}
 
 /// Builds and seals the drive with some features, one of them its board, and returns its file. Of a board with room it has
 /// every part. It links only without a panic.
@@ -121,29 +114,11 @@ fn release(folder: &Path, what: &[&str]) -> Result<(), String> {
     cargo(folder, "build", what)
 }
 
-/// Runs `cargo build` or `cargo rustc` for a release in a folder.
+/// Runs `cargo build` or `cargo rustc` for a release in a folder, whose settings may name a target.
 fn cargo(folder: &Path, verb: &str, what: &[&str]) -> Result<(), String> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let status = Command::new(cargo)
-        .current_dir(folder)
-        .args([verb, "--release", "--locked", "--target-dir"])
-        .arg(built())
+    let mut cargo = command::cargo(verb);
+    run(cargo
+        .args(["--release", "--locked"])
         .args(what)
-        .status()
-        .map_err(|error| format!("cargo does not start: {error}"))?;
-    if status.success() {
-        Ok(())
-    } else {
-        Err(format!(
-            "cargo {verb} {} fails in {}",
-            what.join(" "),
-            folder.display()
-        ))
-    }
-}
-
-/// The folder of cargo's output.
-pub(crate) fn built() -> PathBuf {
-    // Joining leaves a path alone that is absolute.
-    root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
+        .current_dir(folder))
 }

@@ -1,6 +1,7 @@
 //! Checks of the firmware on emulated chips, and its costs.
 
 mod budget;
+mod command;
 mod drive;
 mod elf;
 mod emulator;

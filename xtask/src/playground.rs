@@ -5,9 +5,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use crate::firmware::built;
+use crate::command::{add_target, built, cargo, root, run};
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
@@ -16,9 +15,8 @@ const MAX_PAGE: usize = 430_000;
 
 /// Builds the page into a folder, as `index.html`.
 pub(crate) fn build(folder: &Path) -> Result<(), String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let module = without_custom_sections(&module(&root)?)?;
-    let parts = root.join("docs/playground");
+    let module = without_custom_sections(&module()?)?;
+    let parts = root().join("docs/playground");
     let read = |name: &str| {
         let path = parts.join(name);
         fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
@@ -55,47 +53,17 @@ pub(crate) fn usual_folder() -> PathBuf {
 }
 
 /// Builds the module.
-fn module(root: &Path) -> Result<Vec<u8>, String> {
+fn module() -> Result<Vec<u8>, String> {
     // No path of this machine is in the page, so that every machine builds the same.
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")));
     let home = home.ok_or("neither CARGO_HOME nor HOME is set")?;
     let flags = format!("--remap-path-prefix={}=cargo", home.display());
-    let run = |program: &str, words: &[&str]| -> Result<String, String> {
-        let command = format!("{program} {}", words.join(" "));
-        let output = Command::new(program)
-            .args(words)
-            .current_dir(root)
-            .env("CARGO_ENCODED_RUSTFLAGS", &flags)
-            .stderr(std::process::Stdio::inherit())
-            .output()
-            .map_err(|error| format!("{command}: {error}"))?;
-        if !output.status.success() {
-            return Err(format!("{command}: {}", output.status));
-        }
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    };
-    let installed = run("rustup", &["target", "list", "--installed"])?;
-    if !installed.lines().any(|line| line == TARGET) {
-        run("rustup", &["target", "add", TARGET])?;
-    }
-    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
-    run(
-        &cargo,
-        &[
-            "rustc",
-            "--quiet",
-            "--locked",
-            "--package",
-            "playground",
-            "--crate-type",
-            "cdylib",
-            "--profile",
-            "playground",
-            "--target",
-            TARGET,
-        ],
-    )?;
+    add_target(TARGET)?;
+    let build = "rustc --quiet --locked --package playground --crate-type cdylib --profile playground --target";
+    run(cargo(build)
+        .arg(TARGET)
+        .env("CARGO_ENCODED_RUSTFLAGS", &flags))?;
     let file = built().join(TARGET).join("playground/playground.wasm");
     fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))
 }

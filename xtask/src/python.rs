@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::firmware::{built, root};
+use crate::command::{built, root, run};
 
 /// The package.
 const PACKAGE: &str = "crates/identifier-py";
@@ -103,15 +103,6 @@ pub(crate) fn wheel(environment: &Path, options: &[&str]) -> Result<PathBuf, Str
     }
     println!("{}: {bytes} bytes", wheel.display());
     Ok(wheel)
-}
-
-pub(crate) fn run(command: &mut Command) -> Result<(), String> {
-    let name = command.get_program().display().to_string();
-    match command.status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("{name} fails ({status})")),
-        Err(error) => Err(format!("{name} does not start ({error})")),
-    }
 }
 
 fn only_file(folder: &Path) -> Result<PathBuf, String> {

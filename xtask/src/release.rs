@@ -6,8 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::firmware::{built, root};
-use crate::python::run;
+use crate::command::{add_target, built, cargo, root, run};
 use crate::{playground, python};
 
 /// The log that a part is tried with, and a name for it elsewhere.
@@ -189,27 +188,10 @@ fn alone(program: &Path, folder: &Path, words: &str) -> Command {
     command
 }
 
-fn cargo(words: &str) -> Command {
-    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo
-        .args(words.split_whitespace())
-        .current_dir(root())
-        .env("CARGO_TARGET_DIR", built());
-    cargo
-}
-
 fn python3(words: &str) -> Command {
     let mut python = Command::new("python3");
     python.args(words.split_whitespace());
     python
-}
-
-fn add_target(target: &str) -> Result<(), String> {
-    // Of the compiler that the project names.
-    let mut rustup = Command::new("rustup");
-    run(rustup
-        .args(["--quiet", "target", "add", target])
-        .current_dir(root()))
 }
 
 fn is_there(program: &Path) -> bool {

@@ -3,6 +3,7 @@
 use host_sim::scenario::{Arithmetic, Purpose, Scenario};
 use host_sim::simulate;
 
+use crate::command::root;
 use crate::{emulator, firmware};
 
 /// The scenario that the firmware's constants were made from.
@@ -31,8 +32,8 @@ pub(crate) fn check() -> Result<(), String> {
 }
 
 fn on_pc(arithmetic: Arithmetic) -> Result<String, String> {
-    let mut scenario = Scenario::load(&firmware::root().join(SCENARIO), Purpose::Run)
-        .map_err(|error| error.to_string())?;
+    let mut scenario =
+        Scenario::load(&root().join(SCENARIO), Purpose::Run).map_err(|error| error.to_string())?;
     scenario.identifier.arithmetic = arithmetic;
     let mut last = None;
     simulate::run(&scenario, &mut |sample| last = Some(sample.estimates))
