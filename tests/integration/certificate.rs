@@ -8,7 +8,7 @@ use identifier_core::stability::SampledLoop;
 use identifier_core::stability::{Certificate, ParameterRange};
 use identifier_log::result::Summary;
 use identifier_log::verdict::Status;
-use integration_tests::{Random, environment, in_parallel, run, servo};
+use integration_tests::{Random, factor, in_parallel, run, servo};
 use servo_id::paper::{self, Case, Method};
 
 /// A random parameter range.
@@ -89,16 +89,11 @@ fn search(seed: u32, count: usize, excess: (f64, f64)) -> Vec<(Scenario, Summary
     let mut random = Random::new(seed);
     let mut scenarios = Vec::new();
     while scenarios.len() < count {
-        let factor = random.log_uniform(excess.0, excess.1);
-        scenarios.extend(random_scenario(&mut random, factor));
+        let excess = random.log_uniform(excess.0, excess.1);
+        scenarios.extend(random_scenario(&mut random, excess));
     }
     let summaries = in_parallel(&scenarios, run);
     scenarios.into_iter().zip(summaries).collect()
-}
-
-/// Factor of a campaign on the usual number of runs: `CAMPAIGN=10` for three hundred.
-fn factor() -> usize {
-    environment("CAMPAIGN").unwrap_or(1)
 }
 
 fn error_of_b(summary: &Summary) -> f64 {
@@ -144,7 +139,7 @@ fn assert_honest(scenario: &Scenario, summary: &Summary) {
 #[test]
 fn no_certified_and_sampled_stable_case_diverges() {
     let mut ample: usize = 0;
-    for (scenario, summary) in search(1000, 30 * factor(), (0.1, 10.0)) {
+    for (scenario, summary) in search(1000, 30 * factor::<usize>(), (0.1, 10.0)) {
         assert_honest(&scenario, &summary);
         if summary.outcome.gain_margin < Some(SampledLoop::AMPLE_GAIN_MARGIN) {
             continue;
@@ -157,7 +152,7 @@ fn no_certified_and_sampled_stable_case_diverges() {
         );
     }
     assert!(
-        3 * ample > 30 * factor(),
+        3 * ample > 30 * factor::<usize>(),
         "{ample} have an ample gain margin"
     );
 }
@@ -165,9 +160,9 @@ fn no_certified_and_sampled_stable_case_diverges() {
 #[test]
 fn a_far_too_large_gain_is_never_wrongly_called_converged() {
     let mut converged: usize = 0;
-    for (scenario, summary) in search(2000, 24 * factor(), (10.0, 1000.0)) {
+    for (scenario, summary) in search(2000, 24 * factor::<usize>(), (10.0, 1000.0)) {
         assert_honest(&scenario, &summary);
         converged += usize::from(summary.status() == Status::Converged);
     }
-    assert!(converged > 6 * factor(), "{converged}");
+    assert!(converged > 6 * factor::<usize>(), "{converged}");
 }

@@ -3,7 +3,7 @@
 use host_sim::scenario::Scenario;
 use identifier_core::parameters::Parameter;
 use identifier_log::result::Summary;
-use integration_tests::{Random, environment, in_parallel, parse, run, servo};
+use integration_tests::{Random, factor, in_parallel, parse, run, servo};
 
 /// The paper's servo and loop under noise of its own for each run, from an initial b̂.
 fn scenarios(runs: usize, initial_b: f64, extra: &str) -> Vec<Scenario> {
@@ -30,11 +30,6 @@ fn scenarios(runs: usize, initial_b: f64, extra: &str) -> Vec<Scenario> {
         .collect()
 }
 
-/// Factor of a campaign on the usual number of runs: `CAMPAIGN=5`.
-fn factor() -> usize {
-    environment("CAMPAIGN").unwrap_or(1)
-}
-
 fn without_friction(mut scenarios: Vec<Scenario>) -> Vec<Scenario> {
     for scenario in &mut scenarios {
         scenario
@@ -48,7 +43,7 @@ fn without_friction(mut scenarios: Vec<Scenario>) -> Vec<Scenario> {
 #[test]
 fn it_settles_within_a_second_and_a_half_from_far_below_and_far_above() {
     for initial_b in [50.0, 2000.0] {
-        let scenarios = without_friction(scenarios(15 * factor(), initial_b, ""));
+        let scenarios = without_friction(scenarios(15 * factor::<usize>(), initial_b, ""));
         for (scenario, summary) in scenarios.iter().zip(in_parallel(&scenarios, run)) {
             let settled = |time: Option<f64>| time.unwrap_or(f64::INFINITY);
             assert!(
@@ -80,7 +75,7 @@ fn covered(summaries: &[Summary], parameter: Parameter) -> usize {
 
 #[test]
 fn standard_errors_cover_the_truth() {
-    let runs = 40 * factor();
+    let runs = 40 * factor::<usize>();
     let scenarios = scenarios(runs, 50.0, "coulomb = 10.0");
     let summaries = in_parallel(&scenarios, run);
     let found = [

@@ -6,15 +6,10 @@ use host_sim::scenario::{Estimator, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::PerParameter;
 use identifier_log::result::Summary;
-use integration_tests::{Random, environment, in_parallel, run, servo};
+use integration_tests::{Random, factor, in_parallel, run, servo};
 use servo_id::paper::{self, Case, Method};
 
 const SERVOS: usize = 50;
-
-/// Factor of a campaign on the usual number of servos.
-fn factor() -> usize {
-    environment("CAMPAIGN").unwrap_or(1)
-}
 
 /// Servos of the parameter range a ∈ [0, 50], b ∈ [110, 1000], |d| ≤ 40 under the paper's PID, each with a reference of
 /// its own; Γ is chosen automatically, for all of them from the paper's reference.
@@ -24,7 +19,7 @@ fn scenarios() -> Vec<Scenario> {
     let base = base.with_gamma_chosen();
     assert!(base.stated.identifier.gamma.is_some());
     let mut random = Random::new(200);
-    (0..SERVOS * factor())
+    (0..SERVOS * factor::<usize>())
         .map(|_| {
             let mut scenario = base.clone();
             let servo = servo(&mut scenario);
@@ -102,7 +97,7 @@ fn every_servo_of_the_range_is_identified_with_one_automatic_gain() {
         assert!(a < 1.0, "{:?}: â {:?}", summary.truth, summary.estimates.a);
         assert!(b < 0.2, "{:?}: b̂ {:?}", summary.truth, summary.estimates.b);
     }
-    if factor() == 1 {
+    if factor::<usize>() == 1 {
         insta::assert_snapshot!(table);
     }
 }

@@ -24,6 +24,12 @@ pub fn environment<T: std::str::FromStr>(variable: &str) -> Option<T> {
     std::env::var(variable).ok()?.parse().ok()
 }
 
+/// Factor of a campaign on the usual number of runs: `CAMPAIGN=10` for ten times as many.
+#[must_use]
+pub fn factor<T: std::str::FromStr + From<u8>>() -> T {
+    environment("CAMPAIGN").unwrap_or_else(|| T::from(1))
+}
+
 /// A seeded stream of random numbers, the same on every machine.
 #[derive(Debug, Clone, Copy)]
 pub struct Random(NormalSource);

@@ -24,11 +24,6 @@ const DEFAULT_FACTOR: f64 = 8.0;
 /// Servos of every test run, each of which keeps its limits.
 const FEW: usize = 16;
 
-/// Factor of a campaign on the usual number of servos.
-pub(super) fn factor() -> f64 {
-    environment("CAMPAIGN").unwrap_or(1.0)
-}
-
 /// The seed of the servos: set another one for servos on which no constant was chosen.
 fn seed() -> u32 {
     environment("CAMPAIGN_SEED").unwrap_or(15)

@@ -8,9 +8,8 @@ use host_sim::commission::Recorded;
 use host_sim::scenario::Scenario;
 use identifier_core::reason::Reason;
 use identifier_log::verdict::Cause;
-use integration_tests::in_parallel;
+use integration_tests::{factor, in_parallel};
 
-use super::campaign::factor;
 use super::judged::{Judged, observed};
 use super::servos::{KINDS, Kind};
 
@@ -168,7 +167,7 @@ fn a_servo_that_is_not_the_model_is_applied_only_where_the_prediction_is_kept() 
         "servo", "effect", "size", "kept", "broken", "named"
     );
     let mut faults = Vec::new();
-    let seeds: Vec<u32> = (1..=(SEEDS * factor()).ceil().max(1.0) as u32).collect();
+    let seeds: Vec<u32> = (1..=(SEEDS * factor::<f64>()).ceil().max(1.0) as u32).collect();
     let (mut named, mut refused) = (0, 0);
     for kind in &KINDS {
         for effect in effects(kind) {

@@ -1,12 +1,7 @@
-//! The servos of the campaigns, and the number of their runs.
+//! The servos of the campaigns.
 
 use host_sim::scenario::Scenario;
-use integration_tests::{environment, parse};
-
-/// Factor of a campaign on the usual number of runs: `CAMPAIGN=10` for ten times as many.
-pub(super) fn factor() -> u32 {
-    environment("CAMPAIGN").unwrap_or(1)
-}
+use integration_tests::parse;
 
 /// A kind of servo, with its usual motion.
 #[derive(Debug, Clone, Copy)]

@@ -1,9 +1,9 @@
 //! One effect at a time on three servos: without its term a wrong result is not called converged.
 
 use identifier_log::verdict::Status;
-use integration_tests::{in_parallel, run};
+use integration_tests::{factor, in_parallel, run};
 
-use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
+use super::campaign::{ALL_FOUR, KINDS, Kind};
 
 /// Effects of a usual size: their names, and their lines in `[plant]`.
 fn effects(kind: &Kind) -> Vec<(&'static str, String)> {
@@ -39,7 +39,7 @@ fn effects(kind: &Kind) -> Vec<(&'static str, String)> {
 fn check(mut kind: Kind) {
     // Travel separates gravity from load.
     kind.duration = kind.duration.max(6.0);
-    let seeds: Vec<u32> = (1..=factor()).collect();
+    let seeds: Vec<u32> = (1..=factor::<u32>()).collect();
     for (name, plant) in effects(&kind) {
         for summary in in_parallel(&seeds, |&seed| run(&kind.run(seed, &plant, "", ALL_FOUR))) {
             let truth = summary.truth.expect("known");

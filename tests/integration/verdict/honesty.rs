@@ -4,9 +4,9 @@ use host_sim::scenario::Scenario;
 use identifier_core::parameters::Parameter;
 use identifier_log::result::Summary;
 use identifier_log::verdict::Status;
-use integration_tests::{Random, in_parallel, run};
+use integration_tests::{Random, factor, in_parallel, run};
 
-use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
+use super::campaign::{ALL_FOUR, KINDS, Kind};
 
 /// The estimators under test; the gradient has a parameter range about the servo.
 const ESTIMATORS: [&str; 3] = [
@@ -95,7 +95,9 @@ fn amiss(random: &mut Random) -> (Kind, Scenario) {
 #[test]
 fn a_result_called_converged_is_right() {
     let mut random = Random::new(77);
-    let runs: Vec<(Kind, Scenario)> = (0..14 * factor()).map(|_| amiss(&mut random)).collect();
+    let runs: Vec<(Kind, Scenario)> = (0..14 * factor::<u32>())
+        .map(|_| amiss(&mut random))
+        .collect();
     let found = in_parallel(&runs, |(kind, scenario)| (*kind, run(scenario)));
     let mut statuses = std::collections::BTreeMap::<&str, [u32; 2]>::new();
     for (kind, summary) in &found {
@@ -115,7 +117,7 @@ fn a_result_called_converged_is_right() {
 #[test]
 fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
     let mut random = Random::new(5);
-    let runs: Vec<(Kind, Scenario)> = (0..18 * factor())
+    let runs: Vec<(Kind, Scenario)> = (0..18 * factor::<u32>())
         .map(|_| {
             let kind = drawn(&mut random);
             let load = random.uniform(-0.1, 0.1) * kind.b * kind.command;
@@ -172,7 +174,7 @@ fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
 #[test]
 fn encoder_errors_alone_raise_no_alarm() {
     let mut random = Random::new(11);
-    let runs: Vec<(Kind, &str, Scenario)> = (0..6 * factor())
+    let runs: Vec<(Kind, &str, Scenario)> = (0..6 * factor::<u32>())
         .flat_map(|_| {
             let kind = drawn(&mut random);
             let count = std::f64::consts::TAU / kind.counts;

@@ -8,10 +8,10 @@ use identifier_core::parameters::Parameter;
 use identifier_log::log::Log;
 use identifier_log::result::Summary;
 use identifier_log::verdict::Status;
-use integration_tests::{Random, in_parallel};
+use integration_tests::{Random, factor, in_parallel};
 use servo_id::csv;
 
-use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
+use super::campaign::{ALL_FOUR, KINDS, Kind};
 
 /// The scenario of a replay that takes gains and counts for this; without the recorded command the
 /// declared controller computes one.
@@ -87,7 +87,7 @@ fn is_wrong(summary: &Summary, kind: &Kind) -> bool {
 #[test]
 fn a_wrong_result_of_a_wrong_declaration_is_not_called_converged() {
     let mut random = Random::new(31);
-    let cases: Vec<(Kind, &str, u32, Scenario)> = (0..6 * factor())
+    let cases: Vec<(Kind, &str, u32, Scenario)> = (0..6 * factor::<u32>())
         .flat_map(|number| {
             let kind = Kind {
                 duration: 5.0,

@@ -6,9 +6,9 @@ use host_sim::scenario::Scenario;
 use identifier_log::result::Summary;
 use identifier_log::verdict::Cause;
 use identifier_log::verdict::Status;
-use integration_tests::{in_parallel, run};
+use integration_tests::{factor, in_parallel, run};
 
-use super::campaign::{ALL_FOUR, KINDS, Kind, factor};
+use super::campaign::{ALL_FOUR, KINDS, Kind};
 
 /// An effect of a servo as it is usual in size.
 fn effects(kind: &Kind) -> Vec<(Cause, String)> {
@@ -76,7 +76,8 @@ fn check(kind: &Kind, effects: &[(Cause, String)]) {
     let runs: Vec<(Cause, Scenario)> = effects
         .iter()
         .flat_map(|(cause, plant)| {
-            (1..=factor()).map(move |seed| (*cause, kind.run(1000 + seed, plant, "", ALL_FOUR)))
+            (1..=factor::<u32>())
+                .map(move |seed| (*cause, kind.run(1000 + seed, plant, "", ALL_FOUR)))
         })
         .collect();
     let found = in_parallel(&runs, |(cause, scenario)| (*cause, run(scenario)));

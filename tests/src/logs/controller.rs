@@ -34,18 +34,6 @@ pub enum Controller {
     },
 }
 
-impl Controller {
-    /// Its name.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::Pid { .. } => "pid",
-            Self::Cascade { .. } => "cascade",
-            Self::Relay { .. } => "relay",
-        }
-    }
-}
-
 /// A controller at work.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ControlLoop {

@@ -50,59 +50,36 @@ pub enum Effect {
 }
 
 impl Effect {
-    /// All of them.
-    pub const ALL: [Self; 22] = [
-        Self::Delay,
-        Self::CurrentLoop,
-        Self::Asymmetry,
-        Self::QuadraticFriction,
-        Self::LowSpeedFriction,
-        Self::Gravity,
-        Self::Ripple,
-        Self::TorqueRipple,
-        Self::DeadBand,
-        Self::LoadDependentFriction,
-        Self::HiddenLimit,
-        Self::GainAsymmetry,
-        Self::GainDrift,
-        Self::FrictionDrift,
-        Self::Resonance,
-        Self::Backlash,
-        Self::InertiaVariation,
-        Self::Noise,
-        Self::Eccentricity,
-        Self::Shift,
-        Self::LoadSteps,
-        Self::Jitter,
+    /// All of them, with their names.
+    pub const NAMES: [(Self, &'static str); 22] = [
+        (Self::Delay, "delay"),
+        (Self::CurrentLoop, "current-loop"),
+        (Self::Asymmetry, "asymmetry"),
+        (Self::QuadraticFriction, "quadratic-friction"),
+        (Self::LowSpeedFriction, "low-speed-friction"),
+        (Self::Gravity, "gravity"),
+        (Self::Ripple, "ripple"),
+        (Self::TorqueRipple, "torque-ripple"),
+        (Self::DeadBand, "dead-band"),
+        (Self::LoadDependentFriction, "load-dependent-friction"),
+        (Self::HiddenLimit, "hidden-limit"),
+        (Self::GainAsymmetry, "gain-asymmetry"),
+        (Self::GainDrift, "gain-drift"),
+        (Self::FrictionDrift, "friction-drift"),
+        (Self::Resonance, "resonance"),
+        (Self::Backlash, "backlash"),
+        (Self::InertiaVariation, "inertia-variation"),
+        (Self::Noise, "noise"),
+        (Self::Eccentricity, "eccentricity"),
+        (Self::Shift, "shift"),
+        (Self::LoadSteps, "load-steps"),
+        (Self::Jitter, "jitter"),
     ];
 
     /// Its name.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Delay => "delay",
-            Self::CurrentLoop => "current-loop",
-            Self::Asymmetry => "asymmetry",
-            Self::QuadraticFriction => "quadratic-friction",
-            Self::LowSpeedFriction => "low-speed-friction",
-            Self::Gravity => "gravity",
-            Self::Ripple => "ripple",
-            Self::TorqueRipple => "torque-ripple",
-            Self::DeadBand => "dead-band",
-            Self::LoadDependentFriction => "load-dependent-friction",
-            Self::HiddenLimit => "hidden-limit",
-            Self::GainAsymmetry => "gain-asymmetry",
-            Self::GainDrift => "gain-drift",
-            Self::FrictionDrift => "friction-drift",
-            Self::Resonance => "resonance",
-            Self::Backlash => "backlash",
-            Self::InertiaVariation => "inertia-variation",
-            Self::Noise => "noise",
-            Self::Eccentricity => "eccentricity",
-            Self::Shift => "shift",
-            Self::LoadSteps => "load-steps",
-            Self::Jitter => "jitter",
-        }
+        Self::NAMES[self as usize].1
     }
 
     /// True if the command's constant magnitude hides it: b is then smaller, and nothing contradicts.

@@ -51,18 +51,6 @@ pub enum Reference {
 }
 
 impl Reference {
-    /// Its name.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::Noise { .. } => "noise",
-            Self::Steps { .. } => "steps",
-            Self::Chirp { .. } => "chirp",
-            Self::Trapezoids { .. } => "trapezoids",
-            Self::Binary { .. } => "prbs",
-        }
-    }
-
     /// Its values at some samples from zero on, rad.
     pub(super) fn values(&self, samples: usize, sample_time: f64, random: &mut Random) -> Vec<f64> {
         match *self {
