@@ -65,53 +65,33 @@ impl Settings {
     /// From values in the order of the fields; none for another number of them or an unknown reference.
     #[must_use]
     pub fn from_values(values: &[f64]) -> Option<Self> {
-        let &[
-            a,
-            b,
-            coulomb,
-            load,
-            load_step,
-            delay,
-            resonance,
-            inertia_ratio,
-            counts_per_rev,
-            limit,
-            kp,
-            ki,
-            kd,
-            sample_time,
-            cutoff,
-            reference,
-            amplitude,
-            period,
-            duration,
-            seed,
-        ] = values
-        else {
+        const REFERENCES: [Reference; 3] = [Reference::Noise, Reference::Sines, Reference::Square];
+        if values.len() != Self::COUNT {
             return None;
-        };
-        let references = [Reference::Noise, Reference::Sines, Reference::Square];
+        }
+        let mut rest = values.iter().copied();
+        let mut next = || rest.next();
         Some(Self {
             servo: ServoParameters {
-                a,
-                b,
-                coulomb,
-                load,
+                a: next()?,
+                b: next()?,
+                coulomb: next()?,
+                load: next()?,
             },
-            load_step,
-            delay,
-            resonance,
-            inertia_ratio,
-            counts_per_rev,
-            limit,
-            gains: [kp, ki, kd],
-            sample_time,
-            cutoff,
-            reference: *references.get(reference as usize)?,
-            amplitude,
-            period,
-            duration,
-            seed,
+            load_step: next()?,
+            delay: next()?,
+            resonance: next()?,
+            inertia_ratio: next()?,
+            counts_per_rev: next()?,
+            limit: next()?,
+            gains: [next()?, next()?, next()?],
+            sample_time: next()?,
+            cutoff: next()?,
+            reference: *REFERENCES.get(next()? as usize)?,
+            amplitude: next()?,
+            period: next()?,
+            duration: next()?,
+            seed: next()?,
         })
     }
 
