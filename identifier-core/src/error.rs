@@ -5,9 +5,10 @@ use core::fmt;
 /// A configuration value outside its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct OutOfRange {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct OutOfRange<Name = &'static str> {
     /// The parameter's name, as in the documentation of the configuration.
-    pub parameter: &'static str,
+    pub parameter: Name,
     /// The value given, in the parameter's SI unit.
     pub value: f64,
     /// The values that are accepted.
@@ -17,6 +18,7 @@ pub struct OutOfRange {
 /// The range of a configuration value. Every range excludes NaN and the infinities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Allowed {
     /// Any finite number.
     Finite,
@@ -71,11 +73,7 @@ impl Allowed {
         if self.holds(value) {
             Ok(value)
         } else {
-            Err(OutOfRange {
-                parameter,
-                value,
-                allowed: self,
-            })
+            Err(OutOfRange::new(parameter, value, self))
         }
     }
 }
@@ -92,6 +90,7 @@ impl fmt::Display for Allowed {
                 write!(f, "a number above {} and below {}", Plain(low), Plain(high))
             }
             Self::PositiveUpTo(high) => write!(f, "a number above 0 and at most {}", Plain(high)),
+            Self::Within(only, high) if only.to_bits() == high.to_bits() => Plain(only).fmt(f),
             Self::Within(low, high) => write!(f, "a number from {} to {}", Plain(low), Plain(high)),
             Self::MultipleOf(step) => write!(f, "a whole multiple of {}", Plain(step)),
         }
@@ -114,10 +113,28 @@ impl fmt::Display for Plain {
     }
 }
 
-impl fmt::Display for OutOfRange {
+impl<Name> OutOfRange<Name> {
+    /// A parameter's value and its range.
+    #[must_use]
+    pub const fn new(parameter: Name, value: f64, allowed: Allowed) -> Self {
+        Self {
+            parameter,
+            value,
+            allowed,
+        }
+    }
+
+    /// The same with the name in another form.
+    #[must_use]
+    pub fn renamed<To>(self, rename: impl FnOnce(Name) -> To) -> OutOfRange<To> {
+        OutOfRange::new(rename(self.parameter), self.value, self.allowed)
+    }
+}
+
+impl<Name: fmt::Display> fmt::Display for OutOfRange<Name> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
-            parameter,
+            ref parameter,
             value,
             allowed,
         } = *self;
@@ -150,7 +167,7 @@ impl fmt::Display for Nearest {
     }
 }
 
-impl core::error::Error for OutOfRange {}
+impl<Name: fmt::Debug + fmt::Display> core::error::Error for OutOfRange<Name> {}
 
 /// Why a sample was rejected. The state is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

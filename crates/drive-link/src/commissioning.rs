@@ -4,10 +4,13 @@ use commissioning::{Phase, TrialResult};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
 use identifier_core::settings::ControllerSettings;
-use identifier_core::tuning::Tuning;
+use identifier_core::tuning::{Tuning, TuningError};
 use serde::{Deserialize, Serialize};
 
-use crate::no_gains::NoGains;
+use crate::settings::Name;
+
+/// The reason for which a commissioning found no gains, with the sufficient figure.
+pub type NoGains = TuningError<Name>;
 
 /// A commissioning under way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

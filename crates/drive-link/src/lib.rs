@@ -15,12 +15,11 @@ mod guidance;
 mod line;
 mod message;
 mod motion_record;
-mod no_gains;
 mod record;
 mod settings;
 mod term_sizes;
 
-pub use commissioning::{Commissioning, Gains, Origin, Outcome, Progress};
+pub use commissioning::{Commissioning, Gains, NoGains, Origin, Outcome, Progress};
 pub use frame::{
     FrameError, MAX_FRAME_BYTES, MAX_MESSAGE_BYTES, Message, Receiver, StopListener, frame,
 };
@@ -31,7 +30,6 @@ pub use message::{
     Noticed, PROTOCOL, Refusal, Report, Request, Snapshot, State, Status,
 };
 pub use motion_record::MotionRecord;
-pub use no_gains::NoGains;
 pub use record::{Commissioned, Record};
 pub use settings::{
     Dither, Estimator, HoldingBrake, LoopSettings, Name, NotAllowed, Protection, ServoChanges,

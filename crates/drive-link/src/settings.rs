@@ -1,16 +1,18 @@
 use core::fmt;
 
+use commissioning::CommissionError;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::Parameter;
-use identifier_core::settings::MatrixError;
-use identifier_core::settings::{ControllerSettings, GainError};
-use identifier_core::settings::{IdentifierSettings, ParameterRangeSettings, RangeSettings};
+use identifier_core::settings::{
+    ControllerSettings, GainError, IdentifierSettings, MatrixError, ParameterRangeSettings,
+    RangeSettings, SettingsError,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::guidance::{Homing, TargetSource};
 
 /// The name of a setting.
-pub type Name = heapless::String<24>;
+pub type Name = heapless::String<32>;
 
 /// Settings of a drive, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -343,12 +345,10 @@ pub struct NotAllowed {
 pub enum Why {
     /// It is out of its range.
     OutOfRange {
-        /// The given value; not a number for a setting of several.
+        /// The given value.
         given: f64,
-        /// The smallest allowed value; infinite if that end is open.
-        least: f64,
-        /// The largest allowed value; infinite if that end is open.
-        most: f64,
+        /// The range.
+        allowed: Allowed,
     },
     /// It contradicts another setting.
     TooSmallFor {
@@ -358,13 +358,6 @@ pub enum Why {
         least: f64,
         /// The other setting.
         other: Name,
-    },
-    /// The samples must be a whole number of the output stage's periods apart.
-    NotWhole {
-        /// The given value, s.
-        given: f64,
-        /// The period, s.
-        period: f64,
     },
     /// With it the sampled loop is unstable for some servo of the parameter range.
     Unstable {
@@ -404,27 +397,63 @@ impl NotAllowed {
             why,
         }
     }
+
+    /// For a setting that is too small for another.
+    #[must_use]
+    pub fn too_small(name: &str, given: f64, least: f64, other: &str) -> Self {
+        let other = Name::try_from(other).unwrap_or_default();
+        let why = Why::TooSmallFor {
+            given,
+            least,
+            other,
+        };
+        Self::new(name, why)
+    }
 }
 
-impl From<&OutOfRange> for NotAllowed {
-    fn from(error: &OutOfRange) -> Self {
-        let (least, most) = match error.allowed {
-            Allowed::Above(low) | Allowed::AtLeast(low) => (low, f64::INFINITY),
-            Allowed::Below(high) | Allowed::AtMost(high) => (f64::NEG_INFINITY, high),
-            Allowed::Between(low, high) | Allowed::Within(low, high) => (low, high),
-            Allowed::PositiveUpTo(high) => (0.0, high),
-            Allowed::Finite => (f64::NEG_INFINITY, f64::INFINITY),
-            Allowed::MultipleOf(period) => {
-                let given = error.value;
-                return Self::new(error.parameter, Why::NotWhole { given, period });
+impl From<OutOfRange> for NotAllowed {
+    fn from(error: OutOfRange) -> Self {
+        let (given, allowed) = (error.value, error.allowed);
+        Self::new(error.parameter, Why::OutOfRange { given, allowed })
+    }
+}
+
+impl From<SettingsError> for NotAllowed {
+    fn from(error: SettingsError) -> Self {
+        match error {
+            SettingsError::Range(error) => error.into(),
+            SettingsError::Certificate(error) => error.out_of_range().into(),
+            SettingsError::SampledLoop(error) => {
+                let given = error.sample_time;
+                Self::new("sample_time", Why::Unstable { given })
             }
+            SettingsError::Estimate(error) => error.out_of_range().into(),
+            SettingsError::NotGiven { setting } => Self::new(setting, Why::NotGiven),
+            SettingsError::Gamma(error) => Self::new("gamma", Why::Matrix(error)),
+            SettingsError::NoGamma(error) => Self::new("gamma", Why::NoGamma(error)),
+            SettingsError::NoSuchTerm { term } => Self::new(term.name(), Why::NotHere),
+            SettingsError::NoAmplifier { setting } => Self::new(setting, Why::NotHere),
+        }
+    }
+}
+
+impl From<CommissionError> for NotAllowed {
+    fn from(error: CommissionError) -> Self {
+        let counts = "encoder's counts";
+        let (parameter, value, most) = match error {
+            CommissionError::Range(error) => return error.into(),
+            CommissionError::TravelTooSmall { travel, needed } => {
+                return Self::too_small("travel", travel, needed, counts);
+            }
+            CommissionError::SpeedTooSmall { speed, needed } => {
+                return Self::too_small("speed", speed, needed, counts);
+            }
+            CommissionError::TooStrong {
+                sample_time, most, ..
+            } => ("sample_time", sample_time, most),
+            CommissionError::TooFast { bandwidth, most } => ("bandwidth", bandwidth, most),
         };
-        let why = Why::OutOfRange {
-            given: error.value,
-            least,
-            most,
-        };
-        Self::new(error.parameter, why)
+        OutOfRange::new(parameter, value, Allowed::PositiveUpTo(most)).into()
     }
 }
 
@@ -432,13 +461,7 @@ impl fmt::Display for NotAllowed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, why } = self;
         match why {
-            Why::OutOfRange { given, least, most } if least.to_bits() == most.to_bits() => {
-                write!(f, "{name} = {given} is not allowed: here it is {least}")
-            }
-            Why::OutOfRange { given, least, most } => write!(
-                f,
-                "{name} = {given} is not allowed: it must be from {least} to {most}"
-            ),
+            Why::OutOfRange { given, allowed } => OutOfRange::new(name, *given, *allowed).fmt(f),
             Why::TooSmallFor {
                 given,
                 least,
@@ -447,18 +470,6 @@ impl fmt::Display for NotAllowed {
                 f,
                 "{name} = {given} is too small for the {other}: it must be at least {least:.5}"
             ),
-            Why::NotWhole { given, period } => {
-                // A cast saturates.
-                let whole = ((given / period + 0.5) as u32).max(1);
-                let nearest = f64::from(whole) * period;
-                write!(
-                    f,
-                    "{name} = {given} is not allowed: it must be a multiple of {:.3} ms, the nearest is \
-                     {:.3} ms",
-                    1e3 * period,
-                    1e3 * nearest
-                )
-            }
             Why::Unstable { given } => write!(
                 f,
                 "with {name} = {given} the sampled loop is unstable for a servo of the parameter range: sample \

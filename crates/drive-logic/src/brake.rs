@@ -1,9 +1,9 @@
 //! The holding brake of an axis. The loop holds the axis while the brake opens or closes.
 
 use drive_link::{Ended, HoldingBrake, NotAllowed};
+use identifier_core::error::Allowed;
 use identifier_core::units::Units;
 
-use crate::conversion::out_of_range;
 use crate::time::samples;
 
 /// The longest times of a brake, samples.
@@ -39,10 +39,7 @@ impl BrakeTimes {
             return Ok(None);
         };
         for (name, time) in [("brake.opens", brake.opens), ("brake.closes", brake.closes)] {
-            // Not a number is in no range.
-            if !(0.0..=HoldingBrake::MAX_TIME).contains(&time) {
-                return Err(out_of_range(name, time, (0.0, HoldingBrake::MAX_TIME)));
-            }
+            Allowed::Within(0.0, HoldingBrake::MAX_TIME).check(name, time)?;
         }
         Ok(Some(Self {
             opens: samples(brake.opens, units),

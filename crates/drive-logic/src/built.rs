@@ -10,9 +10,6 @@ use drive_link::NotAllowed;
 #[cfg(any(not(feature = "commissioning"), not(feature = "terms")))]
 use drive_link::Why;
 
-#[cfg(any(not(feature = "commissioning"), not(feature = "terms")))]
-use crate::conversion::refusal;
-
 /// What only a drive that commissions its servo has. In another build there is no value of this type: it takes no memory,
 /// and what it would do no flash.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +31,7 @@ impl<T> Part<T> {
         #[cfg(not(feature = "commissioning"))]
         {
             let _ = make;
-            Err(refusal("commissioning", Why::NotBuilt))
+            Err(NotAllowed::new("commissioning", Why::NotBuilt))
         }
     }
 }
@@ -74,5 +71,5 @@ pub(crate) fn has_terms() -> Result<(), NotAllowed> {
     #[cfg(feature = "terms")]
     return Ok(());
     #[cfg(not(feature = "terms"))]
-    Err(refusal("terms", Why::NotBuilt))
+    Err(NotAllowed::new("terms", Why::NotBuilt))
 }

@@ -4,7 +4,7 @@ use commissioning::{
     CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, Decision, HoldingGains,
     Phase, RecordEvent,
 };
-use drive_link::{self, Ended, Fault, NoGains, NotAllowed, Outcome, Protection};
+use drive_link::{self, Ended, Fault, Name, NotAllowed, Outcome, Protection};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::reason::{Reason, StopCategory};
@@ -14,7 +14,6 @@ use crate::background_watch::DRIVEN_PATIENCE;
 use crate::brake::BrakeTimes;
 use crate::chip::Lines;
 use crate::closed_loop::{AT_REST, Handover};
-use crate::conversion;
 use crate::ending::{Deadline, Rest};
 use crate::protection::LineWatch;
 use crate::telemetry::CommissionSample;
@@ -75,10 +74,8 @@ impl Commissioning {
         before: Option<&HoldingGains>,
         protection: &Protection,
     ) -> Result<Self, NotAllowed> {
-        let refused = |error| conversion::not_commissioned(&error);
-        let commission = CommissionIsr::new(settings, before).map_err(refused)?;
-        let units = Units::new(settings.sample_time, settings.resolution)
-            .map_err(|error| conversion::not_allowed(error.into()))?;
+        let commission = CommissionIsr::new(settings, before)?;
+        let units = Units::new(settings.sample_time, settings.resolution)?;
         Ok(Self {
             state: commission.start(0, None),
             commission,
@@ -247,7 +244,9 @@ impl Commissioning {
             commissioning: drive_link::Commissioning { phase, reason },
             servo: state.servo().copied(),
             tuning: state.tuning().copied(),
-            no_gains: state.tuning_error().map(NoGains::from),
+            no_gains: state
+                .tuning_error()
+                .map(|error| error.renamed(|name| Name::try_from(name).unwrap_or_default())),
             trial: state.trial().copied(),
             noise: state.noise() * self.resolution,
             kept: false,

@@ -1,12 +1,11 @@
 //! Conversions between the core's values and the messages of the link.
 
-use commissioning::CommissionError;
-use drive_link::{Estimates, Name, NotAllowed, TermSizes, Why};
+use drive_link::{Estimates, NotAllowed, TermSizes};
+use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::identifier::Identify;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::{PerParameter, ServoParameters};
-use identifier_core::settings::{IdentifierSettings, SettingsError};
-use identifier_core::stability::CertificateError;
+use identifier_core::settings::IdentifierSettings;
 
 use crate::chip::OutputStage;
 
@@ -66,84 +65,6 @@ pub(crate) fn set_initial(known: &Estimates, identifier: &mut IdentifierSettings
     }
 }
 
-/// A refusal of the core as a message.
-pub(crate) fn not_allowed(error: SettingsError) -> NotAllowed {
-    match error {
-        SettingsError::Range(ref error) => error.into(),
-        SettingsError::Certificate(CertificateError::MuNotPositive { mu }) => {
-            out_of_range("mu", mu, (0.0, f64::INFINITY))
-        }
-        SettingsError::Certificate(CertificateError::DampingTooSmall { mu, mu_below, .. }) => {
-            out_of_range("mu", mu, (0.0, mu_below))
-        }
-        SettingsError::Certificate(CertificateError::ProportionalGainTooSmall {
-            kp,
-            kp_above,
-            ..
-        }) => out_of_range("kp", kp, (kp_above, f64::INFINITY)),
-        SettingsError::SampledLoop(error) => refusal(
-            "sample_time",
-            Why::Unstable {
-                given: error.sample_time,
-            },
-        ),
-        SettingsError::Estimate(error) => out_of_range("bounds.b", error.b, (0.0, error.stable)),
-        SettingsError::NotGiven { setting } => refusal(setting, Why::NotGiven),
-        SettingsError::Gamma(error) => refusal("gamma", Why::Matrix(error)),
-        SettingsError::NoGamma(error) => refusal("gamma", Why::NoGamma(error)),
-        SettingsError::NoSuchTerm { term } => refusal(term.name(), Why::NotHere),
-        SettingsError::NoAmplifier { setting } => refusal(setting, Why::NotHere),
-    }
-}
-
-/// A refusal of a commissioning as a message.
-pub(crate) fn not_commissioned(error: &CommissionError) -> NotAllowed {
-    match *error {
-        CommissionError::OutOfRange {
-            setting,
-            value,
-            needed,
-        } => {
-            let within = if needed < value {
-                (f64::NEG_INFINITY, needed)
-            } else {
-                (needed, f64::INFINITY)
-            };
-            out_of_range(setting, value, within)
-        }
-        CommissionError::TravelTooSmall { travel, needed } => {
-            too_small("travel", travel, needed, "encoder's counts")
-        }
-        CommissionError::SpeedTooSmall { speed, needed } => {
-            too_small("speed", speed, needed, "encoder's counts")
-        }
-        CommissionError::TooStrong {
-            sample_time, most, ..
-        } => out_of_range("sample_time", sample_time, (0.0, most)),
-        CommissionError::TooFast { bandwidth, most } => {
-            out_of_range("bandwidth", bandwidth, (0.0, most))
-        }
-    }
-}
-
-/// A setting out of its range as a message.
-pub(crate) fn out_of_range(name: &str, given: f64, (least, most): (f64, f64)) -> NotAllowed {
-    refusal(name, Why::OutOfRange { given, least, most })
-}
-
-/// A setting that contradicts another as a message.
-pub(crate) fn too_small(name: &str, given: f64, least: f64, other: &str) -> NotAllowed {
-    let other = Name::try_from(other).unwrap_or_default();
-    refusal(
-        name,
-        Why::TooSmallFor {
-            given,
-            least,
-            other,
-        },
-    )
-}
-
 /// # Errors
 /// The output stage cannot give these limits of a command.
 pub(crate) fn check_stage_limits(
@@ -151,9 +72,7 @@ pub(crate) fn check_stage_limits(
     stage: &OutputStage,
 ) -> Result<(), NotAllowed> {
     for (name, limit) in [("limit_high", high), ("limit_low", -low)] {
-        if limit > stage.full_scale {
-            return Err(out_of_range(name, limit, (0.0, stage.full_scale)));
-        }
+        Allowed::AtMost(stage.full_scale).check(name, limit)?;
     }
     Ok(())
 }
@@ -169,17 +88,9 @@ pub(crate) fn check_whole_periods(sample_time: f64, period: f64) -> Result<(), N
     if whole >= 1.0 && (periods - whole).abs() <= WHOLE_TOLERANCE {
         Ok(())
     } else {
-        let why = Why::NotWhole {
-            given: sample_time,
-            period,
-        };
-        Err(refusal("sample_time", why))
+        let allowed = Allowed::MultipleOf(period);
+        Err(OutOfRange::new("sample_time", sample_time, allowed).into())
     }
-}
-
-/// A setting that is refused as a message.
-pub(crate) fn refusal(name: &str, why: Why) -> NotAllowed {
-    NotAllowed::new(name, why)
 }
 
 #[cfg(test)]
@@ -189,7 +100,7 @@ mod tests {
     use std::string::ToString;
 
     use identifier_core::settings::GainError;
-    use identifier_core::settings::MatrixError;
+    use identifier_core::settings::{MatrixError, SettingsError};
 
     use super::*;
 
@@ -202,8 +113,11 @@ mod tests {
             }),
             SettingsError::NoGamma(GainError::AtRest),
             SettingsError::NotGiven { setting: "bounds" },
+            OutOfRange::new("feed_forward.coulomb_speed", -0.5, Allowed::Above(0.0)).into(),
+            OutOfRange::new("sample_time", 1.1e-4, Allowed::MultipleOf(5e-5)).into(),
+            OutOfRange::new("delay", f64::NAN, Allowed::Within(0.0, 0.006)).into(),
         ] {
-            assert_eq!(not_allowed(error).to_string(), error.to_string());
+            assert_eq!(NotAllowed::from(error).to_string(), error.to_string());
         }
     }
 

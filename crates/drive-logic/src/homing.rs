@@ -1,11 +1,11 @@
 //! The motion to the home position: to a switch, off it slowly, and to the switch's edge or the index pulse behind it.
 
 use drive_link::{Fault, NotAllowed, Settings};
+use identifier_core::error::Allowed;
 use identifier_core::number::Number;
 use identifier_core::units::Units;
 
 use crate::chip::Chip;
-use crate::conversion::out_of_range;
 use crate::index_watch::Revolutions;
 use crate::limits::AllowedRange;
 use crate::reference::{Dither, Reference};
@@ -87,27 +87,12 @@ impl Homing {
             settings.protection.speed,
         );
         let [low, high] = reach.ends();
-        let positive = f64::MIN_POSITIVE;
-        // Not a number is in no range.
-        for (name, value, (low, high)) in [
-            ("homing.seek", given.seek.abs(), (positive, most)),
-            (
-                "homing.approach",
-                given.approach,
-                (positive, given.seek.abs()),
-            ),
-            (
-                "homing.clearance",
-                given.clearance,
-                (positive, reach.width() / 2.0),
-            ),
-            // The home position is within the travel, as seen from the origin.
-            ("homing.offset", given.offset, (-high, -low)),
-        ] {
-            if !(low..=high).contains(&value) {
-                return Err(out_of_range(name, value, (low, high)));
-            }
-        }
+        let (seek, half) = (given.seek.abs(), reach.width() / 2.0);
+        Allowed::PositiveUpTo(most).check("homing.seek", seek)?;
+        Allowed::PositiveUpTo(seek).check("homing.approach", given.approach)?;
+        Allowed::PositiveUpTo(half).check("homing.clearance", given.clearance)?;
+        // The home position is within the travel, as seen from the origin.
+        Allowed::Within(-high, -low).check("homing.offset", given.offset)?;
         // Distances are within the travel, which is within what 32 bits hold.
         let counts = |radians: f64| (radians * units.position()) as i32;
         let speed = |speed: f64| f32::from_f64(speed * units.velocity());

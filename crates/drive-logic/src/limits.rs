@@ -3,8 +3,6 @@
 use drive_link::{NotAllowed, Settings, Why};
 use identifier_core::units::Units;
 
-use crate::conversion::refusal;
-
 /// Amplitudes of the dither by which targets stay within the travel.
 pub(crate) const AMPLITUDES_OF_TRAVEL: f64 = 2.0;
 
@@ -51,7 +49,7 @@ impl AllowedRange {
             Ok(Self(given))
         } else {
             let allowed = self.0;
-            Err(refusal(name, Why::BeyondDrive { given, allowed }))
+            Err(NotAllowed::new(name, Why::BeyondDrive { given, allowed }))
         }
     }
 

@@ -1,10 +1,10 @@
 //! Targets from outside: step pulses with a direction.
 
 use drive_link::{Fault, NotAllowed, Settings, TargetSource};
+use identifier_core::error::Allowed;
 use identifier_core::units::Units;
 
 use crate::chip::Chip;
-use crate::conversion::out_of_range;
 use crate::limits::AllowedRange;
 use crate::protection::is_within;
 use crate::reference::Reference;
@@ -49,10 +49,8 @@ impl Outside {
         };
         let reach = AllowedRange::of_targets(settings);
         let most = (reach.width() / 2.0).min(MAX_STEP_COUNTS * units.position_unit());
-        let size = step.abs();
-        if !(size > 0.0 && size <= most) {
-            return Err(out_of_range("source.step", step, (-most, most)));
-        }
+        Allowed::Within(-most, most).check("source.step", step)?;
+        Allowed::Above(0.0).check("source.step", step.abs())?;
         let counts = step * units.position();
         let pace = settings.protection.pace * units.velocity();
         let lag = pace * f64::from(samples(MAX_LAG, units)) + counts.abs() + 1.0;

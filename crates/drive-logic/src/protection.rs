@@ -3,13 +3,13 @@
 use commissioning::watch::LateSamples;
 use drive_link::{Dither, Ended, Fault, NotAllowed, Settings, Why};
 use identifier_core::control::ControlSample;
+use identifier_core::error::Allowed;
 use identifier_core::number::Number;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
 
 use crate::chip::Lines;
 use crate::closed_loop::Handover;
-use crate::conversion::{out_of_range, refusal, too_small};
 use crate::limits::{AMPLITUDES_OF_TRAVEL, AllowedRange};
 use crate::reference::MAX_DISTANCE_COUNTS;
 use crate::time::samples;
@@ -92,17 +92,6 @@ pub(crate) fn largest(units: &Units) -> [f64; 3] {
     ]
 }
 
-/// # Errors
-/// A limit that is not positive, or beyond the largest.
-pub(crate) fn check_limit(name: &str, value: f64, most: f64) -> Result<(), NotAllowed> {
-    // Not a number is none.
-    if value > 0.0 && value <= most {
-        Ok(())
-    } else {
-        Err(out_of_range(name, value, (0.0, most)))
-    }
-}
-
 impl Protection {
     /// The protection of a run with this controller.
     ///
@@ -118,16 +107,16 @@ impl Protection {
         let travel = AllowedRange::new(given.travel);
         if !(travel.contains(0.0) && travel.width() > 0.0) {
             let given = given.travel;
-            return Err(refusal("travel", Why::WithoutStart { given }));
+            return Err(NotAllowed::new("travel", Why::WithoutStart { given }));
         }
         let most = MAX_DISTANCE_COUNTS * units.position_unit();
-        if let Some(end) = travel.ends().into_iter().find(|end| end.abs() > most) {
-            return Err(out_of_range("travel", end, (-most, most)));
+        for end in travel.ends() {
+            Allowed::Within(-most, most).check("travel", end)?;
         }
         // The reference and the servo are within the travel: a larger error ends nothing.
         let largest_error = farthest.min(travel.width());
         if !(given.following_error > 0.0 && given.following_error <= farthest) {
-            check_limit("following_error", given.following_error, largest_error)?;
+            Allowed::PositiveUpTo(largest_error).check("following_error", given.following_error)?;
         }
         for (name, value, most) in [
             ("pace", given.pace, fastest),
@@ -136,7 +125,7 @@ impl Protection {
             ("stall_time", given.stall_time, longest),
             ("stop_time", given.stop_time, longest),
         ] {
-            check_limit(name, value, most)?;
+            Allowed::PositiveUpTo(most).check(name, value)?;
         }
         for (name, value, most) in [
             ("duration", given.duration, longest),
@@ -148,12 +137,10 @@ impl Protection {
         ] {
             // Zero is none.
             if value != 0.0 {
-                check_limit(name, value, most)?;
+                Allowed::PositiveUpTo(most).check(name, value)?;
             }
         }
-        if given.overruns == 0 {
-            return Err(out_of_range("overruns", 0.0, (1.0, 255.0)));
-        }
+        Allowed::Within(1.0, 255.0).check("overruns", given.overruns.into())?;
         let [low, high] = controller.limit;
         let limit = high.min(-low);
         let breakaway = given.breakaway * limit;
@@ -175,10 +162,10 @@ impl Protection {
             ("speed", given.speed, given.pace, "pace"),
         ] {
             if value < least * (1.0 - ROUNDING_OF_DECIMALS) {
-                return Err(too_small(name, value, least, other));
+                return Err(NotAllowed::too_small(name, value, least, other));
             }
         }
-        check_limit("following_error", given.following_error, largest_error)?;
+        Allowed::PositiveUpTo(largest_error).check("following_error", given.following_error)?;
         let of_dither = SHARE_OF_DITHER * controller.kp * amplitude;
         let stalls_at = if of_dither > 0.0 {
             breakaway.min(of_dither)

@@ -9,7 +9,7 @@ use drive_link::{
 };
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
-use identifier_core::error::OutOfRange;
+use identifier_core::error::Allowed;
 use identifier_core::identifier::{ExpectedMotion, NumberedBlock, Update};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::settings::ControllerSettings;
@@ -72,15 +72,14 @@ impl Run {
     pub(crate) fn new(settings: &Settings, stage: &OutputStage) -> Result<Self, NotAllowed> {
         let core = &settings.closed_loop.core;
         check_sample_time(core, stage)?;
-        let controller = core.own_controller().map_err(conversion::not_allowed)?;
-        let range = |error: OutOfRange| conversion::not_allowed(error.into());
-        controller.command_limit().map_err(range)?;
+        let controller = core.own_controller()?;
+        controller.command_limit()?;
         conversion::check_stage_limits(controller.limit, stage)?;
-        let units = core.units().map_err(range)?;
-        controller.reference_filter::<f32>(&units).map_err(range)?;
-        controller.notch::<f32>(&units).map_err(range)?;
+        let units = core.units()?;
+        controller.reference_filter::<f32>(&units)?;
+        controller.notch::<f32>(&units)?;
         let axis = axis(core, controller);
-        let watch = ServoWatch::new(&axis).map_err(range)?;
+        let watch = ServoWatch::new(&axis)?;
         let first_motion = FirstMotion::new(axis.command, core.sample_time);
         Ok(Self {
             watched: watch.start(),
@@ -88,7 +87,7 @@ impl Run {
             watch,
             axis,
             // A contradiction costs nothing to find; the certificate of a parameter range does.
-            reference: Reference::new(settings, &units).map_err(range)?,
+            reference: Reference::new(settings, &units)?,
             protection: Protection::new(settings, controller, &units)?
                 .of_unknown(first_motion.patience()),
             guide: Guide::new(settings, &units)?,
@@ -118,11 +117,10 @@ impl Run {
         }
         check_sample_time(core, stage)?;
         closed_loop::check(&settings.closed_loop)?;
-        let range = |error: OutOfRange| conversion::not_allowed(error.into());
-        let units = core.units().map_err(range)?;
+        let units = core.units()?;
         examination_interval(settings, &units)?;
         BrakeTimes::new(settings.brake.as_ref(), &units)?;
-        Reference::new(settings, &units).map_err(range)?;
+        Reference::new(settings, &units)?;
         let none = ControllerSettings::pid(0.0, 0.0, 0.0).limited(stage.full_scale);
         Protection::new(settings, &none, &units)?;
         Guide::new(settings, &units).map(|_| ())
@@ -426,7 +424,7 @@ fn examination_interval(settings: &Settings, units: &Units) -> Result<u16, NotAl
             let interval = samples(ServoChangeState::INTERVAL, units);
             Ok(u16::try_from(interval).unwrap_or(u16::MAX))
         }
-        ServoChanges::Reported => Err(conversion::refusal("servo_changes", Why::NotHere)),
+        ServoChanges::Reported => Err(NotAllowed::new("servo_changes", Why::NotHere)),
     }
 }
 
@@ -435,13 +433,10 @@ fn check_sample_time(
     stage: &OutputStage,
 ) -> Result<(), NotAllowed> {
     let given = settings.sample_time;
-    let within @ (least, most) = (MIN_SAMPLE_TIME, MAX_SAMPLE_TIME);
-    if !(least..=most).contains(&given) {
-        return Err(conversion::out_of_range("sample_time", given, within));
-    }
+    Allowed::Within(MIN_SAMPLE_TIME, MAX_SAMPLE_TIME).check("sample_time", given)?;
     let has_terms = !settings.identifier.terms.demanded.is_empty();
     if has_terms && given < MIN_SAMPLE_TIME_WITH_TERMS {
-        return Err(conversion::too_small(
+        return Err(NotAllowed::too_small(
             "sample_time",
             given,
             MIN_SAMPLE_TIME_WITH_TERMS,

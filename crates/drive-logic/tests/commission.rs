@@ -7,6 +7,7 @@ use drive_link::{
     Command, Fault, NotAllowed, Origin, Outcome, Refusal, Report, Request, State, Why,
 };
 use drive_logic::LineListener;
+use identifier_core::error::Allowed;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Goal;
 use support::commission::{ORDER, SERVO, aborted, commission, ended, outcome, over, ready};
@@ -170,7 +171,11 @@ fn the_delay_of_the_stage_adds_to_the_one_that_is_given() {
         };
         match drive.refusal(Command::Commission(order)) {
             Refusal::Setting(NotAllowed {
-                why: Why::OutOfRange { most, .. },
+                why:
+                    Why::OutOfRange {
+                        allowed: Allowed::PositiveUpTo(most),
+                        ..
+                    },
                 ..
             }) => most,
             other => panic!("{other:?}"),
@@ -194,7 +199,11 @@ fn a_refused_setting_of_a_commissioning_comes_with_its_range() {
         };
         match drive.refusal(Command::Commission(order)) {
             Refusal::Setting(NotAllowed {
-                why: Why::OutOfRange { least, most, .. },
+                why:
+                    Why::OutOfRange {
+                        allowed: Allowed::Within(least, most),
+                        ..
+                    },
                 ..
             }) => {
                 assert!(least < most, "{least} {most}");

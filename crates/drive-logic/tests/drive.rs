@@ -9,6 +9,7 @@ use drive_link::{
     ServoChanges, Settings, State, Why,
 };
 use drive_logic::{Lines, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store};
+use identifier_core::error::Allowed;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::{ControllerSettings, IdentifierSettings, ParameterRangeSettings};
 use support::drive::{Drive, SERVO, snapshots};
@@ -415,8 +416,7 @@ fn set_brake(settings: &mut Settings, opens: f64, closes: f64) {
 fn settings_that_the_drive_does_not_have_are_refused_with_the_reason() {
     let beyond = |given, most| Why::OutOfRange {
         given,
-        least: 0.0,
-        most,
+        allowed: Allowed::Within(0.0, most),
     };
     let changes: [(&str, Why, Change); 7] = [
         ("delay", beyond(0.0061, 0.006), |s| {

@@ -75,7 +75,6 @@ enum servo_id_allowed {
     SERVO_ID_ALLOWED_WITHIN = 7,
     SERVO_ID_ALLOWED_POSITIVE_UP_TO = 8,
     SERVO_ID_ALLOWED_MULTIPLE_OF = 9,
-    SERVO_ID_ALLOWED_NEAREST = 10,
 };
 
 /* Places of the parameters in arrays. */
@@ -135,7 +134,7 @@ typedef struct servo_id_error {
     int32_t status;  /* enum servo_id_status */
     int32_t allowed; /* enum servo_id_allowed */
     double value;    /* that was refused */
-    double low;      /* allowed; of SERVO_ID_ALLOWED_MULTIPLE_OF the step, of _NEAREST what would do */
+    double low;      /* allowed; of SERVO_ID_ALLOWED_MULTIPLE_OF the step */
     double high;
     const char *parameter; /* the field of servo_id_settings, such as "servo_range.b"; NULL for none */
 } servo_id_error;

@@ -7,7 +7,7 @@ use commissioning::{
     CommissionState, CommissionStep as Step, Decision as CoreDecision, HoldingGains, Limits, Phase,
     RecordEvent,
 };
-use identifier_core::error::Allowed;
+use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::reason::Reason;
 use identifier_core::tuning::TuningSettings;
 
@@ -15,7 +15,7 @@ use crate::object::{
     Content, Object, answered, check, content, fill, read, shared, storage, write,
 };
 use crate::settings::{Settings, given, needed, needed_range, stated};
-use crate::status::{self, Error};
+use crate::status::{self, Error, of_loop};
 use crate::tuner::{Servo, Tuning};
 
 /// The interrupt's half.
@@ -72,7 +72,7 @@ pub struct CommissionStep {
     pub command: f32,
     /// One if the stage is to be enabled.
     pub is_enabled: i32,
-    /// Where the commissioning stands: [`PHASES`].
+    /// The number of its phase.
     pub phase: i32,
     /// One if there is a record for the background.
     pub has_record: i32,
@@ -84,7 +84,7 @@ pub struct CommissionStep {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct CommissionResult {
-    /// Where it stands: [`PHASES`].
+    /// The number of its phase.
     pub phase: i32,
     /// The number of the reason why it ended without new gains, zero for none.
     pub reason: i32,
@@ -102,21 +102,6 @@ pub struct CommissionResult {
     pub measured_overshoot: f64,
 }
 
-/// Phases by number.
-pub const PHASES: [(&str, i32); 11] = [
-    ("PHASE_IDLE", 0),
-    ("PHASE_REST", 1),
-    ("PHASE_PROBE", 2),
-    ("PHASE_FIT", 3),
-    ("PHASE_PROBE_AGAIN", 4),
-    ("PHASE_FREQUENCY_RESPONSE", 5),
-    ("PHASE_GAINS", 6),
-    ("PHASE_TRIAL", 7),
-    ("PHASE_APPLIED", 8),
-    ("PHASE_ROLLED_BACK", 9),
-    ("PHASE_ABORTED", 10),
-];
-
 /// Conditions of a sample, bits, and no reason to stop.
 pub const CONDITIONS: &[(&str, i32)] = &[
     ("IN_ORDER", 0),
@@ -124,11 +109,6 @@ pub const CONDITIONS: &[(&str, i32)] = &[
     ("LATE", 2),
     ("NO_STOP", 0),
 ];
-
-fn number(phase: Phase) -> i32 {
-    // As in the list.
-    phase as i32
-}
 
 /// The step of a sample that was not taken: the stage is to be disabled.
 const REFUSED: Step<f32> = Step {
@@ -187,46 +167,34 @@ impl Settings {
 
 impl Error {
     fn commission(error: &CommissionError) -> Self {
-        match *error {
-            CommissionError::OutOfRange {
-                setting,
-                value,
-                needed,
-            } => {
-                let parameter = match setting {
-                    "command" => "limit",
-                    "bandwidth" => "loop_bandwidth",
-                    name => name,
+        let (parameter, value, allowed) = match *error {
+            CommissionError::Range(error) => {
+                let field = |name| {
+                    if name == "command" {
+                        "limit"
+                    } else {
+                        of_loop(name)
+                    }
                 };
-                Self::near(parameter, value, needed)
+                return Self::about(status::OUT_OF_RANGE, &error.renamed(field));
             }
-            CommissionError::TravelTooSmall { travel, needed } => Self::about(
-                status::OUT_OF_RANGE,
-                "travel",
-                travel,
-                Allowed::AtLeast(needed),
-            ),
-            CommissionError::SpeedTooSmall { speed, needed } => Self::about(
-                status::OUT_OF_RANGE,
-                "speed",
-                speed,
-                Allowed::AtLeast(needed),
-            ),
+            CommissionError::TravelTooSmall { travel, needed } => {
+                ("travel", travel, Allowed::AtLeast(needed))
+            }
+            CommissionError::SpeedTooSmall { speed, needed } => {
+                ("speed", speed, Allowed::AtLeast(needed))
+            }
             CommissionError::TooStrong {
                 sample_time, most, ..
-            } => Self::about(
-                status::OUT_OF_RANGE,
-                "sample_time",
-                sample_time,
-                Allowed::AtMost(most),
-            ),
-            CommissionError::TooFast { bandwidth, most } => Self::about(
-                status::TOO_FAST,
-                "loop_bandwidth",
-                bandwidth,
-                Allowed::AtMost(most),
-            ),
-        }
+            } => ("sample_time", sample_time, Allowed::AtMost(most)),
+            CommissionError::TooFast { bandwidth, most } => {
+                return Self::too_fast(bandwidth, most);
+            }
+        };
+        Self::about(
+            status::OUT_OF_RANGE,
+            &OutOfRange::new(parameter, value, allowed),
+        )
     }
 }
 
@@ -318,7 +286,7 @@ face! {
         unsafe {
             (&raw mut (*step).command).write(done.command.unwrap_or(0.0));
             (&raw mut (*step).is_enabled).write(done.command.is_some().into());
-            (&raw mut (*step).phase).write(number(done.phase));
+            (&raw mut (*step).phase).write(done.phase as i32);
             (&raw mut (*step).has_record).write(done.finding.is_some().into());
             if let Some(finding) = done.finding {
                 fill(&raw mut (*step).record, finding);
@@ -347,12 +315,12 @@ face! {
         let state = &own.state;
         let trial = state.trial();
         let found = CommissionResult {
-            phase: number(state.phase()),
+            phase: state.phase() as i32,
             reason: state.reason().map_or(0, |reason| reason.number().into()),
             has_servo: state.servo().is_some().into(),
             has_tuning: state.tuning().is_some().into(),
-            servo: state.servo().map_or(Servo::NONE, |servo| (*servo).into()),
-            tuning: state.tuning().map_or(Tuning::NONE, |tuning| (*tuning).into()),
+            servo: state.servo().copied().map(Into::into).unwrap_or_default(),
+            tuning: state.tuning().copied().map(Into::into).unwrap_or_default(),
             measured_rise_time: trial.and_then(|trial| trial.rise_time).unwrap_or(f64::NAN),
             measured_overshoot: trial.map_or(f64::NAN, |trial| trial.overshoot),
         };

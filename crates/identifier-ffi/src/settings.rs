@@ -52,15 +52,16 @@ pub struct FeedForward {
     pub coulomb_speed: f64,
 }
 
-impl FeedForward {
-    /// None.
-    pub const NONE: Self = Self {
-        bandwidth: 0.0,
-        acceleration: 0.0,
-        velocity: 0.0,
-        coulomb: 0.0,
-        coulomb_speed: 0.0,
-    };
+impl From<FeedForwardSettings> for FeedForward {
+    fn from(given: FeedForwardSettings) -> Self {
+        Self {
+            bandwidth: given.bandwidth,
+            acceleration: given.acceleration,
+            velocity: given.velocity,
+            coulomb: given.coulomb,
+            coulomb_speed: given.coulomb_speed,
+        }
+    }
 }
 
 /// Gains: `servo_id_gains` in the header.

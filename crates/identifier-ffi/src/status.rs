@@ -5,7 +5,6 @@ use core::ptr;
 
 use identifier_core::error::{Allowed, OutOfRange, StepError};
 use identifier_core::settings::{GainError, MatrixError, SettingsError};
-use identifier_core::stability::CertificateError;
 use identifier_core::tuning::TuningError;
 
 use crate::parameter::field;
@@ -111,7 +110,6 @@ pub const ALLOWED: &[(&str, i32)] = &[
     ("ALLOWED_WITHIN", 7),
     ("ALLOWED_POSITIVE_UP_TO", 8),
     ("ALLOWED_MULTIPLE_OF", 9),
-    ("ALLOWED_NEAREST", 10),
 ];
 
 impl Error {
@@ -135,9 +133,10 @@ impl Error {
         }
     }
 
-    pub(crate) fn about(status: i32, name: &str, value: f64, allowed: Allowed) -> Self {
+    /// A value out of the range that it has here.
+    pub(crate) fn about(status: i32, error: &OutOfRange) -> Self {
         let inf = f64::INFINITY;
-        let (allowed, low, high) = match allowed {
+        let (allowed, low, high) = match error.allowed {
             Allowed::Finite => (1, -inf, inf),
             Allowed::Above(low) => (2, low, inf),
             Allowed::AtLeast(low) => (3, low, inf),
@@ -151,34 +150,17 @@ impl Error {
         Self {
             status,
             allowed,
-            value,
+            value: error.value,
             low,
             high,
-            parameter: field(name),
+            parameter: field(error.parameter),
         }
-    }
-
-    /// A value out of range, and the nearest allowed one.
-    pub(crate) fn near(name: &str, value: f64, nearest: f64) -> Self {
-        Self {
-            status: OUT_OF_RANGE,
-            allowed: 10,
-            value,
-            low: nearest,
-            high: nearest,
-            parameter: field(name),
-        }
-    }
-
-    /// A value out of range.
-    pub(crate) fn out_of_range(error: &OutOfRange) -> Self {
-        Self::about(OUT_OF_RANGE, error.parameter, error.value, error.allowed)
     }
 
     /// Settings that cannot be built.
     pub(crate) fn settings(error: &SettingsError) -> Self {
         match *error {
-            SettingsError::Range(ref range) => Self::out_of_range(range),
+            SettingsError::Range(ref error) => Self::about(OUT_OF_RANGE, error),
             SettingsError::NotGiven { setting } => Self::not_given(setting),
             SettingsError::Gamma(matrix) => {
                 let (row, value) = match matrix {
@@ -194,32 +176,17 @@ impl Error {
                     2 => "gamma.coulomb",
                     _ => "gamma.load",
                 };
-                Self::about(GAMMA, name, value, Allowed::Above(0.0))
+                Self::about(GAMMA, &OutOfRange::new(name, value, Allowed::Above(0.0)))
             }
             SettingsError::NoGamma(GainError::AtRest) => Self::of(NO_MOTION),
             SettingsError::NoGamma(_) => Self::of(LOOP_UNSTABLE),
-            SettingsError::Certificate(certificate) => match certificate {
-                CertificateError::MuNotPositive { mu } => {
-                    Self::about(CERTIFICATE, "mu", mu, Allowed::Above(0.0))
-                }
-                CertificateError::DampingTooSmall { mu, mu_below, .. } => {
-                    Self::about(CERTIFICATE, "mu", mu, Allowed::Below(mu_below))
-                }
-                CertificateError::ProportionalGainTooSmall { kp, kp_above, .. } => {
-                    Self::about(CERTIFICATE, "kp", kp, Allowed::Above(kp_above))
-                }
-            },
+            SettingsError::Certificate(error) => Self::about(CERTIFICATE, &error.out_of_range()),
             SettingsError::SampledLoop(sampled) => Self {
                 parameter: field("servo_range.b"),
                 value: sampled.b,
                 ..Self::of(LOOP_UNSTABLE)
             },
-            SettingsError::Estimate(estimate) => Self::about(
-                ESTIMATE_UNSTABLE,
-                "bounds.b",
-                estimate.b,
-                Allowed::AtMost(estimate.stable),
-            ),
+            SettingsError::Estimate(error) => Self::about(ESTIMATE_UNSTABLE, &error.out_of_range()),
             SettingsError::NoSuchTerm { .. } | SettingsError::NoAmplifier { .. } => {
                 Self::of(NOT_SUPPORTED)
             }
@@ -229,16 +196,31 @@ impl Error {
     /// Gains that cannot be found.
     pub(crate) fn tuning(error: &TuningError) -> Self {
         match *error {
-            TuningError::OutOfRange(range) if range.parameter == "bandwidth" => {
-                Self::about(OUT_OF_RANGE, "loop_bandwidth", range.value, range.allowed)
-            }
-            TuningError::OutOfRange(ref range) => Self::out_of_range(range),
+            TuningError::OutOfRange(error) => Self::about(OUT_OF_RANGE, &error.renamed(of_loop)),
             TuningError::TooFast {
                 bandwidth, most, ..
-            } => Self::about(TOO_FAST, "loop_bandwidth", bandwidth, Allowed::AtMost(most)),
+            } => Self::too_fast(bandwidth, most),
             TuningError::NotKnown => Self::of(NOT_KNOWN),
             TuningError::DoesNotArrive => Self::of(DOES_NOT_ARRIVE),
         }
+    }
+
+    /// A goal that no gains reach.
+    pub(crate) fn too_fast(bandwidth: f64, most: f64) -> Self {
+        let most = Allowed::AtMost(most);
+        Self::about(
+            TOO_FAST,
+            &OutOfRange::new("loop_bandwidth", bandwidth, most),
+        )
+    }
+}
+
+/// The field of a setting of a tuning or a commissioning: `bandwidth` is that of the identifier.
+pub(crate) fn of_loop(name: &'static str) -> &'static str {
+    if name == "bandwidth" {
+        "loop_bandwidth"
+    } else {
+        name
     }
 }
 

@@ -9,7 +9,7 @@ use crate::settings::{FeedForward, Settings, given, stated};
 use crate::status::{self, Error};
 
 /// An identified servo, SI: `servo_id_servo` in the header.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Servo {
     /// a, b, Coulomb friction and load.
@@ -23,7 +23,7 @@ pub struct Servo {
 }
 
 /// Gains and their predicted performance, SI: `servo_id_tuning` in the header.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Tuning {
     /// Proportional gain.
@@ -119,41 +119,6 @@ impl Settings {
     }
 }
 
-impl Servo {
-    /// Nothing is known.
-    pub(crate) const NONE: Self = Self {
-        value: [0.0; 4],
-        delay: 0.0,
-        covariance: [[0.0; 5]; 5],
-        unexplained: 0.0,
-    };
-}
-
-impl Tuning {
-    /// There are no gains.
-    pub(crate) const NONE: Self = Self {
-        kp: 0.0,
-        kd: 0.0,
-        ki: 0.0,
-        cutoff: 0.0,
-        reference_filter: 0.0,
-        notch: 0.0,
-        feed_forward: FeedForward::NONE,
-        bandwidth: 0.0,
-        step: 0.0,
-        rise_time: [0.0; 3],
-        overshoot: 0.0,
-        settling_time: 0.0,
-        sensitivity: 0.0,
-        gain_margin: [0.0; 2],
-        command_share: 0.0,
-        noise: 0.0,
-        compliance: 0.0,
-        cap: 0,
-        unused: 0,
-    };
-}
-
 impl From<IdentifiedServo> for Servo {
     fn from(servo: IdentifiedServo) -> Self {
         let ServoParameters {
@@ -198,13 +163,7 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
             cutoff: found.cutoff,
             reference_filter: found.reference_filter,
             notch: found.notch,
-            feed_forward: (found.feed_forward).map_or(FeedForward::NONE, |led| FeedForward {
-                bandwidth: led.bandwidth,
-                acceleration: led.acceleration,
-                velocity: led.velocity,
-                coulomb: led.coulomb,
-                coulomb_speed: led.coulomb_speed,
-            }),
+            feed_forward: found.feed_forward.map(Into::into).unwrap_or_default(),
             bandwidth: found.bandwidth,
             step: predicted_response.step,
             rise_time: [

@@ -1,6 +1,7 @@
 //! The result of a commissioning.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use commissioning::{HoldingGains, LargestMotion, Limits, Phase, TrialResult};
 use identifier_core::parameters::IdentifiedServo;
@@ -231,8 +232,8 @@ impl CommissioningResult {
     }
 }
 
-impl From<&TuningError> for Untuned {
-    fn from(error: &TuningError) -> Self {
+impl<Name: fmt::Display> From<&TuningError<Name>> for Untuned {
+    fn from(error: &TuningError<Name>) -> Self {
         let (bandwidth, most, cap) = match *error {
             TuningError::TooFast {
                 bandwidth,

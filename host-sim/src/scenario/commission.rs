@@ -1,6 +1,7 @@
 //! The keys of a commissioning, and the core's settings from them.
 
 use commissioning::{CommissionError, CommissionSettings, HoldingGains, Limits};
+use identifier_core::error::OutOfRange;
 use identifier_core::tuning::Goal;
 
 use super::{Fault, Key, Scenario, Velocity, key_of_loop};
@@ -191,16 +192,16 @@ impl Scenario {
             }
             (CommissionError::SpeedTooSmall { .. }, _) => Fault::new("commission.speed", error),
             (
-                CommissionError::OutOfRange {
-                    setting: "command_delay",
+                CommissionError::Range(OutOfRange {
+                    parameter: "command_delay",
                     value,
-                    needed,
-                },
+                    allowed,
+                }),
                 _,
             ) => {
                 let fault = format!(
-                    "a delay of {value} s is too long for a commissioning: at this sample time it must be at most \
-                     {needed:.4} s; shorten the delay, or record a log and identify it with servo-id"
+                    "a delay of {value} s is too long for a commissioning: at this sample time it must be \
+                     {allowed}; shorten the delay, or record a log and identify it with servo-id"
                 );
                 let own = self.commission.and_then(|order| order.command_delay);
                 let table = if own.is_some() {
@@ -210,7 +211,12 @@ impl Scenario {
                 };
                 Fault::new(table, fault)
             }
-            (CommissionError::OutOfRange { setting, .. }, _) => {
+            (
+                CommissionError::Range(OutOfRange {
+                    parameter: setting, ..
+                }),
+                _,
+            ) => {
                 let own = || format!("commission.{setting}");
                 let of_loop = key_of_loop(setting).filter(|_| *setting != "sample_time");
                 Fault::new(of_loop.unwrap_or_else(own), error)

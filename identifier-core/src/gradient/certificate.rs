@@ -20,6 +20,7 @@ use core::fmt;
 use super::parameter_range::ParameterRange;
 use crate::constants::encode;
 use crate::control::Gains;
+use crate::error::{Allowed, OutOfRange};
 
 /// Proof that (14) holds for every servo of a parameter range.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,6 +66,22 @@ pub enum CertificateError {
         /// k_p must be above this at that μ.
         kp_above_at_best_mu: f64,
     },
+}
+
+impl CertificateError {
+    /// The setting that would satisfy it, with its range.
+    #[must_use]
+    pub const fn out_of_range(&self) -> OutOfRange {
+        match *self {
+            Self::MuNotPositive { mu } => OutOfRange::new("mu", mu, Allowed::Above(0.0)),
+            Self::DampingTooSmall { mu, mu_below, .. } => {
+                OutOfRange::new("mu", mu, Allowed::Below(mu_below))
+            }
+            Self::ProportionalGainTooSmall { kp, kp_above, .. } => {
+                OutOfRange::new("kp", kp, Allowed::Above(kp_above))
+            }
+        }
+    }
 }
 
 impl fmt::Display for CertificateError {

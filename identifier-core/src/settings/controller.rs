@@ -16,7 +16,7 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> FromSettings for Controller<N, V> {
         if N::IS_FIXED {
             if let Some(feed_forward) = &given.feed_forward {
                 Allowed::Within(0.0, 0.0)
-                    .check("feed_forward_bandwidth", feed_forward.bandwidth)?;
+                    .check("feed_forward.bandwidth", feed_forward.bandwidth)?;
             }
             Allowed::Within(0.0, 0.0).check("notch", given.notch)?;
         }

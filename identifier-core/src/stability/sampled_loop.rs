@@ -15,6 +15,7 @@ use core::fmt;
 
 use super::characteristic::{ControllerPolynomials, Family};
 use crate::control::Gains;
+use crate::error::{Allowed, OutOfRange};
 use crate::gradient::ParameterRange;
 use crate::interval::Interval;
 use crate::measurement::velocity::Transfer;
@@ -173,6 +174,14 @@ pub struct EstimateError {
     pub stable: f64,
     /// The sample time, s.
     pub sample_time: f64,
+}
+
+impl EstimateError {
+    /// The bound, with its range.
+    #[must_use]
+    pub const fn out_of_range(&self) -> OutOfRange {
+        OutOfRange::new("bounds.b", self.b, Allowed::AtMost(self.stable))
+    }
 }
 
 impl fmt::Display for EstimateError {

@@ -122,9 +122,10 @@ impl TuningSettings {
 /// Why there are no gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum TuningError {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum TuningError<Name = &'static str> {
     /// A setting out of its range, by name.
-    OutOfRange(OutOfRange),
+    OutOfRange(OutOfRange<Name>),
     /// The goal is beyond the margins of the servo.
     TooFast {
         /// The bandwidth asked for, rad/s.
@@ -147,7 +148,28 @@ impl From<OutOfRange> for TuningError {
     }
 }
 
-impl fmt::Display for TuningError {
+impl<Name> TuningError<Name> {
+    /// The same with the name of a setting in another form.
+    #[must_use]
+    pub fn renamed<To>(self, rename: impl FnOnce(Name) -> To) -> TuningError<To> {
+        match self {
+            Self::OutOfRange(error) => TuningError::OutOfRange(error.renamed(rename)),
+            Self::TooFast {
+                bandwidth,
+                most,
+                cap,
+            } => TuningError::TooFast {
+                bandwidth,
+                most,
+                cap,
+            },
+            Self::NotKnown => TuningError::NotKnown,
+            Self::DoesNotArrive => TuningError::DoesNotArrive,
+        }
+    }
+}
+
+impl<Name: fmt::Display> fmt::Display for TuningError<Name> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::OutOfRange(error) => error.fmt(f),
@@ -170,4 +192,4 @@ impl fmt::Display for TuningError {
     }
 }
 
-impl core::error::Error for TuningError {}
+impl<Name: fmt::Debug + fmt::Display> core::error::Error for TuningError<Name> {}

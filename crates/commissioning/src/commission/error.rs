@@ -1,20 +1,13 @@
 use core::fmt;
 
-use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::error::OutOfRange;
 
 /// Why a commissioning is rejected before anything moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CommissionError {
-    /// A setting is out of its range; `needed` is the nearest that would do.
-    OutOfRange {
-        /// Its name in [`Limits`](super::Limits) or [`CommissionSettings`](super::CommissionSettings).
-        setting: &'static str,
-        /// The given value, SI.
-        value: f64,
-        /// The nearest value that would do, SI.
-        needed: f64,
-    },
+    /// A setting of [`Limits`](super::Limits) or [`CommissionSettings`](super::CommissionSettings) is out of its range.
+    Range(OutOfRange),
     /// The travel is less than evidence needs with this encoder.
     TravelTooSmall {
         /// The given value, rad.
@@ -50,42 +43,14 @@ pub enum CommissionError {
 
 impl From<OutOfRange> for CommissionError {
     fn from(error: OutOfRange) -> Self {
-        let OutOfRange {
-            parameter,
-            value,
-            allowed,
-        } = error;
-        let needed = match allowed {
-            Allowed::Above(bound)
-            | Allowed::AtLeast(bound)
-            | Allowed::Below(bound)
-            | Allowed::AtMost(bound)
-            | Allowed::PositiveUpTo(bound) => bound,
-            Allowed::Between(low, high) | Allowed::Within(low, high) => {
-                if value > high {
-                    high
-                } else {
-                    low
-                }
-            }
-            _ => 0.0,
-        };
-        Self::OutOfRange {
-            setting: parameter,
-            value,
-            needed,
-        }
+        Self::Range(error)
     }
 }
 
 impl fmt::Display for CommissionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::OutOfRange {
-                setting,
-                value,
-                needed,
-            } => write!(f, "{setting} is {value}, but {needed} is needed"),
+            Self::Range(error) => error.fmt(f),
             Self::TravelTooSmall { travel, needed } => write!(
                 f,
                 "a travel of {travel:.4} rad is too small to identify the servo with this encoder: allow {needed:.4} \

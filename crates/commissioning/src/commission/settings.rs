@@ -1,6 +1,6 @@
 use super::{CommissionError, Limits, noise};
 use crate::watch::{Use, WatchSettings};
-use identifier_core::error::Allowed;
+use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Goal, Tuner, TuningSettings};
 
 /// Settings of a commissioning, SI.
@@ -161,26 +161,19 @@ impl Limits {
 
     /// # Errors
     /// The limit that is not allowed, or that contradicts another.
-    pub fn check(&self) -> Result<(), CommissionError> {
+    pub fn check(&self) -> Result<(), OutOfRange> {
         let [low, high] = self.travel;
         let [least, most] = self.command;
-        let (speed, duration) = (self.speed, self.duration);
-        let rows = [
-            ("travel", low, low <= 0.0, 0.0),
-            ("travel", high, high >= 0.0 && high > low, 0.0),
-            ("speed", speed, speed > 0.0, f64::MIN_POSITIVE),
-            ("command", least, least < 0.0, -f64::MIN_POSITIVE),
-            ("command", most, most > 0.0, f64::MIN_POSITIVE),
-            ("duration", duration, duration > 0.0, f64::MIN_POSITIVE),
-        ];
-        for (setting, value, holds, needed) in rows {
-            if !(holds && value.is_finite()) {
-                return Err(CommissionError::OutOfRange {
-                    setting,
-                    value,
-                    needed,
-                });
-            }
+        for (setting, value, allowed) in [
+            ("travel", low, Allowed::AtMost(0.0)),
+            ("travel", high, Allowed::AtLeast(0.0)),
+            ("travel", high, Allowed::Above(low)),
+            ("speed", self.speed, Allowed::Above(0.0)),
+            ("command", least, Allowed::Below(0.0)),
+            ("command", most, Allowed::Above(0.0)),
+            ("duration", self.duration, Allowed::Above(0.0)),
+        ] {
+            allowed.check(setting, value)?;
         }
         Ok(())
     }

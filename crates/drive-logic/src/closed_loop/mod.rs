@@ -17,7 +17,6 @@ use identifier_core::identifier::GaussNewtonFitted;
 
 pub(crate) use self::single::{ClosedLoop, Learnt, Settled};
 use crate::built;
-use crate::conversion::refusal;
 
 /// Blocks of Gauss–Newton's start record on the chip.
 pub(crate) const BLOCKS: usize = 64;
@@ -81,7 +80,7 @@ const MAX_DELAYED: usize = 8;
 pub(crate) fn check(settings: &LoopSettings) -> Result<(), NotAllowed> {
     let terms = &settings.core.identifier.terms;
     if !terms.demanded.is_empty() && settings.law != Estimator::GaussNewton {
-        return Err(refusal("required_terms", Why::NotHere));
+        return Err(NotAllowed::new("required_terms", Why::NotHere));
     }
     match terms.demanded.is_empty() {
         true => Ok(()),

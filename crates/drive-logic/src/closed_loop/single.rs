@@ -77,9 +77,8 @@ impl<I: Identify<f32> + FromSettings> With<I> {
         settings: &Settings,
         law: impl FnOnce(Self) -> Estimators,
     ) -> Result<ClosedLoop, NotAllowed> {
-        let (amplifier, behind) = settings.amplifier().map_err(conversion::not_allowed)?;
-        let servo_loop: ServoLoop<f32, Velocity, I> =
-            behind.build().map_err(conversion::not_allowed)?;
+        let (amplifier, behind) = settings.amplifier()?;
+        let servo_loop: ServoLoop<f32, Velocity, I> = behind.build()?;
         Ok(ClosedLoop(law(Self {
             state: servo_loop.start(0),
             servo_loop,

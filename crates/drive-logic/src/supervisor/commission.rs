@@ -5,9 +5,10 @@
 use commissioning::{CommissionSettings, HoldingGains, Limits, Phase};
 use drive_link::{
     Commissioned, Commissioning as LastCommissioning, Estimates, Estimator, Gains, Kept,
-    NotAllowed, Origin, Outcome, Protection, Record, Refusal, Settings, State,
+    NotAllowed, Origin, Outcome, Protection, Record, Refusal, Settings, State, Why,
 };
 use embedded_storage::nor_flash::NorFlash;
+use identifier_core::error::Allowed;
 use identifier_core::reason::Reason;
 use identifier_core::settings::{ControllerSettings, IdentifierSettings};
 
@@ -23,7 +24,7 @@ use crate::ending::REST_TIME;
 use crate::guide;
 use crate::limits::AllowedRange;
 use crate::messages::{Mode, Order};
-use crate::protection::{check_limit, largest};
+use crate::protection::largest;
 use crate::run::Run;
 
 impl<F: NorFlash> Supervisor<'_, F> {
@@ -157,7 +158,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// Puts the result of a commissioning in force.
     fn apply(&mut self, outcome: &Outcome) -> Result<(), NotAllowed> {
         let (Some(servo), Some(tuning)) = (outcome.servo, outcome.tuning) else {
-            return Err(conversion::refusal("gains", drive_link::Why::NotGiven));
+            return Err(NotAllowed::new("gains", Why::NotGiven));
         };
         let found = Commissioned::new(&servo, tuning, outcome.trial);
         self.settings = self.settings_with(&found)?;
@@ -302,18 +303,14 @@ fn prepare(
         ("sample_time", given.sample_time, core.sample_time),
         ("resolution", given.resolution, core.resolution),
     ] {
-        if value.to_bits() != own.to_bits() {
-            return Err(conversion::out_of_range(name, value, (own, own)));
-        }
+        Allowed::Within(own, own).check(name, value)?;
     }
-    let units = core
-        .units()
-        .map_err(|error| conversion::not_allowed(error.into()))?;
+    let units = core.units()?;
     let limits = &given.limits;
     let ([low, high], [farthest, fastest, longest]) = (limits.travel, largest(&units));
-    check_limit("travel", high - low, farthest)?;
-    check_limit("speed", limits.speed, fastest)?;
-    check_limit("duration", limits.duration, longest)?;
+    Allowed::PositiveUpTo(farthest).check("travel", high - low)?;
+    Allowed::PositiveUpTo(fastest).check("speed", limits.speed)?;
+    Allowed::PositiveUpTo(longest).check("duration", limits.duration)?;
     conversion::check_stage_limits(limits.command, stage)?;
     check_order(limits, beside, position)?;
     let settings = CommissionSettings {

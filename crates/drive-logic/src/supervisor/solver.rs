@@ -11,7 +11,6 @@ use identifier_core::tuning::Tuning;
 use crate::built::Part;
 use crate::channel::{BackgroundEnd, Recorded, Solution};
 use crate::closed_loop::BLOCKS;
-use crate::conversion;
 
 /// Blocks of the record of a commissioning's motion: as many as the simulator's.
 const MOTION_BLOCKS: usize = 256;
@@ -75,10 +74,7 @@ impl Solver {
         settings: &CommissionSettings,
         slices: u32,
     ) -> Result<(), NotAllowed> {
-        *self.commissioning = Some(Part::build(|| {
-            let solver = CommissioningSolver::new(settings);
-            solver.map_err(|error| conversion::not_commissioned(&error))
-        })?);
+        *self.commissioning = Some(Part::build(|| Ok(CommissioningSolver::new(settings)?))?);
         self.is_commissioning = true;
         self.slices = slices;
         (self.servo, self.tuning) = (None, None);

@@ -271,19 +271,16 @@ impl Options {
 /// The key that states a setting of the loop, by the setting's name in errors.
 #[must_use]
 pub fn key_of_loop(setting: &str) -> Option<String> {
-    let key = match setting {
+    Some(match setting {
+        "cutoff" => "controller.velocity_filter.cutoff".to_owned(),
+        "resolution" => "encoder.counts_per_rev".to_owned(),
+        "limit" | "limit_low" | "limit_high" => "amplifier.limit".to_owned(),
         "kp" | "kd" | "ki" | "reference_filter" | "notch" | "sample_time" => {
-            return Some(format!("controller.{setting}"));
+            format!("controller.{setting}")
         }
-        "cutoff" => "controller.velocity_filter.cutoff",
-        "resolution" => "encoder.counts_per_rev",
-        "limit" | "limit_low" | "limit_high" => "amplifier.limit",
-        _ => {
-            let own = setting.strip_prefix("feed_forward_")?;
-            return Some(format!("controller.feed_forward.{own}"));
-        }
-    };
-    Some(key.to_owned())
+        own if own.starts_with("feed_forward.") => format!("controller.{own}"),
+        _ => return None,
+    })
 }
 
 /// Fixed point needs bounds of friction and load. If none are stated, the parameter range gives them. A command of the

@@ -1,7 +1,7 @@
 //! The results of a drive, serialised unchanged: its fields are the keys of `--json`.
 
 use commissioning::servo_change::ServoChange;
-use drive_link::{Commissioning, Estimates, InterruptCycles, NoGains, Outcome, State, Status};
+use drive_link::{Commissioning, Estimates, InterruptCycles, Outcome, State, Status};
 use host_sim::result::{CommissioningEnd, CommissioningOutcome, Untuned};
 use identifier_core::reason::Reason;
 use identifier_log::result::Gains;
@@ -21,28 +21,12 @@ pub struct DriveCommissioningResult {
 #[must_use]
 pub fn commissioning_outcome(outcome: &Outcome) -> CommissioningOutcome {
     let Commissioning { phase, reason } = outcome.commissioning;
-    let untuned = outcome.no_gains.as_ref().map(|no_gains| {
-        let (bandwidth, most, cap) = match *no_gains {
-            NoGains::TooFast {
-                bandwidth,
-                most,
-                cap,
-            } => (Some(bandwidth), Some(most), Some(cap.name())),
-            _ => (None, None, None),
-        };
-        Untuned {
-            message: no_gains.to_string(),
-            bandwidth,
-            most,
-            cap,
-        }
-    });
     CommissioningOutcome {
         phase,
         reason,
         servo: outcome.servo,
         tuning: outcome.tuning,
-        untuned,
+        untuned: outcome.no_gains.as_ref().map(Untuned::from),
         trial: outcome.trial,
         noise: outcome.noise,
     }

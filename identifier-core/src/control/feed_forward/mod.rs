@@ -100,8 +100,8 @@ impl<N: Arithmetic> FeedForward<N> {
     /// The feed-forward of a controller with these gains and this estimate of the velocity.
     ///
     /// # Errors
-    /// The setting that is out of its range, by name: `feed_forward_bandwidth`, `feed_forward_acceleration`,
-    /// `feed_forward_velocity`, `feed_forward_coulomb` or `feed_forward_coulomb_speed`.
+    /// The setting that is out of its range, by name: `feed_forward.bandwidth`, `feed_forward.acceleration`,
+    /// `feed_forward.velocity`, `feed_forward.coulomb` or `feed_forward.coulomb_speed`.
     pub fn new(
         units: &Units,
         settings: &FeedForwardSettings,
@@ -110,12 +110,12 @@ impl<N: Arithmetic> FeedForward<N> {
     ) -> Result<Self, OutOfRange> {
         const GAIN: Allowed = Allowed::Within(0.0, Gains::LARGEST);
         let [low, high] = Self::RATES.map(|rate| rate / units.rate());
-        Allowed::Within(low, high).check("feed_forward_bandwidth", settings.bandwidth)?;
-        GAIN.check("feed_forward_acceleration", settings.acceleration)?;
-        GAIN.check("feed_forward_velocity", settings.velocity)?;
-        GAIN.check("feed_forward_coulomb", settings.coulomb)?;
+        Allowed::Within(low, high).check("feed_forward.bandwidth", settings.bandwidth)?;
+        GAIN.check("feed_forward.acceleration", settings.acceleration)?;
+        GAIN.check("feed_forward.velocity", settings.velocity)?;
+        GAIN.check("feed_forward.coulomb", settings.coulomb)?;
         let slowest = Self::MIN_COULOMB_SPEED / units.velocity();
-        Allowed::AtLeast(slowest).check("feed_forward_coulomb_speed", settings.coulomb_speed)?;
+        Allowed::AtLeast(slowest).check("feed_forward.coulomb_speed", settings.coulomb_speed)?;
         let rate = settings.bandwidth * units.rate();
         let [of_acceleration, of_velocity] = braking(units, gains, velocity);
         let acceleration = settings.acceleration + of_acceleration;

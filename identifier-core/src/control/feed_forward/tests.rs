@@ -175,49 +175,49 @@ fn a_setting_out_of_range_is_refused_by_name() {
                 bandwidth: 1001.0,
                 ..SETTINGS
             },
-            "feed_forward_bandwidth",
+            "feed_forward.bandwidth",
         ),
         (
             FeedForwardSettings {
                 bandwidth: f64::NAN,
                 ..SETTINGS
             },
-            "feed_forward_bandwidth",
+            "feed_forward.bandwidth",
         ),
         (
             FeedForwardSettings {
                 bandwidth: 0.009,
                 ..SETTINGS
             },
-            "feed_forward_bandwidth",
+            "feed_forward.bandwidth",
         ),
         (
             FeedForwardSettings {
                 acceleration: -1.0,
                 ..SETTINGS
             },
-            "feed_forward_acceleration",
+            "feed_forward.acceleration",
         ),
         (
             FeedForwardSettings {
                 velocity: f64::INFINITY,
                 ..SETTINGS
             },
-            "feed_forward_velocity",
+            "feed_forward.velocity",
         ),
         (
             FeedForwardSettings {
                 coulomb: -0.1,
                 ..SETTINGS
             },
-            "feed_forward_coulomb",
+            "feed_forward.coulomb",
         ),
         (
             FeedForwardSettings {
                 coulomb_speed: 0.0,
                 ..SETTINGS
             },
-            "feed_forward_coulomb_speed",
+            "feed_forward.coulomb_speed",
         ),
     ] {
         let error =
