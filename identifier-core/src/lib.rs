@@ -48,6 +48,7 @@ mod recursive;
 mod servo_loop;
 mod unrolled;
 
+use control::Unshaped;
 use identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify, ServoLoop, ServoLoopState};
 use measurement::velocity::{LowPass, LowPassState};
 use parameters::Unknowns;
@@ -67,12 +68,13 @@ pub type GaussNewton<N = f32, const P: usize = AB_COULOMB_LOAD, const W: usize =
 pub type GaussNewtonState<N = f32, const P: usize = AB_COULOMB_LOAD, const W: usize = 256> =
     StateOf<N, GaussNewton<N, P, W>>;
 
-/// The PID together with a [`Gradient`].
-pub type GradientLoop<N = f32, const P: usize = AB_COULOMB> =
-    ServoLoop<N, LowPass<N>, Gradient<N, P>>;
+/// The PID together with a [`Gradient`], and with [`Shaped`](control::Shaped) as S for a filter of the reference, a
+/// feed-forward or a notch.
+pub type GradientLoop<N = f32, const P: usize = AB_COULOMB, S = Unshaped> =
+    ServoLoop<N, LowPass<N>, Gradient<N, P>, S>;
 
 /// The state of a [`GradientLoop`].
-pub type GradientLoopState<N = f32, const P: usize = AB_COULOMB> =
-    ServoLoopState<N, LowPassState<N>, StateOf<N, Gradient<N, P>>>;
+pub type GradientLoopState<N = f32, const P: usize = AB_COULOMB, H = ()> =
+    ServoLoopState<N, LowPassState<N>, StateOf<N, Gradient<N, P>>, H>;
 
 type StateOf<N, I> = <I as Identify<N>>::State;

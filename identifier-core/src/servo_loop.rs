@@ -1,5 +1,5 @@
 use crate::constants::{Encode, encode};
-use crate::control::{ControlSample, ControlState, Controller};
+use crate::control::{ControlSample, ControlState, Controller, Shaping, Unshaped};
 use crate::error::StepError;
 use crate::identify::{Identify, Update};
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
@@ -11,20 +11,20 @@ use crate::parameters::ServoParameters;
 /// A sample is [`ServoLoop::process`]. Its two halves are [`ServoLoop::control`], then [`ServoLoop::learn`], so that
 /// the command can go out first.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoLoop<N: Arithmetic, V, I> {
-    pub(crate) controller: Controller<N, V>,
+pub struct ServoLoop<N: Arithmetic, V, I, S = Unshaped> {
+    pub(crate) controller: Controller<N, V, S>,
     pub(crate) identifier: I,
 }
 
 encode! {
-    [N: Encoded, V: Encode, I: Encode] ServoLoop<N, V, I> as "ServoLoop" { controller, identifier }
+    [N: Encoded, V: Encode, I: Encode, S: Encode] ServoLoop<N, V, I, S> as "ServoLoop" { controller, identifier }
 }
 
-/// State of the loop between samples.
+/// State of the loop between samples; H is that of its controller's shaping.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoLoopState<N: Arithmetic, F, T> {
+pub struct ServoLoopState<N: Arithmetic, F, T, H = ()> {
     count: i32,
-    control: ControlState<N, F>,
+    control: ControlState<N, F, H>,
     identification: T,
 }
 
@@ -37,14 +37,14 @@ pub struct LoopStep<N> {
     pub seen: Update<N>,
 }
 
-impl<N: Arithmetic, F: Copy, T> ServoLoopState<N, F, T> {
+impl<N: Arithmetic, F: Copy, T, H: Copy> ServoLoopState<N, F, T, H> {
     /// The controller's half of the state.
-    pub(crate) fn controlled(&self) -> (i32, ControlState<N, F>) {
+    pub(crate) fn controlled(&self) -> (i32, ControlState<N, F, H>) {
         (self.count, self.control)
     }
 
     /// Takes a step of the controller back.
-    pub(crate) fn back_to(&mut self, (count, control): (i32, ControlState<N, F>)) {
+    pub(crate) fn back_to(&mut self, (count, control): (i32, ControlState<N, F, H>)) {
         self.count = count;
         self.control = control;
     }
@@ -74,10 +74,16 @@ impl<N: Arithmetic, F: Copy, T> ServoLoopState<N, F, T> {
     }
 }
 
-impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
+impl<N, V, I, S> ServoLoop<N, V, I, S>
+where
+    N: Arithmetic,
+    V: VelocityEstimate<N>,
+    I: Identify<N>,
+    S: Shaping<N>,
+{
     /// The controller.
     #[must_use]
-    pub fn controller(&self) -> &Controller<N, V> {
+    pub fn controller(&self) -> &Controller<N, V, S> {
         &self.controller
     }
 
@@ -91,14 +97,14 @@ impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     #[must_use]
     pub fn estimates(
         &self,
-        state: &ServoLoopState<N, V::State, I::State>,
+        state: &ServoLoopState<N, V::State, I::State, S::State>,
     ) -> Option<ServoParameters> {
         self.identifier.estimates(&state.identification)
     }
 
     /// At rest at a count.
     #[must_use]
-    pub fn start(&self, count: i32) -> ServoLoopState<N, V::State, I::State> {
+    pub fn start(&self, count: i32) -> ServoLoopState<N, V::State, I::State, S::State> {
         ServoLoopState {
             count,
             control: ControlState::default(),
@@ -113,10 +119,10 @@ impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     ///
     /// # Errors
     /// [`StepError`]; the state is untouched, and the servo should be disabled.
-    #[inline]
+    #[inline(always)]
     pub fn process(
         &self,
-        state: &mut ServoLoopState<N, V::State, I::State>,
+        state: &mut ServoLoopState<N, V::State, I::State, S::State>,
         setpoint: i32,
         offset: N::Offset,
         count: i32,
@@ -130,10 +136,10 @@ impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     ///
     /// # Errors
     /// [`StepError`]; the state is untouched, and the servo should be disabled.
-    #[inline]
+    #[inline(always)]
     pub fn control(
         &self,
-        state: &mut ServoLoopState<N, V::State, I::State>,
+        state: &mut ServoLoopState<N, V::State, I::State, S::State>,
         setpoint: i32,
         offset: N::Offset,
         count: i32,
@@ -149,10 +155,10 @@ impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
 
     /// The second half: learn from the sample that [`ServoLoop::control`] gave, its command the one
     /// that acts.
-    #[inline]
+    #[inline(always)]
     pub fn learn(
         &self,
-        state: &mut ServoLoopState<N, V::State, I::State>,
+        state: &mut ServoLoopState<N, V::State, I::State, S::State>,
         sample: &ControlSample<N>,
     ) -> Update<N> {
         self.identifier
@@ -167,7 +173,7 @@ impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     #[inline]
     pub fn learn_with(
         &self,
-        state: &mut ServoLoopState<N, V::State, I::State>,
+        state: &mut ServoLoopState<N, V::State, I::State, S::State>,
         sample: &ControlSample<N>,
         command: N,
     ) -> Result<Update<N>, StepError> {
@@ -177,12 +183,12 @@ impl<N: Arithmetic, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     }
 }
 
-impl<N: Number, I: Identify<N>> ServoLoop<N, LowPass<N>, I> {
+impl<N: Number, I: Identify<N>, S: Shaping<N>> ServoLoop<N, LowPass<N>, I, S> {
     /// From rest at a count under the command of `last`, which the first sample continues. For a state that has run no
     /// sample yet, whose identifier starts anew.
     pub fn hold_from(
         &self,
-        state: &mut ServoLoopState<N, LowPassState<N>, I::State>,
+        state: &mut ServoLoopState<N, LowPassState<N>, I::State, S::State>,
         count: i32,
         last: &ControlSample<N>,
     ) {
@@ -195,7 +201,7 @@ impl<N: Number, I: Identify<N>> ServoLoop<N, LowPass<N>, I> {
     /// time to build a new one.
     pub fn take_over(
         &self,
-        state: &mut ServoLoopState<N, LowPassState<N>, I::State>,
+        state: &mut ServoLoopState<N, LowPassState<N>, I::State, S::State>,
         count: i32,
         last: &ControlSample<N>,
     ) {

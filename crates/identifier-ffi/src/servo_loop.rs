@@ -209,15 +209,17 @@ macro_rules! closed_on_numbers {
         $init_from_constants:ident $machine_estimates:ident;
         $($more:tt)*
     ) => {
+        use identifier_core::control::{Shaped, ShapedState};
         use identifier_core::identifier::{Identify, ServoLoop, ServoLoopState};
         use identifier_core::measurement::{LowPass, VelocityEstimate};
 
         closed! {
-            $object: ServoLoop<f32, LowPass<f32>, $identifier>,
+            $object: ServoLoop<f32, LowPass<f32>, $identifier, Shaped<f32>>,
             ServoLoopState<
                 f32,
                 <LowPass<f32> as VelocityEstimate<f32>>::State,
                 <$identifier as Identify<f32>>::State,
+                ShapedState<f32>,
             >,
             $mark, $words words;
             $init $process $control $learn $estimates $init_from_constants $machine_estimates;
@@ -235,11 +237,13 @@ macro_rules! closed_on_words {
         $init_from_constants:ident $machine_estimates:ident;
     ) => {
         use fixed::types::I16F16;
+        use identifier_core::control::{Shaped, ShapedState};
         use identifier_core::fixed_point::{self, FixedLoopState, Word};
         use identifier_core::Gradient;
 
         closed! {
-            $object: fixed_point::FixedLoop<$parameters>, FixedLoopState<$parameters>,
+            $object: fixed_point::FixedLoop<$parameters, Shaped<Word>>,
+            FixedLoopState<$parameters, ShapedState<Word>>,
             $mark, $words words;
             $init $process $control $learn $estimates $init_from_constants $machine_estimates;
             Gradient<Word, $parameters>, Word: |offset: i32| I16F16::from_bits(offset); |acted: i32| Word::from_bits(acted);

@@ -187,9 +187,9 @@ impl Error {
                 ..Self::of(LOOP_UNSTABLE)
             },
             SettingsError::Estimate(error) => Self::about(ESTIMATE_UNSTABLE, &error.out_of_range()),
-            SettingsError::NoSuchTerm { .. } | SettingsError::NoAmplifier { .. } => {
-                Self::of(NOT_SUPPORTED)
-            }
+            SettingsError::NoSuchTerm { .. }
+            | SettingsError::NoAmplifier { .. }
+            | SettingsError::NotShaped { .. } => Self::of(NOT_SUPPORTED),
         }
     }
 

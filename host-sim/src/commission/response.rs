@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use virtual_servo::{Effects, SensorEffects};
 
 use commissioning::HoldingGains;
-use identifier_core::control::{ControlState, Controller, Setpoint};
+use identifier_core::control::{ControlState, Controller, Setpoint, Shaped};
 use identifier_core::measurement::LowPass;
 use identifier_core::settings::{ControllerSettings, SettingsError};
 
@@ -83,7 +83,8 @@ impl StepResponse {
             controller: Some(gains.controller),
             ..scenario.stated
         };
-        let controller: Result<Controller<f64, LowPass<f64>>, SettingsError> = settings.build();
+        let controller: Result<Controller<f64, LowPass<f64>, Shaped<f64>>, SettingsError> =
+            settings.build();
         let controller = controller.map_err(|error| scenario.fault(&error))?;
         let units = scenario.checked_units()?;
         let sample_time = units.sample_time();

@@ -1,7 +1,7 @@
 //! The Γ-gradient identifier in fixed point, alone and beside the PID of its loop.
 
 use identifier_core::Settings;
-use identifier_core::control::Setpoint;
+use identifier_core::control::{Setpoint, Shaped, ShapedState};
 use identifier_core::error::StepError;
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
@@ -21,8 +21,8 @@ type LawState<V, S, const P: usize> = <GradientIdentifier<Word, V, S, P> as Iden
 
 /// Controller and identifier in fixed point.
 pub(crate) struct FixedLoop<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> {
-    servo_loop: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>>,
-    state: ServoLoopState<Word, V::State, LawState<V, S, P>>,
+    servo_loop: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>, Shaped<Word>>,
+    state: ServoLoopState<Word, V::State, LawState<V, S, P>, ShapedState<Word>>,
     start: i32,
     known: Outcome,
 }
@@ -33,7 +33,7 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> FixedLoop<V,
     /// # Errors
     /// The setting that does not fit the number format, and its range.
     pub(crate) fn new(settings: &Settings, start: i32) -> Result<Self, SettingsError> {
-        let servo_loop: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>> = settings.build()?;
+        let servo_loop: ServoLoop<_, _, GradientIdentifier<Word, V, S, P>, _> = settings.build()?;
         Ok(Self {
             state: servo_loop.start(start),
             start,

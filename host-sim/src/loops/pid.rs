@@ -1,6 +1,6 @@
 //! The PID's loop with an identifier beside it, in floating point.
 
-use identifier_core::control::{ControlState, Controller};
+use identifier_core::control::{ControlState, Controller, Shaped, ShapedState};
 use identifier_core::error::StepError;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
@@ -11,8 +11,8 @@ use identifier_log::experiment::Outcome;
 
 /// A PID controller, and the identifier of its commands.
 pub(crate) struct PidLoop<N: Number, V: VelocityEstimate<N>> {
-    controller: Controller<N, V>,
-    control: ControlState<N, V::State>,
+    controller: Controller<N, V, Shaped<N>>,
+    control: ControlState<N, V::State, ShapedState<N>>,
     feedback: Feedback<N>,
     identifier: Box<dyn DynIdentifier>,
 }
@@ -20,7 +20,7 @@ pub(crate) struct PidLoop<N: Number, V: VelocityEstimate<N>> {
 impl<N: Number, V: VelocityEstimate<N>> PidLoop<N, V> {
     /// At rest at a count.
     pub(crate) fn new(
-        controller: Controller<N, V>,
+        controller: Controller<N, V, Shaped<N>>,
         identifier: Box<dyn DynIdentifier>,
         start: i32,
     ) -> Self {

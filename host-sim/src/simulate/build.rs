@@ -3,7 +3,7 @@
 //! A new estimator is an arm of [`method`].
 
 use identifier_core::Settings;
-use identifier_core::control::Controller;
+use identifier_core::control::{Controller, Shaped};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::IdentifiableSet;
@@ -119,7 +119,7 @@ fn pid<N: Number, V: VelocityEstimate<N, State: Send> + Send + 'static>(
     identifier: Box<dyn DynIdentifier>,
     start: i32,
 ) -> Result<LocalLoop, SettingsError> {
-    let controller: Controller<N, V> = settings.build()?;
+    let controller: Controller<N, V, Shaped<N>> = settings.build()?;
     Ok(Box::new(PidLoop::new(controller, identifier, start)))
 }
 

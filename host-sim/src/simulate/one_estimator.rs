@@ -2,7 +2,7 @@
 //! its velocity from a low-pass, and the fit of a whole record. The types, and so the bits, are those of the program.
 
 use identifier_core::Settings;
-use identifier_core::control::Controller;
+use identifier_core::control::{Controller, Shaped};
 use identifier_core::identifier::GaussNewtonIdentifier;
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{Parameter, Unknowns};
@@ -23,7 +23,7 @@ impl Simulation {
             .settings()
             .map_err(|error| scenario.fault(&error))?;
         let identifier = identifier(scenario, &settings)?;
-        let controller: Controller<f32, LowPass<f32>> =
+        let controller: Controller<f32, LowPass<f32>, Shaped<f32>> =
             (settings.build()).map_err(|error| scenario.fault(&error))?;
         Ok(Self {
             rig: SimulatedAxis::build::<f32>(scenario)?,

@@ -8,7 +8,7 @@ pub struct CommandLimit {
 }
 
 impl CommandLimit {
-    /// No limit.
+    /// No limit. A sample whose command is beyond the range of the number format is refused.
     pub const NONE: Self = Self {
         low: f64::NEG_INFINITY,
         high: f64::INFINITY,

@@ -15,6 +15,7 @@
 //! - Anti-windup is conditional integration (`Command::integrates`). A positive e_k is *not* added if the command
 //!   before the limit is above the upper limit. A negative e_k is not added if that command is below the lower limit.
 //! - u_k acts unchanged from this sample to the next (zero-order hold).
+//! - An error that is not a number gives no command within the limits. So the usual sample does not test the error.
 //!
 //! The model loop's correction (`CommandCorrection`) has the same gains unless others are stated. It also has the same
 //! filter, sum and hold, but neither limit nor anti-windup. It is added to the command that acted, which is limited
@@ -26,16 +27,17 @@ mod limit;
 mod notch;
 mod pid;
 mod reference_filter;
+mod shaping;
 
 pub use feed_forward::{FeedForward, FeedForwardSettings, ReferenceMotion};
 pub use gains::Gains;
 pub use limit::CommandLimit;
 pub use notch::Notch;
-use notch::NotchState;
 pub(crate) use notch::notch_at;
+use pid::Command;
 pub(crate) use pid::{Pid, PidTerms, per_error, sum_exponent};
-use reference_filter::FilteredError;
 pub use reference_filter::ReferenceFilter;
+pub use shaping::{Shaped, ShapedState, Shaping, Unshaped};
 
 use crate::constants::{Encode, encode};
 use crate::error::StepError;
@@ -44,20 +46,14 @@ use crate::number::{Arithmetic, Encoded, Number, RunningSum};
 use crate::scales::FullScales;
 use crate::units::Units;
 
-/// The sampled controller: filter of the reference, feed-forward, velocity estimate and PID. The documentation of this
-/// [module](self) has its control law.
+/// The sampled controller: velocity estimate and PID, and around the PID a [`Shaping`]: filter of the reference,
+/// feed-forward and notch, or none of them. The documentation of this [module](self) has its control law.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Controller<N: Arithmetic, V> {
+pub struct Controller<N: Arithmetic, V, S = Unshaped> {
     /// The control law.
     pid: Pid<N>,
-    /// The filter before it.
-    reference: ReferenceFilter<N>,
-    /// The filter behind it.
-    notch: Notch<N>,
-    /// The feed-forward behind the filter.
-    feed_forward: FeedForward<N>,
-    /// One of these three is there.
-    is_shaped: bool,
+    /// What acts before and behind it.
+    shaping: S,
     /// The velocity estimate the derivative acts on.
     pub velocity: V,
     /// The largest increment that is taken.
@@ -65,70 +61,34 @@ pub struct Controller<N: Arithmetic, V> {
     scales: FullScales,
     errors: N::Counts,
     increments: N::Counts,
-    /// From an increment to an error.
-    to_error: N::Shift,
 }
 
 encode! {
-    [N: Encoded, V: Encode] Controller<N, V> as "Controller" {
-        pid, reference, feed_forward, notch, is_shaped, velocity, most, scales, errors, increments, to_error,
+    [N: Encoded, V: Encode, S: Encode] Controller<N, V, S> as "Controller" {
+        pid, shaping, velocity, most, scales, errors, increments,
     }
 }
 
-impl<N: Arithmetic, V> Controller<N, V> {
+impl<N: Arithmetic, V, S: Default> Controller<N, V, S> {
     /// In fixed point for the signals' full scales.
     pub(crate) fn with_pid(pid: Pid<N>, velocity: V, scales: FullScales) -> Self {
         Self {
             pid,
-            reference: ReferenceFilter::NONE,
-            notch: Notch::NONE,
-            feed_forward: FeedForward::NONE,
-            is_shaped: false,
+            shaping: S::default(),
             velocity,
             most: N::REACH,
             scales,
             errors: N::counts(scales.position),
             increments: N::counts(scales.velocity),
-            to_error: N::lower(scales.position - scales.velocity),
         }
     }
+}
 
+impl<N: Arithmetic, V, S> Controller<N, V, S> {
     /// The same with a largest increment, machine units.
     pub(crate) fn with_most_increment(self, most: f64) -> Self {
         let most = N::signal(most, self.scales.velocity);
         Self { most, ..self }
-    }
-
-    /// The same with a filter of the reference.
-    #[inline]
-    #[must_use]
-    pub fn with_reference_filter(self, reference: ReferenceFilter<N>) -> Self {
-        Self { reference, ..self }.shaped()
-    }
-
-    /// The same with a feed-forward, for these gains and this velocity estimate.
-    #[inline]
-    #[must_use]
-    pub fn with_feed_forward(self, feed_forward: FeedForward<N>) -> Self {
-        Self {
-            feed_forward,
-            ..self
-        }
-        .shaped()
-    }
-
-    /// The same with a notch filter of the command.
-    #[inline]
-    #[must_use]
-    pub fn with_notch(self, notch: Notch<N>) -> Self {
-        Self { notch, ..self }.shaped()
-    }
-
-    #[inline]
-    fn shaped(mut self) -> Self {
-        self.is_shaped =
-            self.reference.is_there() || self.feed_forward.is_there() || self.notch.is_there();
-        self
     }
 
     /// The position error of a setpoint, whole counts and an offset on top, at a count. Counts may wrap at 32 bits:
@@ -159,9 +119,19 @@ impl<N: Arithmetic, V> Controller<N, V> {
     }
 }
 
-impl<N: Number, V> Controller<N, V> {
-    /// A controller of these parts, without reference filter and feed-forward. Increments may be as large as the number
-    /// format counts exactly.
+impl<N: Arithmetic, V> Controller<N, V, Shaped<N>> {
+    /// The same with a shaping that is made for its gains and its velocity estimate.
+    #[inline]
+    #[must_use]
+    pub fn with_shaping(self, shaping: Shaped<N>) -> Self {
+        let finer = self.scales.position - self.scales.velocity;
+        let shaping = shaping.with_finer_increments(finer);
+        Self { shaping, ..self }
+    }
+}
+
+impl<N: Number, V, S: Default> Controller<N, V, S> {
+    /// A controller of these parts that shapes nothing. Increments may be as large as the number format counts exactly.
     #[must_use]
     pub fn new(units: &Units, gains: &Gains, limit: &CommandLimit, velocity: V) -> Self {
         let scales = FullScales::NONE;
@@ -182,14 +152,16 @@ impl<N: Number, V> Controller<N, V> {
         )
     }
 
-    /// A copy with k_p, k_d and k_i multiplied by these factors, above zero, and another velocity estimate. It has no
-    /// reference filter, feed-forward or notch filter. As [`Controller::in_machine_units`] for a sample in which gains
+    /// A copy with k_p, k_d and k_i multiplied by these factors, above zero, and another velocity estimate. Nothing is
+    /// shaped. As [`Controller::in_machine_units`] for a sample in which gains
     /// change.
     #[must_use]
     pub fn scaled(&self, factors: [N; 3], velocity: V) -> Self {
         Self::with_pid(self.pid.scaled(factors), velocity, FullScales::NONE)
     }
+}
 
+impl<N: Number, V, S> Controller<N, V, S> {
     /// The command without integral, notch and limit, command units, for a position error and a velocity in
     /// machine units.
     #[inline]
@@ -205,30 +177,26 @@ impl<N: Number, V> Controller<N, V> {
     }
 }
 
-/// State of the controller between samples.
+/// State of the controller between samples; H is that of its shaping.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ControlState<N: Arithmetic, S> {
+pub struct ControlState<N: Arithmetic, F, H = ()> {
     integral: N::Sum,
-    reference: FilteredError<N>,
-    motion: ReferenceMotion<N>,
-    filter: S,
-    notch: NotchState<N>,
+    filter: F,
+    shaping: H,
 }
 
-impl<N: Arithmetic, S: Default> Default for ControlState<N, S> {
+impl<N: Arithmetic, F: Default, H: Default> Default for ControlState<N, F, H> {
     /// At rest, integral empty, the filtered reference at the servo's position.
     fn default() -> Self {
         Self {
             integral: N::ZERO.sum(),
-            reference: FilteredError::default(),
-            motion: FeedForward::at_rest(N::ZERO),
-            filter: S::default(),
-            notch: NotchState::at(N::ZERO),
+            filter: F::default(),
+            shaping: H::default(),
         }
     }
 }
 
-impl<N: Number, S> ControlState<N, S> {
+impl<N: Number, F, H> ControlState<N, F, H> {
     /// With an integral ∑e that a controller has gathered before, machine units.
     #[must_use]
     pub fn with_integral(self, integral: N) -> Self {
@@ -280,99 +248,86 @@ impl<N: Number> ControlSample<N> {
     }
 }
 
-impl<N: Number> Controller<N, LowPass<N>> {
+impl<N: Number, S: Shaping<N>> Controller<N, LowPass<N>, S> {
     /// The state for a bumpless transfer from another controller, whose last sample is `last`. The command and the
     /// filtered reference continue; a reference model continues from rest.
     #[must_use]
-    pub fn take_over(&self, last: &ControlSample<N>) -> ControlState<N, LowPassState<N>> {
+    pub fn take_over(&self, last: &ControlSample<N>) -> ControlState<N, LowPassState<N>, S::State> {
         let integral = self
             .pid
             .integral_for(last.command, last.error, last.velocity);
         ControlState {
             integral: N::Sum::new(integral),
-            reference: FilteredError(last.error),
-            motion: FeedForward::at_rest(last.error),
             filter: LowPassState::moving(last.velocity),
-            notch: NotchState::at(last.command),
+            shaping: S::continuing(last.error, last.command),
         }
     }
 }
 
-impl<N: Arithmetic, V: VelocityEstimate<N>> Controller<N, V> {
+impl<N: Arithmetic, V: VelocityEstimate<N>, S: Shaping<N>> Controller<N, V, S> {
     /// The state at rest, integral empty, the reference at the servo's position.
     #[must_use]
-    pub fn start(&self) -> ControlState<N, V::State> {
+    pub fn start(&self) -> ControlState<N, V::State, S::State> {
         ControlState::default()
     }
 
     /// One sample: position error and increment of the measured position (machine units) to command.
     ///
     /// # Errors
-    /// [`StepError`] when an input is not finite or beyond the range of the number format; the
-    /// state is then untouched. In fixed point an error beyond its range saturates.
+    /// [`StepError`] when an input is not finite, or beyond the range of the number format where the command is not
+    /// within its limits; the state is then untouched. In fixed point an error beyond its range saturates.
     // A call, and a result that passes through memory, would cost a tenth of a sample.
     #[inline(always)]
     pub fn process(
         &self,
-        state: &mut ControlState<N, V::State>,
+        state: &mut ControlState<N, V::State, S::State>,
         error: N,
         increment: N,
     ) -> Result<ControlSample<N>, StepError> {
         // No number fails this comparison too.
-        let within = error.magnitude() <= N::REACH && increment.magnitude() <= self.most;
-        if !within {
-            return Err(self.refusal(error, increment));
+        let moved_within = increment.magnitude() <= self.most;
+        if !moved_within {
+            return Err(StepError::CountJumped);
         }
-        let error = error.saturated();
-        let velocity = self.velocity.process(&mut state.filter, increment);
-        let (error, wanted) = if self.is_shaped {
-            self.shaped_command(state, error, increment, velocity)
+        let mut filter = state.filter;
+        let velocity = self.velocity.process(&mut filter, increment);
+        let sum = state.integral;
+        let pid = &self.pid;
+        let wanted = move |error| pid.wanted(error, velocity, sum);
+        let (near, wanted, shaped) =
+            self.shaping
+                .process(&state.shaping, error.saturated(), increment, wanted);
+        let command = if pid.is_within(wanted) {
+            Command {
+                value: wanted,
+                integrates: true,
+            }
         } else {
-            (error, self.pid.wanted(error, velocity, state.integral))
+            let is_near = error.magnitude() <= N::REACH;
+            let limited = pid.limited(wanted, near).filter(|_| is_near);
+            limited.ok_or_else(|| Self::refusal(error))?
         };
-        let command = self.pid.limited(wanted, error);
         if command.integrates {
-            self.pid.gather(&mut state.integral, error);
+            pid.gather(&mut state.integral, near);
+        }
+        state.filter = filter;
+        if let Some(shaped) = shaped {
+            state.shaping = shaped;
         }
         Ok(ControlSample {
-            error,
+            error: near,
             increment,
             velocity,
-            command: command.value,
+            command: pid.as_command(command.value),
         })
     }
 
-    /// The error and the command, not limited, with filter, feed-forward and notch. Fixed point has the filter alone.
-    #[inline(never)]
-    fn shaped_command(
-        &self,
-        state: &mut ControlState<N, V::State>,
-        error: N,
-        increment: N,
-        velocity: N,
-    ) -> (N, N) {
-        let moved = increment.lowered(self.to_error);
-        let filtered = &mut state.reference;
-        let error = self.reference.process(filtered, error, moved);
-        if N::IS_FIXED {
-            return (error, self.pid.wanted(error, velocity, state.integral));
-        }
-        let motion = &mut state.motion;
-        let (error, feed_forward) = self.feed_forward.process(motion, error, increment);
-        let wanted = self.pid.wanted(error, velocity, state.integral) + feed_forward;
-        (error, self.notch.process(&mut state.notch, wanted))
-    }
-
     #[cold]
-    fn refusal(&self, error: N, increment: N) -> StepError {
-        // No number fails this comparison too.
-        let moved_within = increment.magnitude() <= self.most;
-        if !moved_within {
-            StepError::CountJumped
-        } else if !error.is_finite() {
-            StepError::ErrorNotFinite
-        } else {
+    fn refusal(error: N) -> StepError {
+        if error.is_finite() {
             StepError::TooFarApart
+        } else {
+            StepError::ErrorNotFinite
         }
     }
 }
@@ -401,18 +356,27 @@ impl<N: Number> Setpoint<N> {
 
 #[cfg(test)]
 mod tests {
-    use super::{CommandLimit, ControlState, Controller, Gains, ReferenceFilter, Setpoint};
+    use super::*;
     use crate::measurement::velocity::LowPass;
     use crate::units::Units;
     use proptest::prelude::*;
 
     /// With a filter of the reference, s, at 1 kHz, in counts of 1 mrad.
-    fn controller(kp: f64, kd: f64, ki: f64, filter: f64) -> Controller<f32, LowPass<f32>> {
+    fn controller(
+        kp: f64,
+        kd: f64,
+        ki: f64,
+        filter: f64,
+    ) -> Controller<f32, LowPass<f32>, Shaped<f32>> {
         let units = Units::new(1e-3, 1e-3).expect("valid");
         let gains = Gains::new(kp, kd, ki).expect("valid");
         let velocity = LowPass::new(&units, 500.0).expect("valid");
-        Controller::new(&units, &gains, &CommandLimit::NONE, velocity)
-            .with_reference_filter(ReferenceFilter::new(&units, filter).expect("valid"))
+        let filter = ReferenceFilter::new(&units, filter).expect("valid");
+        Controller::new(&units, &gains, &CommandLimit::NONE, velocity).with_shaping(Shaped::new(
+            filter,
+            FeedForward::NONE,
+            Notch::NONE,
+        ))
     }
 
     #[test]
@@ -420,7 +384,7 @@ mod tests {
         const STEP: f32 = 1000.0;
         const INCREMENT: f32 = 2.0;
         let mut position = 0.0;
-        let mut process = |of: &Controller<_, _>, state: &mut _| {
+        let mut process = |of: &Controller<_, _, _>, state: &mut _| {
             position += INCREMENT;
             of.process(state, STEP - position, INCREMENT)
                 .expect("in range")

@@ -105,15 +105,13 @@ impl<N: Arithmetic> Pid<N> {
     ) -> Self {
         let (terms, wanted) = PidTerms::new(units, gains, scales, scales.velocity, false);
         let per_integral = N::signal(1.0 / per_error(units, gains), 0);
-        let limited = |limit: f64| {
-            if N::IS_FIXED {
-                // Where there is no limit the range is one.
-                let most = scales.most_command();
-                N::signal(limit.max(-most).min(most), wanted)
-            } else {
-                N::signal(limit, wanted)
-            }
+        // Where there is no limit the range is one.
+        let most = if N::IS_FIXED {
+            scales.most_command()
+        } else {
+            N::REACH.value(wanted)
         };
+        let limited = |limit: f64| N::signal(limit.max(-most).min(most), wanted);
         Self {
             terms,
             per_integral: if per_integral.is_finite() {
@@ -127,35 +125,51 @@ impl<N: Arithmetic> Pid<N> {
     }
 
     /// u = k_p e − k_d v + k_i ∑e, not limited; the sum is ∑e of the samples before this one.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn wanted(&self, error: N, velocity: N, sum: N::Sum) -> N {
         self.linear(error, velocity) + N::of_sum(sum).by(self.terms.integral)
     }
 
-    /// A command that is wanted, at this error, limited.
-    #[inline]
-    pub(crate) fn limited(&self, wanted: N, error: N) -> Command<N> {
-        let (limited, integrates) = if wanted > self.high {
-            (self.high, error <= N::ZERO)
-        } else if wanted < self.low {
-            (self.low, error >= N::ZERO)
+    /// True within the limits; false for NaN.
+    #[inline(always)]
+    pub(crate) fn is_within(&self, wanted: N) -> bool {
+        wanted <= self.high && wanted >= self.low
+    }
+
+    /// A command that is not within the limits, at this error, limited. None for a command that is no number, or beyond
+    /// the range of the number format.
+    #[inline(always)]
+    pub(crate) fn limited(&self, wanted: N, error: N) -> Option<Command<N>> {
+        let is_high = wanted > self.high;
+        let is_limited = N::IS_FIXED || self.high < N::REACH;
+        let is_number = is_high || wanted < self.low;
+        (is_limited && is_number).then_some(if is_high {
+            Command {
+                value: self.high,
+                integrates: error <= N::ZERO,
+            }
         } else {
-            (wanted, true)
-        };
-        Command {
-            value: limited.raised(self.terms.to_command),
-            integrates,
-        }
+            Command {
+                value: self.low,
+                integrates: error >= N::ZERO,
+            }
+        })
+    }
+
+    /// A command in its full scale.
+    #[inline(always)]
+    pub(crate) fn as_command(&self, wanted: N) -> N {
+        wanted.raised(self.terms.to_command)
     }
 
     /// Adds an error to the sum.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn gather(&self, sum: &mut N::Sum, error: N) {
         N::gather(sum, error, self.terms.to_sum);
     }
 
     /// The proportional and derivative parts of a command, without limit: k_p e − k_d v.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn linear(&self, error: N, velocity: N) -> N {
         error.by(self.terms.proportional) - velocity.by(self.terms.derivative)
     }
@@ -177,8 +191,8 @@ impl<N: Number> Pid<N> {
                 to_command: (),
             },
             per_integral: integral.reciprocal(),
-            low,
-            high,
+            low: low.larger(-N::REACH),
+            high: high.smaller(N::REACH),
         }
     }
 
@@ -210,7 +224,12 @@ mod tests {
 
     impl Pid<f64> {
         fn command(&self, error: f64, velocity: f64, integral: f64) -> Command<f64> {
-            self.limited(self.wanted(error, velocity, integral), error)
+            let value = self.wanted(error, velocity, integral);
+            let within = self.is_within(value).then_some(Command {
+                value,
+                integrates: true,
+            });
+            within.or(self.limited(value, error)).expect("a number")
         }
     }
 

@@ -26,13 +26,6 @@ encode! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FilteredError<N>(pub(crate) N);
 
-impl<N: Arithmetic> Default for FilteredError<N> {
-    /// The filtered reference begins where the servo is.
-    fn default() -> Self {
-        Self(N::ZERO)
-    }
-}
-
 impl<N: Arithmetic> ReferenceFilter<N> {
     /// No filter.
     pub const NONE: Self = Self { pole: N::ZERO };
@@ -95,7 +88,7 @@ mod tests {
                 filter::<f64>(sample_time, TIME_CONSTANT),
                 filter::<f32>(sample_time, TIME_CONSTANT),
             );
-            let (mut state, mut single_state) = Default::default();
+            let (mut state, mut single_state) = (FilteredError(0.0), FilteredError(0.0));
             for k in 1..=(0.2 / sample_time) as u32 {
                 let time = f64::from(k) * sample_time;
                 let expected = -STEP * (-time / TIME_CONSTANT).exp_m1();
@@ -117,7 +110,7 @@ mod tests {
     fn without_a_time_constant_the_error_keeps_its_bits() {
         let none = filter::<f32>(1e-3, 0.0);
         assert_eq!(none, ReferenceFilter::NONE);
-        let mut state = FilteredError::default();
+        let mut state = FilteredError(0.0);
         for error in [3.25_f32, -1e6, 1e-30, 0.0, 12345.678] {
             let found = none.process(&mut state, error, 17.0);
             assert_eq!(found.to_bits(), error.to_bits());
@@ -147,7 +140,7 @@ mod tests {
             let sample_time = SAMPLE_TIMES[rate];
             let filter = filter::<f32>(sample_time, time_constant);
             let pole = (-sample_time / time_constant).exp();
-            let mut state = FilteredError::default();
+            let mut state = FilteredError(0.0);
             // From the last position of the servo.
             let (mut position, mut reference, mut exact) = (0_i64, 0_i64, 0.0);
             let mut follow = |position: i64, moved: i64, reference: i64, exact: &mut f64| {

@@ -1,5 +1,5 @@
 use super::{Actuator, PositionSensor};
-use crate::control::{ControlSample, Setpoint};
+use crate::control::{ControlSample, Setpoint, Shaping};
 use crate::error::StepError;
 use crate::identify::Identify;
 use crate::measurement::velocity::VelocityEstimate;
@@ -19,7 +19,13 @@ pub enum ControlStepError<S, A> {
     Actuator(A),
 }
 
-impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
+impl<N, V, I, H> ServoLoop<N, V, I, H>
+where
+    N: Number,
+    V: VelocityEstimate<N>,
+    I: Identify<N>,
+    H: Shaping<N>,
+{
     /// One control step: measure, control, act.
     ///
     /// The identifier learns from the sample afterwards ([`ServoLoop::learn`]), so that it does not delay the
@@ -30,7 +36,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     #[inline]
     pub fn control_step<S: PositionSensor, A: Actuator<N>>(
         &self,
-        state: &mut ServoLoopState<N, V::State, I::State>,
+        state: &mut ServoLoopState<N, V::State, I::State, H::State>,
         setpoint: Setpoint<N>,
         sensor: &mut S,
         actuator: &mut A,
@@ -45,7 +51,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     #[inline]
     pub fn control_step_with<S: PositionSensor, A: Actuator<N>>(
         &self,
-        state: &mut ServoLoopState<N, V::State, I::State>,
+        state: &mut ServoLoopState<N, V::State, I::State, H::State>,
         setpoint: Setpoint<N>,
         sensor: &mut S,
         actuator: &mut A,
@@ -62,7 +68,7 @@ impl<N: Number, V: VelocityEstimate<N>, I: Identify<N>> ServoLoop<N, V, I> {
     #[inline]
     fn try_step<S: PositionSensor, A: Actuator<N>>(
         &self,
-        state: &mut ServoLoopState<N, V::State, I::State>,
+        state: &mut ServoLoopState<N, V::State, I::State, H::State>,
         setpoint: Setpoint<N>,
         sensor: &mut S,
         actuator: &mut A,

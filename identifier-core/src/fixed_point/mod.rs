@@ -73,16 +73,16 @@ mod word;
 use fixed::types::I16F16;
 
 use crate::AB;
-use crate::control::Setpoint;
+use crate::control::{Setpoint, Unshaped};
 use crate::{GradientLoop, GradientLoopState};
 
 pub use word::Word;
 
 /// The PID with a gradient identifier of P unknowns: [`AB`] or [`AB_COULOMB`](crate::AB_COULOMB).
-pub type FixedLoop<const P: usize = AB> = GradientLoop<Word, P>;
+pub type FixedLoop<const P: usize = AB, S = Unshaped> = GradientLoop<Word, P, S>;
 
 /// The state of a [`FixedLoop`].
-pub type FixedLoopState<const P: usize = AB> = GradientLoopState<Word, P>;
+pub type FixedLoopState<const P: usize = AB, H = ()> = GradientLoopState<Word, P, H>;
 
 impl Setpoint<I16F16> {
     /// Converts a setpoint in counts to fixed point, to the nearest 2⁻¹⁶. It consists of whole counts, which wrap at 32

@@ -5,10 +5,13 @@ use crate::unrolled::{each, from_fn};
 
 /// Γ in the hot path: any symmetric positive definite matrix, in fixed point a diagonal one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Gain<N: Arithmetic, const P: usize>([[N::Factor; P]; P]);
+pub(crate) struct Gain<N: Arithmetic, const P: usize> {
+    entries: [[N::Factor; P]; P],
+    is_diagonal: bool,
+}
 
 encode! {
-    [N: Encoded, const P: usize] Gain<N, P> as "Gain" { 0 }
+    [N: Encoded, const P: usize] Gain<N, P> as "Gain" { entries, is_diagonal }
 }
 
 impl<N: Arithmetic, const P: usize> Gain<N, P> {
@@ -21,35 +24,37 @@ impl<N: Arithmetic, const P: usize> Gain<N, P> {
         to: [i32; P],
     ) -> Self {
         let entries = gamma.entries();
-        Self(core::array::from_fn(|i| {
-            core::array::from_fn(|j| {
-                let moves = !(frozen[i] || frozen[j]);
-                N::factor(if moves { entries[i][j] } else { 0.0 }, from[j], to[i])
-            })
-        }))
+        let is_zero = |i: usize, j: usize| i == j || entries[i][j] == 0.0;
+        Self {
+            entries: core::array::from_fn(|i| {
+                core::array::from_fn(|j| {
+                    let moves = !(frozen[i] || frozen[j]);
+                    N::factor(if moves { entries[i][j] } else { 0.0 }, from[j], to[i])
+                })
+            }),
+            is_diagonal: N::IS_FIXED || (0..P).all(|i| (0..P).all(|j| is_zero(i, j))),
+        }
     }
 
     /// True if a full-scale entry of the regressor moves its own entry of Γφ by 2^bits last bits.
     #[inline(always)]
     pub(crate) fn is_felt(&self, place: usize, bits: i32) -> bool {
-        N::is_felt(self.0[place][place], bits)
+        N::is_felt(self.entries[place][place], bits)
     }
 
     /// Γ φ.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn times(&self, regressor: &[N; P]) -> [N; P] {
-        from_fn(N::ZERO, |i| {
-            if N::IS_FIXED {
-                regressor[i].by(self.0[i][i])
-            } else {
-                dot(&self.0[i], regressor)
-            }
-        })
+        if N::IS_FIXED || self.is_diagonal {
+            from_fn(N::ZERO, |i| regressor[i].by(self.entries[i][i]))
+        } else {
+            from_fn(N::ZERO, |i| dot(&self.entries[i], regressor))
+        }
     }
 }
 
 /// A row times the regressor: a function of its own, for its loop to be written out.
-#[inline]
+#[inline(always)]
 fn dot<N: Arithmetic, const P: usize>(row: &[N::Factor; P], regressor: &[N; P]) -> N {
     let mut sum = regressor[0].by(row[0]);
     each::<P>(|j| {

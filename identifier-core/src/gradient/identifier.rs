@@ -73,10 +73,21 @@ pub struct GradientIdentifierState<N: Arithmetic, F, const P: usize> {
 }
 
 impl<N: Arithmetic, F, const P: usize> GradientIdentifierState<N, F, P> {
-    #[inline]
+    #[inline(always)]
     fn estimates(&self) -> [N; P] {
         from_fn(N::ZERO, |i| N::of_sum(self.estimates[i]))
     }
+}
+
+/// Why the estimator's share of a sample is not the usual one.
+#[derive(Debug, Clone, Copy)]
+enum Exception {
+    /// The servo is at standstill.
+    Standing,
+    /// The guard shortens the step.
+    Strong,
+    /// An estimate has left its range.
+    Outside,
 }
 
 /// The estimates of a sample, machine units.
@@ -86,6 +97,10 @@ pub struct GradientEstimates<N, const P: usize> {
     /// The part of the load that the correction's integral carries, command units.
     load_command: N,
 }
+
+/// Its state, by the velocity filter.
+type StateOf<N, V, const P: usize> =
+    GradientIdentifierState<N, <V as VelocityEstimate<N>>::State, P>;
 
 impl<N, V, S, const P: usize> GradientIdentifier<N, V, S, P>
 where
@@ -148,9 +163,7 @@ where
     }
 
     /// Nothing is learnt; a model with friction is set to the servo's position.
-    #[cold]
-    #[inline(never)]
-    fn stand(&self, state: &mut GradientIdentifierState<N, V::State, P>, command: N) -> Event {
+    fn stand(&self, state: &mut StateOf<N, V, P>, command: N) -> Event {
         if S::HAS_COULOMB {
             state.model.hold_at_measurement();
         }
@@ -166,7 +179,7 @@ where
     }
 
     /// True if a command overcomes load and friction by the estimates.
-    fn should_move(&self, state: &GradientIdentifierState<N, V::State, P>, command: N) -> bool {
+    fn should_move(&self, state: &StateOf<N, V, P>, command: N) -> bool {
         let parameters = ModelParameters::from_values::<S, P>(&state.estimates());
         let pushed = self.model.drive(&state.model, command, &parameters);
         // Twice the friction, so that estimates that have not settled raise no false alarm, and more
@@ -175,47 +188,92 @@ where
         pushed.magnitude() > parameters.coulomb + parameters.coulomb + hidden
     }
 
-    /// The guard shortens the estimator's step.
-    #[cold]
-    #[inline(never)]
-    fn learn_slowly(
+    /// The estimator's share of a sample; the exception if it is not the usual one.
+    #[inline(always)]
+    fn learn_from(
         &self,
-        state: &mut GradientIdentifierState<N, V::State, P>,
-        rate: N,
-        regressor: [N; P],
-    ) -> Event {
-        let output_error = self.model.output_error(&state.model);
-        let update = self.update(state, output_error, rate, &regressor);
-        self.law.shorten(&mut state.estimates, &update);
-        Event::Slowed
-    }
-
-    /// The event, where the model may have left its range: in floating point the guard acts before that.
-    #[cold]
-    #[inline(never)]
-    fn restart_if_lost(
-        &self,
-        state: &mut GradientIdentifierState<N, V::State, P>,
-        event: Event,
-    ) -> Event {
-        if state.model.restart_if_lost() {
-            Event::Restarted
+        state: &mut StateOf<N, V, P>,
+        increment: N,
+        observed: &Observed<N, P>,
+    ) -> Option<Exception> {
+        // At standstill nothing can be learnt: it must not be mistaken for a small b when the
+        // amplifier is off, and a slip within the friction's band shows nothing.
+        let is_still = if S::HAS_COULOMB {
+            self.standstill.is_still(&mut state.rest, increment)
         } else {
-            event
+            self.standstill.is_at_rest(&mut state.rest, increment)
+        };
+        if is_still {
+            return Some(Exception::Standing);
         }
+        let update = self.step(state, observed);
+        if !update.is_gentle() {
+            return Some(Exception::Strong);
+        }
+        self.law.add(&mut state.estimates, &update);
+        let is_inside = self.law.projection.contains(&state.estimates);
+        (!is_inside).then_some(Exception::Outside)
     }
 
     /// The estimator's step.
-    #[inline]
-    fn update(
-        &self,
-        state: &GradientIdentifierState<N, V::State, P>,
-        output_error: N,
-        rate: N,
-        regressor: &[N; P],
-    ) -> GradientStep<N, P> {
+    #[inline(always)]
+    fn step(&self, state: &StateOf<N, V, P>, observed: &Observed<N, P>) -> GradientStep<N, P> {
         let gain = ModelParameters::from_values::<S, P>(&state.estimates()).gain;
-        self.law.update(regressor, output_error, rate, gain)
+        let (output_error, rate) = (observed.output_error, observed.rate);
+        self.law
+            .update(&observed.regressor, output_error, rate, gain)
+    }
+
+    /// The model's share of a sample.
+    #[inline(always)]
+    fn advance(
+        &self,
+        state: &mut StateOf<N, V, P>,
+        observed: &Observed<N, P>,
+        command: N,
+        event: Event,
+    ) -> Update<N> {
+        let parameters = ModelParameters::from_values::<S, P>(&state.estimates());
+        let phase =
+            self.model
+                .advance::<S, P>(&mut state.model, observed.rate, command, &parameters);
+        // In floating point the guard acts before the model can leave its range.
+        let may_be_lost = N::IS_FIXED || event != Event::None;
+        let is_lost = may_be_lost && state.model.restart_if_lost();
+        if S::HAS_COULOMB && phase == FrictionPhase::Stuck && self.standstill.is_paused(&state.rest)
+        {
+            state.model.hold_at_measurement();
+        }
+        Update {
+            output_error: observed.output_error,
+            event: if is_lost { Event::Restarted } else { event },
+        }
+    }
+
+    /// The rest of a sample with an exception. By value and with a model of its own: so the usual sample keeps its numbers
+    /// in registers.
+    #[cold]
+    #[inline(never)]
+    fn advance_rarely(
+        &self,
+        state: &mut StateOf<N, V, P>,
+        observed: Observed<N, P>,
+        command: N,
+        exception: Exception,
+    ) -> Update<N> {
+        let event = match exception {
+            Exception::Standing => self.stand(state, command),
+            Exception::Strong => {
+                let update = self.step(state, &observed);
+                self.law.shorten(&mut state.estimates, &update);
+                Event::Slowed
+            }
+            Exception::Outside => {
+                self.law.projection.apply(&mut state.estimates);
+                Event::None
+            }
+        };
+        self.advance(state, &observed, command, event)
     }
 }
 
@@ -225,7 +283,7 @@ where
     V: VelocityEstimate<N>,
     S: ParameterSet<P>,
 {
-    type State = GradientIdentifierState<N, V::State, P>;
+    type State = StateOf<N, V, P>;
     type Snapshot = GradientEstimates<N, P>;
 
     fn start(&self) -> Self::State {
@@ -247,52 +305,13 @@ where
     }
 
     /// In fixed point values beyond their full scales saturate.
-    #[inline]
+    #[inline(always)]
     fn update(&self, state: &mut Self::State, increment: N, command: N) -> Update<N> {
         let increment = increment.saturated();
         let observed = self.model.observe::<S, P>(&mut state.model, increment);
-        let Observed {
-            output_error,
-            rate,
-            regressor,
-        } = observed;
-        // At standstill nothing can be learnt: it must not be mistaken for a small b when the
-        // amplifier is off, and a slip within the friction's band shows nothing.
-        let is_still = if S::HAS_COULOMB {
-            self.standstill.is_still(&mut state.rest, increment)
-        } else {
-            self.standstill.is_at_rest(&mut state.rest, increment)
-        };
-        let event = if is_still {
-            self.stand(state, command)
-        } else {
-            let update = self.update(state, output_error, rate, &regressor);
-            if update.is_gentle() {
-                self.law.take(&mut state.estimates, &update);
-                Event::None
-            } else {
-                // By value: with a reference, the compiler would keep it in memory in every sample.
-                self.learn_slowly(state, rate, regressor)
-            }
-        };
-        let parameters = ModelParameters::from_values::<S, P>(&state.estimates());
-        let phase = self
-            .model
-            .advance::<S, P>(&mut state.model, rate, command, &parameters);
-        let event = if N::IS_FIXED && state.model.restart_if_lost() {
-            Event::Restarted
-        } else if !N::IS_FIXED && event != Event::None {
-            self.restart_if_lost(state, event)
-        } else {
-            event
-        };
-        if S::HAS_COULOMB && phase == FrictionPhase::Stuck && self.standstill.is_paused(&state.rest)
-        {
-            state.model.hold_at_measurement();
-        }
-        Update {
-            output_error,
-            event,
+        match self.learn_from(state, increment, &observed) {
+            None => self.advance(state, &observed, command, Event::None),
+            Some(exception) => self.advance_rarely(state, observed, command, exception),
         }
     }
 

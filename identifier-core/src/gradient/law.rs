@@ -33,7 +33,8 @@ pub(crate) struct Gradient<N: Arithmetic, const P: usize> {
     /// The shift of y before it acts on an estimate, and the largest y that each of them leaves a word.
     raise: [N::Shift; P],
     small: N,
-    projection: Projection<N, P>,
+    /// The range of the estimates.
+    pub(crate) projection: Projection<N, P>,
 }
 
 encode! {
@@ -57,7 +58,7 @@ pub(crate) struct GradientStep<N, const P: usize> {
 
 impl<N: Arithmetic, const P: usize> GradientStep<N, P> {
     /// True if the guard leaves the whole step; false for NaN.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub(crate) fn is_gentle(&self) -> bool {
         // Where ε or ε̇ is infinite or NaN the regressor is too, and the comparison is false.
@@ -134,7 +135,7 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
 
     /// The update from the regressor ψ = −φ, the output error ε, its rate ε̇ and the present estimate b̂. All are in
     /// machine units.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub(crate) fn update(
         &self,
@@ -162,24 +163,23 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
         }
     }
 
-    /// Takes an update within the guard.
-    #[inline]
-    pub(crate) fn take(&self, estimates: &mut [N::Sum; P], update: &GradientStep<N, P>) {
+    /// Adds an update within the guard.
+    #[inline(always)]
+    pub(crate) fn add(&self, estimates: &mut [N::Sum; P], update: &GradientStep<N, P>) {
         let (direction, output) = (update.direction, update.output);
         if !N::IS_FIXED || output.magnitude() <= self.small {
             each::<P>(|i| {
                 N::gather_product(&mut estimates[i], direction[i], output, self.raise[i]);
             });
         } else {
-            self.take_far(estimates, direction, output);
+            self.add_far(estimates, direction, output);
         }
-        self.projection.apply(estimates);
     }
 
     /// The step for a y that is no word when it is raised.
     #[cold]
     #[inline(never)]
-    fn take_far(&self, estimates: &mut [N::Sum; P], direction: [N; P], output: N) {
+    fn add_far(&self, estimates: &mut [N::Sum; P], direction: [N; P], output: N) {
         for i in 0..P {
             N::gather_far(&mut estimates[i], direction[i], output, self.raise[i]);
         }
@@ -191,7 +191,8 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
         if (update.strength + update.output).is_finite() {
             let shortened = update.strongest.quotient(update.strength);
             let output = update.output.part(shortened);
-            self.take(estimates, &GradientStep { output, ..*update });
+            self.add(estimates, &GradientStep { output, ..*update });
+            self.projection.apply(estimates);
         }
     }
 }
@@ -229,7 +230,8 @@ mod tests {
         let (error, rate) = (0.4, -0.1);
         let update = law.update(&phi, error, rate, 0.0);
         assert!(update.is_gentle());
-        law.take(&mut state, &update);
+        law.add(&mut state, &update);
+        law.projection.apply(&mut state);
         let y = 0.5 * error + rate;
         for (i, estimate) in state.into_iter().enumerate() {
             let step: f64 = (0..3).map(|j| GAMMA[i][j] * phi[j]).sum();

@@ -40,29 +40,27 @@ impl<N: Arithmetic, const P: usize> Projection<N, P> {
         core::array::from_fn(|i| estimates[i] <= self.low[i] || estimates[i] >= self.high[i])
     }
 
-    /// Moves the estimates back into the parameter range if they have left it.
-    #[inline]
-    pub(crate) fn apply(&self, estimates: &mut [N::Sum; P]) {
+    /// True if all estimates are inside; false for NaN.
+    #[inline(always)]
+    pub(crate) fn contains(&self, estimates: &[N::Sum; P]) -> bool {
         let mut inside = true;
         each::<P>(|i| inside &= self.is_inside(i, N::of_sum(estimates[i])));
-        if !inside {
-            self.enter_all(estimates);
-        }
+        inside
     }
 
-    /// False for NaN, too.
-    #[inline]
-    fn is_inside(&self, place: usize, value: N) -> bool {
-        value >= self.low[place] && value <= self.high[place]
-    }
-
-    #[cold]
-    fn enter_all(&self, estimates: &mut [N::Sum; P]) {
+    /// Moves the estimates back into the parameter range if they have left it.
+    pub(crate) fn apply(&self, estimates: &mut [N::Sum; P]) {
         for i in 0..P {
             if !self.is_inside(i, N::of_sum(estimates[i])) {
                 self.enter(estimates, i);
             }
         }
+    }
+
+    /// False for NaN, too.
+    #[inline(always)]
+    fn is_inside(&self, place: usize, value: N) -> bool {
+        value >= self.low[place] && value <= self.high[place]
     }
 
     fn enter(&self, estimates: &mut [N::Sum; P], face: usize) {

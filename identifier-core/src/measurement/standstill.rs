@@ -80,7 +80,7 @@ impl<N: Arithmetic> Standstill<N> {
     }
 
     /// True if the servo has stayed within a slip for a [`Standstill::PAUSE`].
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub(crate) fn is_paused(&self, rest: &Rest<N>) -> bool {
         rest.still >= self.pause
@@ -107,7 +107,7 @@ impl<N: Arithmetic> Standstill<N> {
     }
 
     /// Takes the increment of a sample; true at standstill.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn is_still(&self, rest: &mut Rest<N>, increment: N) -> bool {
         rest.away = rest.away + increment;
         if rest.away.magnitude() > self.slip {
@@ -118,7 +118,7 @@ impl<N: Arithmetic> Standstill<N> {
     }
 
     /// The same for a servo without friction, which does not slip: any count is motion.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn is_at_rest(&self, rest: &mut Rest<N>, increment: N) -> bool {
         if increment != N::ZERO {
             (rest.still, rest.pushed) = (0, 0);
@@ -127,7 +127,7 @@ impl<N: Arithmetic> Standstill<N> {
         self.waits(rest)
     }
 
-    #[inline]
+    #[inline(always)]
     fn waits(&self, rest: &mut Rest<N>) -> bool {
         let is_still = rest.still >= self.patience;
         if !is_still {

@@ -126,7 +126,7 @@ impl<N: Arithmetic> VelocityEstimate<N> for LowPass<N> {
         Self::new(units, cutoff)
     }
 
-    #[inline]
+    #[inline(always)]
     fn process(&self, state: &mut Self::State, increment: N) -> N {
         N::low_pass(&mut state.0, self.pole, self.gain, increment)
     }
@@ -154,7 +154,7 @@ impl<N: Arithmetic> VelocityEstimate<N> for BackwardDifference {
         Ok(Self)
     }
 
-    #[inline]
+    #[inline(always)]
     fn process(&self, _: &mut Self::State, increment: N) -> N {
         increment
     }
@@ -211,7 +211,7 @@ impl<N: Arithmetic> VelocityEstimate<N> for AveragedDifference<N> {
         Ok(Self::new())
     }
 
-    #[inline]
+    #[inline(always)]
     fn process(&self, state: &mut Self::State, increment: N) -> N {
         let velocity = (increment + state.0).part(self.half);
         state.0 = increment;

@@ -39,7 +39,7 @@ impl<N: Arithmetic> CommandCorrection<N> {
 
     /// The command that acts on the model, u + u_ε. It follows from the command that acted, the sum ω of the samples
     /// before this one (as in the PID (3)), the output error and its rate. All are in machine units.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn process(&self, sum: &mut N::Sum, command: N, output_error: N, rate: N) -> N {
         let load = self.load_command(*sum);
         N::gather(sum, output_error, self.terms.to_sum);
@@ -51,7 +51,7 @@ impl<N: Arithmetic> CommandCorrection<N> {
     }
 
     /// k_i ω: the load over the gain as the integral estimates it, command units.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn load_command(&self, sum: N::Sum) -> N {
         N::of_sum(sum).by(self.terms.integral)
     }

@@ -89,7 +89,7 @@ impl<N: Arithmetic> FrictionStep<N> {
 
     /// Moves one sample from `velocity` under the held acceleration `drive`. x is a T, and the friction is `coulomb` ≥
     /// 0.
-    #[inline]
+    #[inline(always)]
     pub fn process(
         &self,
         x: N::Factor,
@@ -102,7 +102,7 @@ impl<N: Arithmetic> FrictionStep<N> {
 
     /// [`FrictionStep::process`] with the response over a whole sample, [`ZeroOrderHoldStep::response`] of x,
     /// that is kept while x does not change.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn process_with(
         &self,
         response: &Response<N>,

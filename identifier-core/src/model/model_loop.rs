@@ -165,7 +165,7 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> ModelLoop<N, V> {
 
     /// Takes the increment of the servo since the last sample and gives output error, rate and
     /// regressor.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn observe<S: ParameterSet<P>, const P: usize>(
         &self,
         state: &mut ModelState<N, V::State>,
@@ -196,7 +196,7 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> ModelLoop<N, V> {
     }
 
     /// Moves the model to the next sample under the command that acts until then. `rate` is the observed ε̇.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn advance<S: ParameterSet<P>, const P: usize>(
         &self,
         state: &mut ModelState<N, V::State>,
@@ -232,14 +232,14 @@ impl<N: Arithmetic, V: VelocityEstimate<N>> ModelLoop<N, V> {
     }
 
     /// Output error ε = q − q_e, machine units.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn output_error(&self, state: &ModelState<N, V::State>) -> N {
         N::of_fine(state.output_error).saturated()
     }
 
     /// k_i ω: the load over the gain as the correction's integral estimates it, command units; by (9),
     /// ω → 0.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn load_command(&self, state: &ModelState<N, V::State>) -> N {
         self.correction.load_command(state.integral_error)
     }

@@ -63,7 +63,7 @@ pub(crate) struct Response<N> {
 
 impl<N: Arithmetic> Response<N> {
     /// The motion over a whole sample from `velocity` under the held acceleration `drive`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn motion(&self, x: N::Factor, drive: N, velocity: N::Fine) -> Motion<N> {
         let now = N::of_fine(velocity);
         let acceleration = drive - now.by(x);
@@ -76,7 +76,7 @@ impl<N: Arithmetic> Response<N> {
     }
 
     /// The distance that an acceleration adds.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn displacement(&self, acceleration: N) -> N {
         self.displacement.times(acceleration).quartered()
     }
@@ -101,7 +101,7 @@ impl<N: Arithmetic> ZeroOrderHoldStep<N> {
     }
 
     /// The response over a whole sample.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn response(&self, x: N::Factor) -> Response<N> {
         let mut displacement = self.coefficients[N::SERIES_TERMS - 1];
         each::<MAX_TERMS>(|i| {
@@ -130,7 +130,7 @@ impl<N: Arithmetic> ZeroOrderHoldStep<N> {
     }
 
     /// Moves one sample from `velocity` under the held acceleration `drive`, with x = a T.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn process(&self, x: N::Factor, drive: N, velocity: N::Fine) -> Motion<N> {
         self.response(x).motion(x, drive, velocity)
     }

@@ -1,6 +1,6 @@
 use super::parameter_range::nominal_range;
 use super::{ControllerSettings, GainError, Settings, SettingsError, diagonal};
-use crate::control::{ControlState, Controller, Gains};
+use crate::control::{ControlState, Controller, Gains, Shaped};
 use crate::excitation::Excitation;
 use crate::gradient::Gradient;
 use crate::linalg::PositiveDefinite;
@@ -38,7 +38,7 @@ impl Settings {
             controller: self.controller.or(Some(like_the_correction)),
             ..*self
         };
-        let controller: Controller<f64, V> = in_loop.build()?;
+        let controller: Controller<f64, V, Shaped<f64>> = in_loop.build()?;
         let moments = corners(&range)
             .map(|(a, b)| simulated_moments(&units, &controller, reference, samples, a, b));
         let gamma = gamma_for::<S, P>(&units, &range, gains.kd(), moments)?;
@@ -141,7 +141,7 @@ fn least(moments: &[Moments; 4], of: impl Fn(&Moments) -> f64) -> f64 {
 /// E q̇² and E u² of the loop around one servo, SI, over this number of samples of a reference.
 fn simulated_moments<V, E>(
     units: &Units,
-    controller: &Controller<f64, V>,
+    controller: &Controller<f64, V, Shaped<f64>>,
     reference: &E,
     samples: u32,
     a: f64,

@@ -61,6 +61,12 @@ pub enum SettingsError {
         /// The name of the setting.
         setting: &'static str,
     },
+    /// The controller has a reference filter, a feed-forward or a notch, and its type has none. See
+    /// [`Shaped`](crate::control::Shaped).
+    NotShaped {
+        /// The name of the setting.
+        setting: &'static str,
+    },
     /// A setting that has no default and was not given.
     NotGiven {
         /// Its name.
@@ -86,6 +92,10 @@ impl fmt::Display for SettingsError {
                 f,
                 "{setting} is declared, but for this identifier every command acts at once: leave it out, or put the \
                  amplifier in front of the identifier (not in fixed point)"
+            ),
+            Self::NotShaped { setting } => write!(
+                f,
+                "this controller has no {setting}: build it as Controller<_, _, Shaped<_>>, or leave {setting} out"
             ),
             Self::NotGiven { setting } => write!(f, "{setting} is required here"),
         }

@@ -21,7 +21,7 @@ pub use error::{GainError, SettingsError};
 pub use identifier::{IdentifierSettings, ParameterRangeSettings, RangeSettings, TermSettings};
 
 use crate::control::{
-    CommandLimit, FeedForward, FeedForwardSettings, Gains, Notch, ReferenceFilter,
+    CommandLimit, FeedForward, FeedForwardSettings, Gains, Notch, ReferenceFilter, Shaped,
 };
 use crate::error::{Allowed, OutOfRange};
 use crate::measurement::velocity::{Transfer, VelocityEstimate};
@@ -162,6 +162,34 @@ impl ControllerSettings {
             Some(given) => FeedForward::new(units, given, &self.gains()?, velocity),
             None => Ok(FeedForward::NONE),
         }
+    }
+
+    /// The first setting that asks for more than a PID, by name.
+    #[must_use]
+    pub fn shaping_setting(&self) -> Option<&'static str> {
+        let given = [
+            ("reference_filter", self.reference_filter != 0.0),
+            ("notch", self.notch != 0.0),
+            ("feed_forward", self.feed_forward.is_some()),
+        ];
+        let first = given.into_iter().find(|(_, is_given)| *is_given);
+        first.map(|(setting, _)| setting)
+    }
+
+    /// All three, for the controller's estimate of the velocity.
+    ///
+    /// # Errors
+    /// That of the first that is out of its range.
+    pub fn shaping<N: Arithmetic>(
+        &self,
+        units: &Units,
+        velocity: &Transfer,
+    ) -> Result<Shaped<N>, OutOfRange> {
+        Ok(Shaped::new(
+            self.reference_filter(units)?,
+            self.feed_forward(units, velocity)?,
+            self.notch(units)?,
+        ))
     }
 
     /// The limit.

@@ -9,7 +9,8 @@ use super::possible_servos::PossibleServo;
 use super::resonance::Mode;
 use super::sampled_response::split;
 use crate::control::{
-    CommandLimit, ControlState, Controller, FeedForward, Gains, Notch, ReferenceFilter,
+    CommandLimit, ControlState, Controller, FeedForward, Gains, Notch, ReferenceFilter, Shaped,
+    ShapedState,
 };
 use crate::error::OutOfRange;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
@@ -36,8 +37,8 @@ pub(super) struct TestSignal {
 /// A loop in motion. Positions are in rad, time in samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ClosedLoop {
-    controller: Controller<f64, LowPass<f64>>,
-    state: ControlState<f64, LowPassState<f64>>,
+    controller: Controller<f64, LowPass<f64>, Shaped<f64>>,
+    state: ControlState<f64, LowPassState<f64>, ShapedState<f64>>,
     sample_time: f64,
     signal: TestSignal,
     gain: f64,
@@ -112,10 +113,9 @@ impl ClosedLoop {
             Some(given) => FeedForward::new(&units, given, &gains, &velocity.transfer())?,
             None => FeedForward::NONE,
         };
-        let controller = Controller::new(&units, &gains, &limit, velocity)
-            .with_reference_filter(reference)
-            .with_feed_forward(feed_forward)
-            .with_notch(Self::notch(design, &units));
+        let controller = Controller::new(&units, &gains, &limit, velocity).with_shaping(
+            Shaped::new(reference, feed_forward, Self::notch(design, &units)),
+        );
         Ok(Self {
             controller,
             state,

@@ -4,7 +4,7 @@
 use crate::support::{Bench, certified, shown};
 use fixed::types::I16F16;
 use identifier_core::GradientLoop;
-use identifier_core::control::{Controller, Setpoint};
+use identifier_core::control::{Controller, Setpoint, Shaped};
 use identifier_core::error::{Allowed, StepError};
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedLoop, Word};
@@ -393,7 +393,7 @@ where
     V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
-    let words: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>> = match settings.build() {
+    let words: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>, Shaped<Word>> = match settings.build() {
         Ok(words) => words,
         Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
     };
@@ -531,8 +531,8 @@ proptest! {
         // Each sample rounds the filtered reference by a last bit of the error.
         let last_bit = 9.0 * settings.resolution * 8192.0 / f64::from(1 << 30);
         let tolerance = 1e-6 + last_bit * (1e3 * reference_filter).min(300.0);
-        let exact: GradientLoop<f64, 2> = settings.build().expect("valid");
-        let words: Controller<Word, LowPass<Word>> = settings.build().expect("it fits");
+        let exact: GradientLoop<f64, 2, Shaped<f64>> = settings.build().expect("valid");
+        let words: Controller<Word, LowPass<Word>, Shaped<Word>> = settings.build().expect("it fits");
         let mut exact_state = exact.start(start);
         let mut state = words.start();
         let mut count = start;

@@ -46,7 +46,7 @@ fn every_setting_out_of_range_is_named() {
     assert!(valid().build::<GradientLoop<f32, 3>>().is_ok());
     assert!(valid().build::<GaussNewton>().is_ok());
     type Change = fn(&mut Settings);
-    let of_gradient: [(&str, Change); 27] = [
+    let of_gradient: [(&str, Change); 28] = [
         ("sample_time", |s| s.sample_time = 0.0),
         ("sample_time", |s| s.sample_time = f64::NAN),
         ("resolution", |s| s.resolution = -1.0),
@@ -59,7 +59,10 @@ fn every_setting_out_of_range_is_named() {
         ("limit_low", |s| controller(s).limit = [1.0, 2.0]),
         ("limit_high", |s| controller(s).limit = [-1.0, 0.0]),
         ("reference_filter", |s| {
-            controller(s).reference_filter = -1.0
+            controller(s).reference_filter = 0.02
+        }),
+        ("notch", |s| {
+            controller(s).notch = 300.0
         }),
         ("controller", |s| s.controller = None),
         ("servo_range.b", |s| range(s, [0.0, 1.0], [9.0, 8.0])),

@@ -1,7 +1,9 @@
 //! An independent model of a loop: its frequency response from the textbook's formulas, and its motion by the
 //! servo that the core is judged by.
 
-use identifier_core::control::{CommandLimit, Controller, Gains};
+use identifier_core::control::{
+    CommandLimit, ControlState, Controller, Gains, Shaped, ShapedState,
+};
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
@@ -152,9 +154,8 @@ pub(crate) fn sensitivity(tuning: &Tuning, sample_time: f64, servo: &Candidate) 
 
 /// A loop that runs: the core's controller around the virtual servo.
 pub(crate) struct Bench {
-    controller: Controller<f64, LowPass<f64>>,
-    state:
-        identifier_core::control::ControlState<f64, <LowPass<f64> as VelocityEstimate<f64>>::State>,
+    controller: Controller<f64, LowPass<f64>, Shaped<f64>>,
+    state: ControlState<f64, <LowPass<f64> as VelocityEstimate<f64>>::State, ShapedState<f64>>,
     servo: Servo,
     encoder: Option<(Encoder, f64)>,
     measured: f64,
@@ -195,15 +196,12 @@ impl Bench {
         let limit = CommandLimit::from_range(range).expect("valid");
         let units = Units::new(sample_time, 1.0).expect("valid");
         let gains = Gains::new(tuning.kp, tuning.kd, tuning.ki).expect("valid");
-        let state = identifier_core::control::ControlState::default();
+        let state = ControlState::default();
         let velocity = LowPass::new(&units, tuning.cutoff).expect("valid");
         let pid = ControllerSettings::tuned(tuning, range);
-        let feed_forward = pid.feed_forward(&units, &velocity.transfer());
+        let shaping = pid.shaping(&units, &velocity.transfer()).expect("valid");
         Self {
-            controller: Controller::new(&units, &gains, &limit, velocity)
-                .with_reference_filter(pid.reference_filter(&units).expect("valid"))
-                .with_feed_forward(feed_forward.expect("valid"))
-                .with_notch(pid.notch(&units).expect("valid")),
+            controller: Controller::new(&units, &gains, &limit, velocity).with_shaping(shaping),
             state: state.with_integral(held / (tuning.ki * sample_time)),
             servo: Servo::at_rest(parameters, effects, sample_time, 1).expect("valid"),
             encoder: (resolution > 0.0)

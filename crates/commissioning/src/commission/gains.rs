@@ -1,5 +1,5 @@
 use super::Limits;
-use identifier_core::control::Controller;
+use identifier_core::control::{Controller, Shaped};
 use identifier_core::error::OutOfRange;
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::number::Number;
@@ -8,7 +8,7 @@ use identifier_core::tuning::Tuning;
 use identifier_core::units::Units;
 
 /// The PID that every half of a commissioning closes: with a low-pass velocity estimate.
-pub(super) type Loop<N> = Controller<N, LowPass<N>>;
+pub(super) type Loop<N> = Controller<N, LowPass<N>, Shaped<N>>;
 
 /// The state of that estimate.
 pub(super) type Velocity<N> = <LowPass<N> as VelocityEstimate<N>>::State;
@@ -40,11 +40,7 @@ impl HoldingGains {
         let given = &self.controller;
         let (gains, limit) = (given.gains()?, given.command_limit()?);
         let velocity = LowPass::new(units, self.cutoff)?;
-        let reference = given.reference_filter(units)?;
-        let feed_forward = given.feed_forward(units, &velocity.transfer())?;
-        Ok(Controller::new(units, &gains, &limit, velocity)
-            .with_reference_filter(reference)
-            .with_feed_forward(feed_forward)
-            .with_notch(given.notch(units)?))
+        let shaping = given.shaping(units, &velocity.transfer())?;
+        Ok(Controller::new(units, &gains, &limit, velocity).with_shaping(shaping))
     }
 }

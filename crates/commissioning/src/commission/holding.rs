@@ -1,6 +1,6 @@
 use super::conservative_pid::ConservativePid;
 use super::gains::{Loop, Velocity};
-use identifier_core::control::{ControlSample, ControlState};
+use identifier_core::control::{ControlSample, ControlState, ShapedState};
 use identifier_core::number::Number;
 
 /// A servo that is held, or brought to a place at a bounded speed. Positions in counts from where the
@@ -8,7 +8,7 @@ use identifier_core::number::Number;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Holding<N: Number> {
     controller: Loop<N>,
-    state: ControlState<N, Velocity<N>>,
+    state: ControlState<N, Velocity<N>, ShapedState<N>>,
     /// The reference, and where it goes.
     reference: N,
     target: N,

@@ -2,7 +2,7 @@
 //! costs a branch or two per sample.
 
 use drive_link::{Estimates, Estimator, LoopSettings, NotAllowed};
-use identifier_core::control::{ControlSample, Setpoint};
+use identifier_core::control::{ControlSample, Setpoint, Shaped, ShapedState};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
     ExpectedMotion, GaussNewtonRecursion, GradientIdentifier, IdentifiableSet, Identify,
@@ -62,12 +62,13 @@ pub(crate) type Settled = SettledEstimates<f32, 4>;
 /// A loop with one identifier, which learns behind the declared amplifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct With<I: Identify<f32>> {
-    servo_loop: ServoLoop<f32, Velocity, I>,
+    servo_loop: ServoLoop<f32, Velocity, I, Shaped<f32>>,
     amplifier: (
         Amplifier<f32, MAX_DELAYED>,
         AmplifierState<f32, MAX_DELAYED>,
     ),
-    state: ServoLoopState<f32, <Velocity as VelocityEstimate<f32>>::State, I::State>,
+    state:
+        ServoLoopState<f32, <Velocity as VelocityEstimate<f32>>::State, I::State, ShapedState<f32>>,
 }
 
 impl<I: Identify<f32> + FromSettings> With<I> {
@@ -78,7 +79,7 @@ impl<I: Identify<f32> + FromSettings> With<I> {
         law: impl FnOnce(Self) -> Estimators,
     ) -> Result<ClosedLoop, NotAllowed> {
         let (amplifier, behind) = settings.amplifier()?;
-        let servo_loop: ServoLoop<f32, Velocity, I> = behind.build()?;
+        let servo_loop: ServoLoop<_, _, I, _> = behind.build()?;
         Ok(ClosedLoop(law(Self {
             state: servo_loop.start(0),
             servo_loop,

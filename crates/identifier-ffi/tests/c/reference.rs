@@ -6,6 +6,7 @@ use commissioning::{CommissionInputs, CommissionSettings, Limits, Phase, Synchro
 use fixed::types::I16F16;
 use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
+use identifier_core::control::Shaped;
 use identifier_core::excitation::Prbs;
 use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::{
@@ -183,7 +184,7 @@ where
 fn close<I: MachineEstimates<f32>>(
     name: &str,
     coulomb: bool,
-    own: &ServoLoop<f32, LowPass<f32>, I>,
+    own: &Closed<I>,
     start: I::State,
 ) -> String {
     let mut state = own.start(0);
@@ -282,8 +283,9 @@ type GradientCoulomb = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
 type GaussNewton = GaussNewtonIdentifier<f32, Unknowns<4>, 4>;
 type Fixed = GradientIdentifier<Word, LowPass<Word>, Unknowns<2>, 2>;
 type FixedCoulomb = GradientIdentifier<Word, LowPass<Word>, Unknowns<3>, 3>;
-type Closed<I> = ServoLoop<f32, LowPass<f32>, I>;
-type FixedCoulombLoop = FixedLoop<3>;
+type Closed<I> = ServoLoop<f32, LowPass<f32>, I, Shaped<f32>>;
+type FixedShapedLoop = FixedLoop<2, Shaped<Word>>;
+type FixedCoulombLoop = FixedLoop<3, Shaped<Word>>;
 
 /// The loop or identifier of a type.
 fn built<T: FromSettings>(coulomb: bool) -> T {
@@ -345,7 +347,7 @@ pub(crate) fn constants() -> String {
             "gauss_newton_loop",
             &(built::<Closed<GaussNewton>>(true), known()),
         ),
-        array("fixed_loop", &(built::<FixedLoop>(false), ())),
+        array("fixed_loop", &(built::<FixedShapedLoop>(false), ())),
         array("fixed_coulomb_loop", &(built::<FixedCoulombLoop>(true), ())),
     ]
     .concat()
@@ -400,7 +402,7 @@ pub(crate) fn lines() -> String {
                 &gauss_newton_loop,
                 in_loop,
             ),
-            close_fixed!(&name("fixed_loop"), false, built::<FixedLoop>(false)),
+            close_fixed!(&name("fixed_loop"), false, built::<FixedShapedLoop>(false)),
             close_fixed!(
                 &name("fixed_coulomb_loop"),
                 true,

@@ -1,5 +1,5 @@
 use identifier_core::Settings;
-use identifier_core::control::ControlState;
+use identifier_core::control::{ControlState, ShapedState};
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::settings::SettingsError;
 use serde::Serialize;
@@ -67,7 +67,7 @@ struct SegmentRun<V: VelocityEstimate<f64>> {
     /// The recorded position of the last sample, and its filtered velocity.
     last: f64,
     filtered: V::State,
-    control: ControlState<f64, V::State>,
+    control: ControlState<f64, V::State, ShapedState<f64>>,
     samples: u64,
     /// The simulated servo, which is the recorded one until it runs.
     state: State,

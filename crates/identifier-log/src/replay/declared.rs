@@ -1,7 +1,7 @@
 //! The controller that is declared to have run, computed again from a log.
 
 use identifier_core::Settings;
-use identifier_core::control::{ControlSample, ControlState, Controller};
+use identifier_core::control::{ControlSample, ControlState, Controller, Shaped, ShapedState};
 use identifier_core::error::StepError;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::settings::SettingsError;
@@ -13,13 +13,13 @@ use super::scaled::ScaledRow;
 /// The declared controller in double precision: the number format of the drive is unknown.
 #[derive(Debug)]
 pub(crate) struct DeclaredPid<V: VelocityEstimate<f64>> {
-    controller: Controller<f64, V>,
+    controller: Controller<f64, V, Shaped<f64>>,
     limit: [f64; 2],
     /// Command for a sum of errors of one position unit.
     integral_gain: f64,
 }
 
-type State<V> = ControlState<f64, <V as VelocityEstimate<f64>>::State>;
+type State<V> = ControlState<f64, <V as VelocityEstimate<f64>>::State, ShapedState<f64>>;
 
 impl<V: VelocityEstimate<f64>> DeclaredPid<V> {
     pub(crate) fn new(settings: &Settings) -> Result<Self, SettingsError> {

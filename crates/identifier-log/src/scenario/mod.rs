@@ -253,6 +253,7 @@ impl Options {
             } => "controller".to_owned(),
             SettingsError::NotGiven { setting } => format!("identifier.{setting}"),
             SettingsError::NoAmplifier { setting } => format!("amplifier.{setting}"),
+            SettingsError::NotShaped { setting } => format!("controller.{setting}"),
             SettingsError::Certificate(CertificateError::ProportionalGainTooSmall { .. }) => {
                 format!("{gains}.kp")
             }

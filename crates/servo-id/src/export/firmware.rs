@@ -8,14 +8,16 @@ use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Scenario, Veloc
 use host_sim::with_types;
 use identifier_core::Settings;
 use identifier_core::constants::{Configuration, words};
+use identifier_core::control::{Shaped, Unshaped};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
     ExpectedMotion, GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier,
     IdentifiableSet, MachineEstimates, ServoLoop,
 };
 use identifier_core::measurement::VelocityEstimate;
+use identifier_core::number::Arithmetic as Numbers;
 use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, Unknowns};
-use identifier_core::settings::SettingsError;
+use identifier_core::settings::{FromSettings, SettingsError};
 use identifier_log::tune::IdentifiedResult;
 
 use super::number;
@@ -98,7 +100,7 @@ impl Firmware {
             language,
             words,
             si,
-            rust: rust_type(&scenario, has_loop),
+            rust: rust_type(&scenario, &settings),
             c: c_object(&scenario, has_loop),
             has_servo: law == Estimator::GaussNewton,
             has_loop,
@@ -337,6 +339,12 @@ fn written<T: Configuration, N: Copy>(
     (all, si)
 }
 
+/// True if the controller has more than a PID. An object of C has room for it.
+fn is_shaped(settings: &Settings, language: Language) -> bool {
+    let shaping = settings.controller.and_then(|pid| pid.shaping_setting());
+    language == Language::C || shaping.is_some()
+}
+
 fn gradient<N, V, S, const P: usize>(
     settings: &Settings,
     has_loop: bool,
@@ -348,7 +356,12 @@ where
     S: ParameterSet<P>,
     GradientIdentifier<N, V, S, P>: Configuration,
     ServoLoop<N, V, GradientIdentifier<N, V, S, P>>: Configuration,
+    ServoLoop<N, V, GradientIdentifier<N, V, S, P>, Shaped<N>>: Configuration,
 {
+    if has_loop && is_shaped(settings, language) {
+        let own: ServoLoop<N, V, GradientIdentifier<N, V, S, P>, Shaped<N>> = settings.build()?;
+        return Ok(written(&own, own.identifier(), language));
+    }
     if has_loop {
         let own: ServoLoop<N, V, GradientIdentifier<N, V, S, P>> = settings.build()?;
         return Ok(written(&own, own.identifier(), language));
@@ -370,7 +383,7 @@ where
     V: VelocityEstimate<f32> + Configuration,
     S: IdentifiableSet<P> + ParameterSet<P>,
 {
-    type Loop<V, I> = ServoLoop<f32, V, I>;
+    type Loop<V, I, H> = ServoLoop<f32, V, I, H>;
     type Whole<S, const P: usize> = GaussNewtonIdentifier<f32, S, P>;
     let settings = start.settings;
     let own: GaussNewtonRecursion<f32, S, P> = settings.build()?;
@@ -380,13 +393,17 @@ where
     // The object of C has room for a first fit too.
     match (start.language, has_loop) {
         (Language::Rust, false) => words(&(own, known), take),
+        (Language::Rust, true) if is_shaped(settings, Language::Rust) => {
+            let own: Loop<V, GaussNewtonRecursion<f32, S, P>, Shaped<f32>> = settings.build()?;
+            words(&(own, known), take);
+        }
         (Language::Rust, true) => {
-            let own: Loop<V, GaussNewtonRecursion<f32, S, P>> = settings.build()?;
+            let own: Loop<V, GaussNewtonRecursion<f32, S, P>, Unshaped> = settings.build()?;
             words(&(own, known), take);
         }
         (Language::C, false) => words(&(settings.build::<Whole<S, P>>()?, known), take),
         (Language::C, true) => {
-            let own: Loop<V, Whole<S, P>> = settings.build()?;
+            let own: Loop<V, Whole<S, P>, Shaped<f32>> = settings.build()?;
             words(&(own, known), take);
         }
     }
@@ -397,7 +414,7 @@ where
 }
 
 /// The type that the words are of in Rust.
-fn rust_type(scenario: &Scenario, has_loop: bool) -> String {
+fn rust_type(scenario: &Scenario, settings: &Settings) -> String {
     let is_fixed_point = scenario.identifier.arithmetic == Arithmetic::Fixed;
     let number = if is_fixed_point {
         "::identifier_core::fixed_point::Word"
@@ -422,9 +439,14 @@ fn rust_type(scenario: &Scenario, has_loop: bool) -> String {
         Estimator::GaussNewton => format!("{of}::GaussNewtonRecursion<{number}, {set}>"),
         _ => format!("{of}::GradientIdentifier<{number}, {velocity}, {set}>"),
     };
-    match has_loop {
-        true => format!("{of}::ServoLoop<{number}, {velocity}, {identifier}>"),
-        false => identifier,
+    let shaping = if is_shaped(settings, Language::Rust) {
+        format!(", ::identifier_core::control::Shaped<{number}>")
+    } else {
+        String::new()
+    };
+    match settings.controller {
+        Some(_) => format!("{of}::ServoLoop<{number}, {velocity}, {identifier}{shaping}>"),
+        None => identifier,
     }
 }
 

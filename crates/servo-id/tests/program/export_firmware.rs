@@ -1,6 +1,7 @@
 //! `servo-id export --firmware`: the loop of a scenario as constants, which begin at the estimates of a result.
 
 use identifier_core::constants::{Configuration, Constants};
+use identifier_core::control::{Shaped, Unshaped};
 use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::{
     GaussNewtonIdentifier, GaussNewtonRecursion, GradientIdentifier, Identify, MachineEstimates,
@@ -12,7 +13,7 @@ use identifier_core::parameters::{Parameter, Unknowns};
 use crate::support::{Folder, estimate, own_folder, scenario_text, table};
 
 type Gradient<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
-type Closed<I> = ServoLoop<f32, LowPass<f32>, I>;
+type Closed<I, S = Unshaped> = ServoLoop<f32, LowPass<f32>, I, S>;
 
 /// A folder with a scenario for a firmware, the result of the servo with friction, and its estimates.
 fn identified() -> (Folder, [f64; 4]) {
@@ -105,14 +106,14 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
     );
 
     let c = export("firmware.toml", "c --joint elbow");
-    let (of_c, ()): (Closed<Gradient<Unknowns<3>, 3>>, ()) = read(&c);
-    assert!(of_c == own);
+    let (of_c, ()): (Closed<Gradient<Unknowns<3>, 3>, Shaped<f32>>, ()) = read(&c);
+    assert!(of_c.identifier() == identifier);
     assert_begins(begun, f64::from, &c, estimates, &with_friction);
     assert_contains(
         &c,
         &[
             "servo_id_gradient_coulomb_loop_init_from_constants",
-            "static const uint32_t elbow_words[130] = {",
+            "static const uint32_t elbow_words[134] = {",
             "static const float elbow_si[4] = {",
         ],
     );
@@ -128,7 +129,19 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
     let bits = |word: Word| f64::from(word.to_bits());
     assert_begins(begun, bits, &c, estimates, known);
     assert_contains(&c, &["servo_id_fixed_loop_init_from_constants"]);
-    assert!(read::<(FixedLoop<2>, ())>(&c).0 == own);
+    let of_c = read::<(FixedLoop<2, Shaped<Word>>, ())>(&c).0;
+    assert!(of_c.identifier() == identifier);
+
+    // With a filter of the reference.
+    let (folder, _) = identified();
+    folder.write_scenario(
+        "firmware.toml",
+        "ki = 4.0",
+        "ki = 4.0\nreference_filter = 0.02",
+    );
+    let rust = folder.done("export result.json --scenario firmware.toml --firmware rust");
+    read::<Closed<Gradient<Unknowns<3>, 3>, Shaped<f32>>>(&rust);
+    assert_contains(&rust, &["::identifier_core::control::Shaped<f32>>;"]);
 
     // Beside a controller of the firmware's own.
     folder.write_scenario(
@@ -145,7 +158,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
 
 #[test]
 fn gauss_newton_starts_from_the_servo_of_the_result() {
-    type Known<I> = (Closed<I>, PreparedServo<f32>);
+    type Known<I, S = Unshaped> = (Closed<I, S>, PreparedServo<f32>);
     let (folder, estimates) = identified();
     // The scenario of the result itself.
     let [rust, c] =
@@ -165,7 +178,7 @@ fn gauss_newton_starts_from_the_servo_of_the_result() {
     assert!(error > 0.0 && error < 0.01 * estimates[1], "{error}");
     assert_contains(&rust, &["GaussNewtonRecursion<f32,", "(Loop, "]);
 
-    let (own, known): Known<GaussNewtonIdentifier<f32, Unknowns<4>, 4>> = read(&c);
+    let (own, known): Known<GaussNewtonIdentifier<f32, Unknowns<4>, 4>, Shaped<f32>> = read(&c);
     let state = own.identifier().start_from(&known);
     let begun = (own.identifier(), &state);
     assert_begins(begun, f64::from, &c, estimates, &Parameter::ALL);

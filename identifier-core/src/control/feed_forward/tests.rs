@@ -1,5 +1,7 @@
 use super::*;
-use crate::control::{CommandLimit, ControlState, Controller, Setpoint};
+use crate::control::{
+    CommandLimit, ControlState, Controller, Notch, ReferenceFilter, Setpoint, Shaped,
+};
 use crate::measurement::velocity::{BackwardDifference, LowPass, VelocityEstimate};
 use crate::number::{Number, RunningSum};
 use proptest::prelude::*;
@@ -28,6 +30,10 @@ fn gains() -> Gains {
 fn lead<N: Number>(units: &Units, settings: &FeedForwardSettings) -> FeedForward<N> {
     let velocity = VelocityEstimate::<f64>::transfer(&BackwardDifference);
     FeedForward::new(units, settings, &gains(), &velocity).expect("valid")
+}
+
+fn shaped<N: Number>(lead: FeedForward<N>) -> Shaped<N> {
+    Shaped::new(ReferenceFilter::NONE, lead, Notch::NONE)
 }
 
 /// The step of one of the model.
@@ -67,7 +73,7 @@ fn a_servo_as_modelled_follows_the_model_at_any_sample_rate() {
     for sample_time in SAMPLE_TIMES {
         let units = Units::new(sample_time, 1.0).expect("valid");
         let controller = Controller::new(&units, &gains(), &CommandLimit::NONE, BackwardDifference)
-            .with_feed_forward(lead::<f64>(&units, &SETTINGS));
+            .with_shaping(shaped(lead(&units, &SETTINGS)));
         let undamped = Gains::new(9.0, 0.0, 60.0).expect("valid");
         let velocity = VelocityEstimate::<f64>::transfer(&BackwardDifference);
         let alone = FeedForward::<f64>::new(&units, &SETTINGS, &undamped, &velocity);
@@ -144,7 +150,8 @@ fn the_integral_does_not_wind_up_at_the_limit() {
         let transfer = VelocityEstimate::<f64>::transfer(&velocity);
         let gains = Gains::new(7.0, 0.24, 65.0).expect("valid");
         let lead = FeedForward::<f64>::new(&units, &SETTINGS, &gains, &transfer).expect("valid");
-        let controller = Controller::new(&units, &gains, &limit, velocity).with_feed_forward(lead);
+        let controller =
+            Controller::new(&units, &gains, &limit, velocity).with_shaping(shaped(lead));
         let mut state = ControlState::default();
         let (mut position, mut velocity, mut before, mut most) = (0.0, 0.0, 0.0, 0.0_f64);
         for _ in 0..3000 {
@@ -235,15 +242,18 @@ proptest! {
         let units = Units::new(1e-3, 1e-3).expect("valid");
         let velocity = LowPass::<f32>::new(&units, 500.0).expect("valid");
         let limit = CommandLimit::symmetric(5.0).expect("valid");
-        let controller = Controller::new(&units, &gains(), &limit, velocity);
+        let controller: Controller<_, _> = Controller::new(&units, &gains(), &limit, velocity);
+        let unshaped: Controller<_, _, Shaped<_>> =
+            Controller::new(&units, &gains(), &limit, velocity);
         let [kp, kd] = [gains().kp() / units.position(), gains().kd() / units.velocity()];
         let ki = (gains().ki() * units.rate() / units.position()) as f32;
-        let mut state = ControlState::default();
+        let (mut state, mut same) = (ControlState::default(), ControlState::default());
         let mut filter = Default::default();
         let mut integral = <f32 as Number>::Sum::new(0.0);
         for (error, increment) in moves {
             let (error, increment) = (error as f32, increment as f32);
             let found = controller.process(&mut state, error, increment).expect("in range");
+            prop_assert_eq!(unshaped.process(&mut same, error, increment), Ok(found));
             let speed = velocity.process(&mut filter, increment);
             let wanted = kp as f32 * error - kd as f32 * speed + ki * integral.value();
             prop_assert_eq!(found.command.to_bits(), wanted.clamp(-5.0, 5.0).to_bits());
