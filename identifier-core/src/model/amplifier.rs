@@ -81,6 +81,15 @@ impl<N: Number, const L: usize> Amplifier<N, L> {
         }
     }
 
+    /// True if a command acts otherwise than it was given.
+    #[must_use]
+    pub fn acts(&self) -> bool {
+        self.whole > 0
+            || [self.dead_band, self.part, self.lag[1]]
+                .iter()
+                .any(|x| *x != N::ZERO)
+    }
+
     /// Nothing was commanded yet.
     #[must_use]
     pub fn start(&self) -> AmplifierState<N, L> {
@@ -147,6 +156,7 @@ mod tests {
             (5.75, 20.0),
         ] {
             let amplifier = Amplifier::<f64, 8>::new(0.0, delay, current_loop);
+            assert!(amplifier.acts());
             let mut state = amplifier.start();
             let exact = integrated(&commands, delay, current_loop);
             for (command, exact) in commands.into_iter().zip(exact) {
@@ -162,6 +172,7 @@ mod tests {
     #[test]
     fn without_a_current_loop_two_commands_share_a_sample() {
         let amplifier = Amplifier::<f32, 4>::new(0.0, 1.25, 0.0);
+        assert!(amplifier.acts());
         let mut state = amplifier.start();
         let acted = [4.0, 8.0, 0.0, 0.0].map(|command| amplifier.process(&mut state, command));
         assert_eq!(
@@ -173,6 +184,7 @@ mod tests {
     #[test]
     fn a_dead_band_takes_its_width_from_both_sides() {
         let amplifier = Amplifier::<f32, 4>::new(0.5, 0.0, 0.0);
+        assert!(amplifier.acts());
         let mut state = amplifier.start();
         for (command, acts) in [(3.0, 2.5), (-3.0, -2.5), (0.4, 0.0), (-0.5, 0.0)] {
             let off = amplifier.process(&mut state, command) - acts;
@@ -183,6 +195,7 @@ mod tests {
     #[test]
     fn an_amplifier_without_effects_changes_no_bit() {
         let amplifier = Amplifier::<f32, 4>::new(0.0, 0.0, 0.0);
+        assert!(!amplifier.acts());
         let mut state = amplifier.start();
         for k in 0..100 {
             let command = (k as f32 * 0.37 - 11.0) / 3.0;

@@ -59,14 +59,14 @@ pub(crate) enum Learnt {
 /// Estimates that have settled, with their errors, machine units; [`ClosedLoop::settled_in`] converts them to SI.
 pub(crate) type Settled = SettledEstimates<f32, 4>;
 
-/// A loop with one identifier, which learns behind the declared amplifier.
+/// A loop with one identifier, which learns behind the amplifier if one is declared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct With<I: Identify<f32>> {
     servo_loop: ServoLoop<f32, Velocity, I, Shaped<f32>>,
-    amplifier: (
+    amplifier: Option<(
         Amplifier<f32, MAX_DELAYED>,
         AmplifierState<f32, MAX_DELAYED>,
-    ),
+    )>,
     state:
         ServoLoopState<f32, <Velocity as VelocityEstimate<f32>>::State, I::State, ShapedState<f32>>,
 }
@@ -83,7 +83,7 @@ impl<I: Identify<f32> + FromSettings> With<I> {
         Ok(ClosedLoop(law(Self {
             state: servo_loop.start(0),
             servo_loop,
-            amplifier: (amplifier, amplifier.start()),
+            amplifier: amplifier.acts().then(|| (amplifier, amplifier.start())),
         })))
     }
 }
@@ -216,9 +216,10 @@ impl ClosedLoop {
             let step =
                 own.servo_loop.control_step_with(&mut own.state, setpoint, sensor, actuator, acting);
             let sample = monitor.check::<S, A>(step.map(|sample| (sample, own.state.count())))?;
-            let (amplifier, state) = &mut own.amplifier;
-            let command = amplifier.process(state, sample.command);
-            let acted = ControlSample { command, ..sample };
+            let mut acted = sample;
+            if let Some((amplifier, state)) = &mut own.amplifier {
+                acted.command = amplifier.process(state, sample.command);
+            }
             Ok((sample, own.servo_loop.learn(&mut own.state, &acted)))
         })
     }
