@@ -38,6 +38,7 @@ mod limits;
 mod listener;
 mod messages;
 mod outside;
+mod paced_watch;
 mod protection;
 mod reference;
 mod run;

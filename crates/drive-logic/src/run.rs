@@ -1,9 +1,7 @@
 //! One run of a loop: its samples from start to end.
 
 use commissioning::servo_change::ServoChangeState;
-use commissioning::watch::{
-    KnownServo, Observation, ServoWatch, ServoWatchState, Use, WatchSettings,
-};
+use commissioning::watch::{Use, WatchSettings};
 use drive_link::{
     Ended, Estimates, Estimator, Fault, LoopSettings, NotAllowed, ServoChanges, Settings, Why,
 };
@@ -25,6 +23,7 @@ use crate::conversion;
 use crate::ending::{Course, Ending};
 use crate::first_motion::FirstMotion;
 use crate::guide::{Guide, Origin, Target};
+use crate::paced_watch::PacedWatch;
 use crate::protection::Protection;
 use crate::reference::Reference;
 use crate::telemetry::{Counts, RunSample};
@@ -46,12 +45,7 @@ pub(crate) struct Run {
     first_motion: FirstMotion,
     reference: Reference,
     protection: Protection,
-    watch: ServoWatch<f32>,
-    watched: ServoWatchState<f32>,
-    /// The count from which the watch has its positions, whatever the origin is.
-    watched_from: i32,
-    /// The settings from which the watch was built.
-    axis: WatchSettings,
+    watch: PacedWatch,
     ending: Ending,
     background_patience: u32,
     /// Samples from one examination of the estimates to the next; 0 for none.
@@ -79,13 +73,9 @@ impl Run {
         controller.reference_filter::<f32>(&units)?;
         controller.notch::<f32>(&units)?;
         let axis = axis(core, controller);
-        let watch = ServoWatch::new(&axis)?;
         let first_motion = FirstMotion::new(axis.command, core.sample_time);
         Ok(Self {
-            watched: watch.start(),
-            watched_from: 0,
-            watch,
-            axis,
+            watch: PacedWatch::new(&axis)?,
             // A contradiction costs nothing to find; the certificate of a parameter range does.
             reference: Reference::new(settings, &units)?,
             protection: Protection::new(settings, controller, &units)?
@@ -130,8 +120,7 @@ impl Run {
     #[inline(never)]
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         self.closed_loop.know(servo, motion);
-        if let Some(known) = KnownServo::from_identified(&self.axis, servo) {
-            self.watch.know(&mut self.watched, &known);
+        if self.watch.know(servo) {
             self.first_motion.know();
             self.protection.end_first_motion();
         }
@@ -166,7 +155,7 @@ impl Run {
         self.closed_loop.start(&handover);
         self.first_motion.take_over(handover.last.command);
         self.reference.start(count, self.last.error);
-        self.watched_from = count;
+        self.watch.start(count);
         self.protection.start(&handover);
         self.guide.begin(count);
     }
@@ -186,7 +175,8 @@ impl Run {
         self.protection.start(handover);
         self.guide.resume(rest_count, missed_steps);
         self.origin = origin;
-        (self.last, self.count, self.watched_from) = (last, count, count);
+        self.watch.start(count);
+        (self.last, self.count) = (last, count);
     }
 
     /// The servo as it hands it over to a commissioning.
@@ -357,12 +347,10 @@ impl Run {
             reference,
             protection,
             watch,
-            watched,
             ending,
             sample,
             last,
             count: last_count,
-            watched_from,
             ..
         } = self;
         protection.check_lines(lines).map_err(Ended::Faulted)?;
@@ -371,8 +359,6 @@ impl Run {
             first_motion,
             protection,
             watch,
-            watched,
-            watched_from: *watched_from,
             ending,
             reference,
             last,
@@ -450,9 +436,7 @@ fn check_sample_time(
 struct RunMonitor<'a> {
     first_motion: &'a mut FirstMotion,
     protection: &'a mut Protection,
-    watch: &'a ServoWatch<f32>,
-    watched: &'a mut ServoWatchState<f32>,
-    watched_from: i32,
+    watch: &'a mut PacedWatch,
     ending: &'a mut Ending,
     reference: &'a mut Reference,
     last: &'a mut ControlSample<f32>,
@@ -477,18 +461,7 @@ impl StepMonitor for RunMonitor<'_> {
         *self.last_count = count;
         let checked = self.protection.check(&control, count);
         checked.map_err(Ended::Faulted)?;
-        // Counts from the start, as exact as a float has them.
-        let position = count.wrapping_sub(self.watched_from) as f32;
-        let observation = Observation {
-            increment: Some(control.increment),
-            command: before.command,
-            position,
-            setpoint: Some(position + control.error),
-            late: false,
-            must_move: false,
-            excited: false,
-        };
-        let watched = self.watch.process(self.watched, &observation);
+        let watched = self.watch.process(&control, count, before.command);
         watched.map_err(Ended::Faulted)?;
         match self.ending.check(count) {
             Course::Continues => {}

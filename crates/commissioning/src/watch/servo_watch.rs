@@ -53,6 +53,8 @@ pub struct ServoWatchState<N> {
     commands: [N; MAX_DELAY_SAMPLES],
     newest: usize,
     delay: usize,
+    /// The mean command that acted in the sample.
+    command: N,
     /// The part of a sample in which the one before it still acts.
     late: N,
     /// True if there was a sample.
@@ -64,6 +66,8 @@ const SHORTER_BLOCKS: usize = 0;
 const LONGER_BLOCKS: usize = 1;
 
 impl<N: Number> ServoWatch<N> {
+    /// All of them, for [`process_some`](Self::process_some).
+    pub const ALL_DETECTORS: u32 = 0b1111;
     /// Length of the shorter blocks over which motion and command are compared, s,
     const SHORT_BLOCK_TIME: f64 = 2.5e-3;
     /// and the least in samples, so that the error of the delay is a small part.
@@ -111,6 +115,7 @@ impl<N: Number> ServoWatch<N> {
             commands: [N::ZERO; MAX_DELAY_SAMPLES],
             newest: 0,
             delay: 0,
+            command: N::ZERO,
             late: N::ZERO,
             begun: false,
         }
@@ -155,6 +160,65 @@ impl<N: Number> ServoWatch<N> {
         state: &mut ServoWatchState<N>,
         seen: &Observation<N>,
     ) -> Result<(), Reason> {
+        self.process_some(state, seen, Self::ALL_DETECTORS)
+    }
+
+    /// A sample by some of the detectors, each a bit. They may take turns until the next sample, the lowest bit first:
+    /// the one that takes the sample and checks time, reading and limits, then standstill, response and oscillation.
+    ///
+    /// # Errors
+    /// As [`process`](Self::process).
+    #[inline(never)]
+    pub fn process_some(
+        &self,
+        state: &mut ServoWatchState<N>,
+        seen: &Observation<N>,
+        detectors: u32,
+    ) -> Result<(), Reason> {
+        if detectors & 1 != 0 {
+            self.take(state, seen)?;
+        }
+        let (Some(increment), command) = (seen.increment, state.command) else {
+            return Ok(());
+        };
+        if detectors & 2 != 0 {
+            let under = match seen.setpoint {
+                _ if seen.must_move => Under::Push,
+                Some(setpoint) => Under::Control {
+                    setpoint,
+                    error: setpoint - seen.position,
+                },
+                None => Under::Nothing,
+            };
+            self.motion
+                .process(&mut state.motion, increment, command, under)?;
+        }
+        if detectors & 4 != 0 {
+            self.following
+                .process(&mut state.following, seen.setpoint, seen.position);
+            let waiting = state.part.take();
+            state.part = self.parts.process(&mut state.parts, increment, command);
+            if let Some(part) = waiting {
+                self.compare(state, LONGER_BLOCKS, &part, seen)?;
+            }
+            if let Some(part) = state.part {
+                self.compare(state, SHORTER_BLOCKS, &part, seen)?;
+            }
+        }
+        if detectors & 8 == 0 {
+            return Ok(());
+        }
+        self.oscillation.process(
+            &mut state.oscillation,
+            seen.setpoint,
+            seen.position,
+            command,
+        )
+    }
+
+    /// Takes a sample, and checks its time, reading and limits.
+    #[inline]
+    fn take(&self, state: &mut ServoWatchState<N>, seen: &Observation<N>) -> Result<(), Reason> {
         if !state.begun {
             state.begun = true;
             state.commands = [seen.command; MAX_DELAY_SAMPLES];
@@ -162,6 +226,7 @@ impl<N: Number> ServoWatch<N> {
         }
         self.bounds.time(&mut state.bounds, seen.late)?;
         let command = state.acting(seen.command);
+        state.command = command;
         let speed = state.bounds.speed;
         (self.readings).process(&mut state.readings, seen.increment, speed, command)?;
         let Some(increment) = seen.increment else {
@@ -171,33 +236,7 @@ impl<N: Number> ServoWatch<N> {
         state.follow_speed(increment, command, self.beyond_load);
         self.bounds
             .motion(&mut state.bounds, increment, seen.position)
-            .map_err(|limit| state.detected_fault().unwrap_or(limit))?;
-        let under = match seen.setpoint {
-            _ if seen.must_move => Under::Push,
-            Some(setpoint) => Under::Control {
-                setpoint,
-                error: setpoint - seen.position,
-            },
-            None => Under::Nothing,
-        };
-        self.motion
-            .process(&mut state.motion, increment, command, under)?;
-        self.following
-            .process(&mut state.following, seen.setpoint, seen.position);
-        let waiting = state.part.take();
-        state.part = self.parts.process(&mut state.parts, increment, command);
-        if let Some(part) = waiting {
-            self.compare(state, LONGER_BLOCKS, &part, seen)?;
-        }
-        if let Some(part) = state.part {
-            self.compare(state, SHORTER_BLOCKS, &part, seen)?;
-        }
-        self.oscillation.process(
-            &mut state.oscillation,
-            seen.setpoint,
-            seen.position,
-            command,
-        )
+            .map_err(|limit| state.detected_fault().unwrap_or(limit))
     }
 
     /// Compares motion and command over the shorter or the longer blocks.

@@ -71,7 +71,7 @@ impl WatchSettings {
 }
 
 /// A sample as the watch sees it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Observation<N> {
     /// Counts that the encoder has moved since its last valid reading; none if there is no valid one now.
     pub increment: Option<N>,
