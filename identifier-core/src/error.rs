@@ -159,10 +159,12 @@ struct Nearest(f64);
 
 impl fmt::Display for Nearest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        /// Digits that a multiple is rounded to: relative to its size, below those of rounding.
-        const DIGITS: i32 = 12;
-        let place = libm::floor(libm::log10(self.0)) as i32;
-        let scale = libm::pow(10.0, f64::from(DIGITS - place));
+        /// A multiple is rounded to as many digits: relative to its size, below those of rounding.
+        const DIGITS: f64 = 1e12;
+        let mut scale = 1.0;
+        while self.0 * scale < DIGITS {
+            scale *= 10.0;
+        }
         Plain(libm::round(self.0 * scale) / scale).fmt(f)
     }
 }
