@@ -155,6 +155,16 @@ impl<I: Identify<f32> + FromSettings> Single<I> {
         self.step(setpoint, offset, register)
     }
 
+    /// The same in one call of the loop.
+    #[inline(never)]
+    pub fn whole(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
+        let count = self.counter.read(register);
+        let step = self
+            .servo_loop
+            .process(&mut self.state, setpoint, offset, count);
+        step.map_or(0.0, |step| step.control.command)
+    }
+
     /// As in a drive, which acts between control and learning.
     #[inline(always)]
     pub fn step(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
@@ -218,15 +228,30 @@ impl Words {
         })
     }
 
-    /// Runs a sample and counts its instructions.
+    /// The same in one call of the loop.
+    #[inline(never)]
+    fn whole(&mut self, setpoint: i32, offset: I16F16, register: u16) -> Word {
+        let count = self.counter.read(register);
+        let step = self
+            .servo_loop
+            .process(&mut self.state, setpoint, offset, count);
+        step.map_or(Word::ZERO, |step| step.control.command)
+    }
+
+    /// Runs a sample, in one call of the loop or in two, and counts its instructions.
     pub fn counted(
         &mut self,
         instructions: &Instructions,
         (reference, register): (f64, u16),
+        at_once: bool,
     ) -> (f64, u32) {
         let Setpoint { count, offset } = Setpoint::from_counts(reference);
         let (count, offset, register) = black_box((count, offset, register));
-        let (command, taken) = counted(instructions, || self.sample(count, offset, register));
+        let (command, taken) = if at_once {
+            counted(instructions, || self.whole(count, offset, register))
+        } else {
+            counted(instructions, || self.sample(count, offset, register))
+        };
         (self.servo_loop.controller().command(command), taken)
     }
 }

@@ -50,15 +50,42 @@ const RATES: [(&str, &str); 3] = [
     ("10-khz", "10 kHz"),
     ("20-khz", "20 kHz"),
 ];
-const ESTIMATORS: [(&str, &str); 4] = [
+const ESTIMATORS: [(&str, &str); 7] = [
     ("gradient", "gradient, a and b"),
     ("gradient-friction", "gradient with friction"),
     ("gauss-newton", "Gauss–Newton"),
     ("gauss-newton-terms", "the same with all terms"),
+    ("gradient-20-khz", "gradient, a and b, at 20 kHz"),
+    (
+        "gradient-friction-20-khz",
+        "gradient with friction, at 20 kHz",
+    ),
+    ("gauss-newton-20-khz", "Gauss–Newton, at 20 kHz"),
+];
+/// The sets of unknowns of Gauss–Newton with a term that has entered.
+const TERMS: [(&str, &str); 6] = [
+    ("asymmetry", "asymmetry | 5"),
+    ("dead-band", "dead band | 5"),
+    ("delay", "delay | 5"),
+    ("low-speed", "low speed | 5"),
+    ("gravity", "gravity | 6"),
+    ("ripple", "ripple | 6"),
 ];
 
 /// The pages with rows of figures.
-const PAGES: [&str; 2] = ["identifier-core/README.md", "docs/cost.md"];
+const PAGES: [&str; 3] = ["README.md", "identifier-core/README.md", "docs/cost.md"];
+
+/// The memory of the drive, in kB on [`PAGES`].
+const DRIVE: [(&str, &[&str]); 5] = [
+    (
+        "the whole drive: flash, memory, stack",
+        &["flash", "memory", "stack"],
+    ),
+    ("flash of the drive, of 512 KiB", &["flash"]),
+    ("its static memory", &["memory"]),
+    ("its deepest stack, with both interrupts", &["stack"]),
+    ("both together, of 128 KiB", &["ram"]),
+];
 
 /// Parts of the bench without static memory, whose code a user's firmware has. It is compiled for speed here, and the
 /// drive for size. And with what the names of the figures of each begin, the last of which counts none.
@@ -113,7 +140,13 @@ fn with_rows(page: &str, figures: &Figures) -> String {
         let of_it =
             |(label, _): &&(&str, Vec<Vec<String>>)| line.starts_with(&format!("| {label} |"));
         let (label, cells) = rows.iter().find(of_it)?;
-        let figure = |name: &String| figures.get(name).copied().unwrap_or(0).to_string();
+        let figure = |name: &String| {
+            let figure = figures.get(name).copied().unwrap_or(0);
+            match name.starts_with("drive-") {
+                true => format!("{} kB", (figure + 500) / 1000),
+                false => figure.to_string(),
+            }
+        };
         let cell = |names: &Vec<String>| names.iter().map(figure).collect::<Vec<_>>().join(", ");
         let cells: Vec<String> = cells.iter().map(cell).collect();
         Some(format!("| {label} | {} |", cells.join(" | ")))
@@ -141,8 +174,23 @@ fn rows() -> Vec<(&'static str, Vec<Vec<String>>)> {
         &["at-s-mean", "at-s-most"],
         &["state-bytes"],
     ];
+    let drive = DRIVE.map(|(label, parts)| {
+        let name = |part: &&str| format!("drive-{part}-bytes");
+        (label, vec![parts.iter().map(name).collect()])
+    });
     [
+        drive.to_vec(),
         table("", &SAMPLES, &both),
+        table(
+            "gauss-newton-with-",
+            &TERMS,
+            &[&["mean"], &["most"], &["state-bytes"]],
+        ),
+        table(
+            "gauss-newton-",
+            &[("f32-4", "none | 4")],
+            &[&["mean"], &["most"], &["state-bytes"]],
+        ),
         table("commission-", &PHASES, &[&["mean"], &["most"]]),
         table(
             "interrupt-commission-",
@@ -261,6 +309,10 @@ fn count() -> Result<Figures, String> {
     for (name, bound) in listing::bounds(&elf)? {
         counted.insert(format!("drive-{name}"), bound.into());
     }
+    let ram = counted
+        .get("drive-stack-bytes")
+        .map(|stack| elf.memory + stack);
+    counted.insert("drive-ram-bytes".to_owned(), ram.unwrap_or(0));
     let [at_s, others @ ..] = &printed(&benches)?[..] else {
         return Err("nothing was printed".to_owned());
     };

@@ -13,20 +13,22 @@ use crate::firmware;
 use crate::meter::Cost;
 use crate::metered::{self, Metered, Next, instructions_in};
 
-/// An estimator, with the terms that it estimates, by the name that its figures have.
+/// An estimator, with the terms that it estimates and its sample time (s), by the name that its figures have.
 #[derive(Clone, Copy)]
 struct NamedEstimator {
     name: &'static str,
     law: Estimator,
     terms: Terms,
+    sample_time: f64,
 }
 
 impl NamedEstimator {
-    const fn plain(name: &'static str, law: Estimator) -> Self {
+    const fn plain(name: &'static str, law: Estimator, sample_time: f64) -> Self {
         Self {
             name,
             law,
             terms: Terms::NONE,
+            sample_time,
         }
     }
 
@@ -49,16 +51,29 @@ const ALL_TERMS: Terms = Terms::NONE
     .with(Term::Ripple)
     .with(Term::DeadBand);
 
-/// The estimators of the drive.
-const ESTIMATORS: [NamedEstimator; 4] = [
-    NamedEstimator::plain("gradient-friction", Estimator::Gradient { friction: true }),
-    NamedEstimator::plain("gradient", Estimator::Gradient { friction: false }),
-    NamedEstimator::plain("gauss-newton", Estimator::GaussNewton),
+const GRADIENT: Estimator = Estimator::Gradient { friction: false };
+const GRADIENT_FRICTION: Estimator = Estimator::Gradient { friction: true };
+
+/// The estimators of the drive, at a usual rate and at the highest.
+const ESTIMATORS: [NamedEstimator; 7] = [
+    NamedEstimator::plain("gradient-friction", GRADIENT_FRICTION, 1e-3),
+    NamedEstimator::plain("gradient", GRADIENT, 1e-3),
+    NamedEstimator::plain("gauss-newton", Estimator::GaussNewton, 1e-3),
     NamedEstimator {
-        name: "gauss-newton-terms",
-        law: Estimator::GaussNewton,
         terms: ALL_TERMS,
+        ..NamedEstimator::plain("gauss-newton-terms", Estimator::GaussNewton, 1e-3)
     },
+    NamedEstimator::plain(
+        "gradient-friction-20-khz",
+        GRADIENT_FRICTION,
+        MIN_SAMPLE_TIME,
+    ),
+    NamedEstimator::plain("gradient-20-khz", GRADIENT, MIN_SAMPLE_TIME),
+    NamedEstimator::plain(
+        "gauss-newton-20-khz",
+        Estimator::GaussNewton,
+        MIN_SAMPLE_TIME,
+    ),
 ];
 
 /// Functions by which interrupts are classified, in the order of the marks. The first begins a run, the second shows a
@@ -94,10 +109,10 @@ pub(crate) struct Summary {
 
 /// Prints the instructions of every estimator.
 pub(crate) fn print() -> Result<(), String> {
-    println!("{:<20} {:<8} {:>12}", "estimator", "", "instructions");
+    println!("{:<26} {:<8} {:>12}", "estimator", "", "instructions");
     for (law, summary) in count(COUNTED)? {
         for (name, instructions) in summary.named() {
-            println!("{law:<20} {name:<8} {instructions:>12}");
+            println!("{law:<26} {name:<8} {instructions:>12}");
         }
     }
     println!("{COUNTED} interrupts of each estimator");
@@ -154,6 +169,7 @@ fn check_half_is_free(summary: &Summary, sample_time: f64) -> Result<(), String>
 fn start(drive: &mut Driven, law: &NamedEstimator) -> Result<(), Box<dyn Error>> {
     let mut settings = drive.settings()?;
     settings.closed_loop.law = law.law;
+    settings.closed_loop.core.sample_time = law.sample_time;
     let declared = &mut settings.closed_loop.core.identifier.terms;
     declared.demanded = law.terms;
     declared.low_speed_velocity = Some(0.2);
