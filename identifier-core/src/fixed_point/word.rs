@@ -254,6 +254,15 @@ impl Arithmetic for Word {
         self.to_bits().wrapping_add(1 << BITS) >= 0
     }
 
+    fn sure_width(_: Self, _: Self) -> Self {
+        Self::ZERO
+    }
+
+    #[inline(always)]
+    fn is_surely_between(self, low: Self, high: Self, _: Self) -> bool {
+        self >= low && self <= high
+    }
+
     #[inline]
     fn is_finite(self) -> bool {
         true

@@ -211,7 +211,7 @@ where
             return Some(Exception::Strong);
         }
         self.law.add(&mut state.estimates, &update);
-        let is_inside = self.law.projection.contains(&state.estimates);
+        let is_inside = self.law.projection.surely_contains(&state.estimates);
         (!is_inside).then_some(Exception::Outside)
     }
 

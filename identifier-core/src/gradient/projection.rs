@@ -13,11 +13,13 @@ use crate::unrolled::each;
 pub(crate) struct Projection<N, const P: usize> {
     low: [N; P],
     high: [N; P],
+    /// See [`Arithmetic::is_surely_between`].
+    width: [N; P],
     direction: [[N; P]; P],
 }
 
 encode! {
-    [N: Encode, const P: usize] Projection<N, P> as "Projection" { low, high, direction }
+    [N: Encode, const P: usize] Projection<N, P> as "Projection" { low, high, width, direction }
 }
 
 impl<N: Arithmetic, const P: usize> Projection<N, P> {
@@ -28,6 +30,7 @@ impl<N: Arithmetic, const P: usize> Projection<N, P> {
         Self {
             low,
             high,
+            width: core::array::from_fn(|i| N::sure_width(low[i], high[i])),
             direction: core::array::from_fn(|i| {
                 core::array::from_fn(|j| N::signal(entries[i][j] / entries[i][i], 0))
             }),
@@ -40,11 +43,14 @@ impl<N: Arithmetic, const P: usize> Projection<N, P> {
         core::array::from_fn(|i| estimates[i] <= self.low[i] || estimates[i] >= self.high[i])
     }
 
-    /// True if all estimates are inside; false for NaN.
+    /// True if all estimates are inside, and but for fixed point not within a rounding of their upper bounds.
     #[inline(always)]
-    pub(crate) fn contains(&self, estimates: &[N::Sum; P]) -> bool {
+    pub(crate) fn surely_contains(&self, estimates: &[N::Sum; P]) -> bool {
         let mut inside = true;
-        each::<P>(|i| inside &= self.is_inside(i, N::of_sum(estimates[i])));
+        each::<P>(|i| {
+            let value = N::of_sum(estimates[i]);
+            inside &= value.is_surely_between(self.low[i], self.high[i], self.width[i]);
+        });
         inside
     }
 
@@ -58,7 +64,6 @@ impl<N: Arithmetic, const P: usize> Projection<N, P> {
     }
 
     /// False for NaN, too.
-    #[inline(always)]
     fn is_inside(&self, place: usize, value: N) -> bool {
         value >= self.low[place] && value <= self.high[place]
     }
@@ -102,6 +107,11 @@ mod tests {
             let mut estimates = outside;
             projection.apply(&mut estimates);
             prop_assert!(estimates.iter().all(|x| (0.0..=1.0).contains(x)), "{estimates:?}");
+            if projection.surely_contains(&outside) {
+                prop_assert_eq!(estimates.map(f64::to_bits), outside.map(f64::to_bits));
+            }
+            let sure = outside.map(|x| x.clamp(0.0, 1.0 - 1e-15));
+            prop_assert!(projection.surely_contains(&sure), "{sure:?}");
 
             // One bound at a time; a second one is clamped, for which the argument of the storage
             // function does not hold.

@@ -131,6 +131,11 @@ pub trait Arithmetic:
     fn is_within(self) -> bool {
         true
     }
+    /// The width of a range for [`Arithmetic::is_surely_between`].
+    fn sure_width(low: Self, high: Self) -> Self;
+    /// True within a range, and false for NaN. In floating point it is also false within a rounding of `high`, for the
+    /// least instructions.
+    fn is_surely_between(self, low: Self, high: Self, width: Self) -> bool;
     /// False for NaN and the infinities.
     fn is_finite(self) -> bool;
     /// |x|.
@@ -254,6 +259,17 @@ impl<N: Number> Arithmetic for N {
     #[inline]
     fn quotient(self, divisor: N) -> N {
         self * divisor.reciprocal()
+    }
+
+    /// Less than the width by more than the rounding of a distance from `low`.
+    fn sure_width(low: N, high: N) -> N {
+        let width = high.to_f64() - low.to_f64();
+        N::from_f64(width * (1.0 - 2.0 * N::EPSILON))
+    }
+
+    #[inline(always)]
+    fn is_surely_between(self, low: N, _: N, width: N) -> bool {
+        (self - low).is_from_zero_to(width)
     }
 
     #[inline]

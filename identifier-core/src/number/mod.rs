@@ -99,6 +99,9 @@ pub trait Number:
     /// |x|.
     #[must_use]
     fn magnitude(self) -> Self;
+
+    /// True from +0 to a number that is not negative; false for NaN.
+    fn is_from_zero_to(self, most: Self) -> bool;
 }
 
 /// A value moved into `[low, high]`.
@@ -158,6 +161,12 @@ impl Number for f32 {
     #[inline]
     fn magnitude(self) -> Self {
         self.abs()
+    }
+
+    /// Numbers that are not negative have the order of their bits; those of all others are above.
+    #[inline(always)]
+    fn is_from_zero_to(self, most: Self) -> bool {
+        self.to_bits() <= most.to_bits()
     }
 
     /// Three Newton steps r ← r (2 − x r) from the exponent-negating integer guess. They square its error of at most 12
@@ -229,6 +238,11 @@ impl Number for f64 {
     #[inline]
     fn magnitude(self) -> Self {
         self.abs()
+    }
+
+    #[inline(always)]
+    fn is_from_zero_to(self, most: Self) -> bool {
+        self.to_bits() <= most.to_bits()
     }
 
     #[inline]
