@@ -25,8 +25,8 @@ const PACKAGES: [&str; 4] = [
 /// Packs a wheel smaller than the builder does.
 pub(crate) const PACKER: &str = "zopfli>=0.2";
 
-/// The extras of the wheel whose libraries the tests of readers need, which are skipped without.
-const EXTRAS: &str = "mat,parquet,ros,ulog,wpilog";
+/// The extras of the wheel whose libraries the tests of readers and servos need, which are skipped without.
+const EXTRAS: &str = "dynamixel,feetech,mat,parquet,ros,ulog,wpilog";
 
 /// Builds the wheel, installs it and runs its tests against the program, which is built.
 pub(crate) fn check() -> Result<(), String> {
@@ -42,7 +42,11 @@ pub(crate) fn check() -> Result<(), String> {
         println!("skipped: pip cannot get the libraries of {EXTRAS}, and pandas");
     }
     // From a folder in which nothing but the installed package can be found.
-    for tests in ["tests/test_servo_id.py", "tests/test_read.py"] {
+    for tests in [
+        "tests/test_servo_id.py",
+        "tests/test_read.py",
+        "tests/test_servos.py",
+    ] {
         run(program("python")
             .arg(root().join(PACKAGE).join(tests))
             .env("SERVO_ID_PROGRAM", built().join("debug/servo-id"))

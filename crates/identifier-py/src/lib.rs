@@ -13,6 +13,7 @@ mod origin;
 mod picture;
 mod predict;
 mod simulate;
+mod simulated_servo;
 mod sweep;
 mod tune;
 
@@ -30,6 +31,8 @@ mod _native {
     use super::predict::predict;
     #[pymodule_export]
     use super::simulate::simulate;
+    #[pymodule_export]
+    use super::simulated_servo::SimulatedServo;
     #[pymodule_export]
     use super::sweep::sweep;
     #[pymodule_export]

@@ -1,4 +1,7 @@
-"""``python -m servo_id identify FILE``: the page of the program ``servo-id``, of every file that the package reads."""
+"""``python -m servo_id identify FILE``: the page of the program ``servo-id``, of every file that the package reads.
+
+``capture`` and ``tune-servo`` are for smart servos: :mod:`servo_id.servos`.
+"""
 
 import re
 import shutil
@@ -9,6 +12,10 @@ from ._experiments import page
 
 
 def main() -> int:
+    if sys.argv[1:2] in (["capture"], ["tune-servo"]):
+        from .servos import _commands
+
+        return _commands.main(sys.argv[1:])
     parser = ArgumentParser("python -m servo_id", usage="%(prog)s identify FILE [--joint JOINT] [--KEYWORD VALUE ...]")
     parser.add_argument("verb", choices=["identify"], help="identify the servo of a log and print the result")
     parser.add_argument("file", help=".csv, .csv.gz, .db3, .mcap, .bag, .wpilog, .ulg, .parquet, .mat, .npz, .json, or a folder")

@@ -1,0 +1,213 @@
+"""A servo whose state is registers, behind its maker's client."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from threading import RLock
+from time import monotonic, sleep
+from typing import Any, NamedTuple
+
+
+class Refused(ValueError):
+    """What a servo or a request does not allow, with the remedy. Nothing was written."""
+
+
+class Fault(RuntimeError):
+    """What ended a motion."""
+
+
+class Lost(Fault):
+    """No answer."""
+
+
+class Register(NamedTuple):
+    """Where a number is stored."""
+
+    address: int
+    size: int = 1
+    sign: int = 0
+    """The bit of the sign beside a magnitude; −1 for two's complement, 0 for a number without a sign."""
+
+    def number(self, stored: int) -> int:
+        if self.sign > 0:
+            magnitude = stored & ((1 << self.sign) - 1)
+            return -magnitude if stored >> self.sign & 1 else magnitude
+        return stored - (1 << 8 * self.size) if self.sign and stored >> (8 * self.size - 1) else stored
+
+    def stored(self, number: int) -> int:
+        if self.sign > 0:
+            return abs(number) | (number < 0) << self.sign
+        return number % (1 << 8 * self.size)
+
+
+@dataclass(frozen=True)
+class Maker:
+    """What is known of a maker's servos. The names of its registers are those of every maker: model, firmware, mode, torque, p, i,
+    d, goal, position, load, voltage, temperature, and the lowest and highest of the last three."""
+
+    name: str
+    models: Mapping[int, str]
+    registers: Mapping[str, Register]
+    connect: Callable[[str, int], tuple[Any, Callable[..., Any]]]
+    """Opens a port at a baud rate: the client's port, and its calls by name."""
+    fault: Callable[[int], str]
+    """What the error of an answer means, empty for none."""
+    baud: int
+    modes: tuple[int, ...]
+    """Modes of operation that hold a position."""
+    polled: tuple[str, str]
+    """The first and the last register of a block that holds position and load."""
+    profile: tuple[str, ...]
+    """Registers that shape the way to a goal, 0 for none."""
+    full_load: float
+    """The load at all of the supply."""
+    gain_scale: float
+    """P for the whole supply at an error of 1 rad, by the form of ``tune``: the documented one, which is not relied on."""
+    rate_scale: float
+    """Share of the supply for a D of 1 at 1 rad/s, about: a first one is chosen by it."""
+    largest_gain: int
+    supply: tuple[float, float]
+    """Steps of a volt in the present voltage and in its limits."""
+    lock: bool = False
+    """True for gains that are kept without power, behind a lock."""
+    counts: int = 4096
+    """Of a revolution."""
+
+
+class Reading(NamedTuple):
+    time: float
+    """Half way between question and answer, s."""
+    position: int
+    """Counts."""
+    load: float
+    """Share of the supply that drives the motor."""
+
+
+class RealTime:
+    """The clock of the machine."""
+
+    now = staticmethod(monotonic)
+    sleep = staticmethod(sleep)
+
+
+@dataclass
+class Servo:
+    """One servo, and the only owner of its port: a second one damages the answers of a half-duplex bus. Every call ends
+    within the deadlines of the maker's client."""
+
+    maker: Maker
+    port: str
+    identity: int = 1
+    baud: int = 0
+    clock: Any = RealTime
+    called: float = 0.0
+    """When it was last called, of the machine's clock."""
+    error: str = ""
+    """What its last answer complained of."""
+    written: int = 0
+    """Writes of gains that are kept without power: such memory wears."""
+    lock: Any = field(default_factory=RLock)
+
+    TRIES = 4
+    QUIET = 0.1
+    """Time in which a late answer comes, s: it must not be taken for the next one."""
+
+    def __post_init__(self) -> None:
+        try:
+            self.client, self.calls = self.maker.connect(self.port, self.baud or self.maker.baud)
+            # Both makers' clients poll without a pause: a read that waits leaves the processor to others.
+            self.client.ser.timeout = 0.01
+        except (OSError, ValueError) as error:
+            raise Refused(f"{self.port} cannot be opened: {error}; state the port of the adapter by --port") from error
+
+    def close(self) -> None:
+        self.client.closePort()
+
+    def _called(self, name: str, *arguments: Any, length: int = 0) -> list[int]:
+        with self.lock:
+            for _ in range(self.TRIES):
+                try:
+                    *data, result, error = self.calls(name, self.identity, *arguments)
+                except (OSError, IndexError, TypeError):
+                    # The port is gone, or the client did not expect this answer.
+                    result = -1
+                finally:
+                    self.client.is_using = False
+                    self.called = monotonic()
+                if result == 0 and len(data[0] if data else []) == length:
+                    self.error = self.maker.fault(error)
+                    return data[0] if data else []
+                self.clock.sleep(self.QUIET)
+                self._discard()
+                self.called = monotonic()
+            raise Lost(f"servo {self.identity} on {self.port} gives no valid answer: check cable, power, --id and --baud")
+
+    def _discard(self) -> int:
+        """Discards bytes that nobody waits for, and counts them."""
+        try:
+            count = self.client.getBytesAvailable()
+            self.client.clearPort()
+        except OSError:
+            return 0
+        return count
+
+    def read(self, name: str) -> int:
+        return self._block(name, name)[name]
+
+    def _block(self, first: str, last: str) -> dict[str, int]:
+        """The numbers of neighbouring registers."""
+        registers = self.maker.registers
+        start, end = registers[first].address, registers[last].address + registers[last].size
+        data = self._called("readTxRx", start, end - start, length=end - start)
+        inside = {name: one for name, one in registers.items() if start <= one.address < end}
+        part = lambda one: bytes(data[one.address - start :][: one.size])
+        return {name: one.number(int.from_bytes(part(one), "little")) for name, one in inside.items()}
+
+    def write(self, name: str, number: int) -> None:
+        register = self.maker.registers[name]
+        data = register.stored(number).to_bytes(register.size, "little")
+        self._called("writeTxRx", register.address, register.size, list(data))
+
+    def change(self, name: str, number: int) -> None:
+        """Writes until two answers confirm it."""
+        for _ in range(self.TRIES):
+            self.write(name, number)
+            self.written += self.maker.lock and name in ("p", "i", "d")
+            if self.read(name) == number == self.read(name):
+                return
+        raise Fault(f"register {name} does not take {number}: {self.error or 'it stays as it was'}")
+
+    def reading(self) -> Reading:
+        before = self.clock.now()
+        block = self._block(*self.maker.polled)
+        time = 0.5 * (before + self.clock.now())
+        return Reading(time, block["position"], block["load"] / self.maker.full_load)
+
+    def goal(self, position: float) -> None:
+        self.write("goal", round(position))
+
+    def gains(self) -> dict[str, int]:
+        return {name: self.read(name) for name in ("p", "i", "d")}
+
+    def voltage(self) -> float:
+        return self.read("voltage") / self.maker.supply[0]
+
+    def description(self) -> str:
+        """Model and firmware. Refuses a servo that is not known, or that cannot be moved by goals."""
+        of = self.read
+        self.clock.sleep(self.QUIET)
+        model, mode = of("model"), of("mode")
+        if self._discard() > 0 or (of("model"), of("mode")) != (model, mode):
+            raise Refused(f"more than one servo answers to id {self.identity}: give each its own id")
+        name = self.maker.models.get(model)
+        if name is None:
+            known = ", ".join(self.maker.models.values())
+            raise Refused(f"model {model} is not known: --drive {self.maker.name} is for {known}")
+        if mode not in self.maker.modes:
+            raise Refused(f"the servo is in mode {mode}, which follows no position: set its mode of operation to {self.maker.modes[0]}")
+        present, scale = self.voltage(), self.maker.supply[1]
+        low, high = of("lowest_voltage") / scale, of("highest_voltage") / scale
+        if not low <= present <= high:
+            raise Refused(f"the supply is {present:.1f} V: the servo allows {low:.1f} to {high:.1f} V")
+        if self.error:
+            raise Refused(f"the servo reports {self.error}: remove the cause and switch its power off and on")
+        return f"{name}, firmware {of('firmware')}, id {self.identity}, {present:.1f} V, {of('temperature')} °C"
