@@ -157,8 +157,8 @@ impl Arguments {
                 let option = if is_limit { "limit" } else { error.parameter };
                 refusal_of(option, &error)
             }
-            NoGains::Error(TuningError::DoesNotArrive) => {
-                format!("--step {step}: {}", TuningError::DoesNotArrive)
+            NoGains::Error(error @ TuningError::DoesNotArrive) => {
+                format!("--step {step}: {error}")
             }
             NoGains::Error(error) => format!("{result}: {error}"),
             NoGains::Form(ref error) => format!("--for: {error}"),

@@ -89,11 +89,12 @@ fn text(columns: &[(&str, &[f64], usize)]) -> String {
 }
 
 fn text_of_cells(columns: &[(&str, Vec<String>)]) -> String {
-    let row = |of: &dyn Fn(&(&str, Vec<String>)) -> String| {
-        columns.iter().map(of).collect::<Vec<_>>().join(",") + "\n"
-    };
-    let rows = (0..columns[0].1.len()).map(|place| row(&|(_, cells)| cells[place].clone()));
-    row(&|(name, _)| (*name).to_owned()) + &rows.collect::<String>()
+    let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    let rows = (0..columns[0].1.len()).map(|place| {
+        let row = columns.iter().map(|(_, cells)| cells[place].as_str());
+        row.collect::<Vec<_>>().join(",") + "\n"
+    });
+    names.join(",") + "\n" + &rows.collect::<String>()
 }
 
 /// A folder with a log, `log.csv`.
