@@ -432,7 +432,9 @@ impl From<SettingsError> for NotAllowed {
             SettingsError::Gamma(error) => Self::new("gamma", Why::Matrix(error)),
             SettingsError::NoGamma(error) => Self::new("gamma", Why::NoGamma(error)),
             SettingsError::NoSuchTerm { term } => Self::new(term.name(), Why::NotHere),
-            SettingsError::NoAmplifier { setting } => Self::new(setting, Why::NotHere),
+            SettingsError::NoAmplifier { setting } | SettingsError::NotShaped { setting } => {
+                Self::new(setting, Why::NotHere)
+            }
         }
     }
 }

@@ -393,10 +393,11 @@ where
     V: VelocityEstimate<Word>,
     S: ParameterSet<P>,
 {
-    let words: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>, Shaped<Word>> = match settings.build() {
-        Ok(words) => words,
-        Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
-    };
+    let words: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>, Shaped<Word>> =
+        match settings.build() {
+            Ok(words) => words,
+            Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
+        };
     let [low, high] = settings.controller.expect("it has one").limit;
     let identifier = words.identifier();
     let mut state = words.start(0);

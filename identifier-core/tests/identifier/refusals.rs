@@ -61,9 +61,7 @@ fn every_setting_out_of_range_is_named() {
         ("reference_filter", |s| {
             controller(s).reference_filter = 0.02
         }),
-        ("notch", |s| {
-            controller(s).notch = 300.0
-        }),
+        ("notch", |s| controller(s).notch = 300.0),
         ("controller", |s| s.controller = None),
         ("servo_range.b", |s| range(s, [0.0, 1.0], [9.0, 8.0])),
         ("a_min", |s| range(s, [-1.0, 1.0], [110.0, 200.0])),

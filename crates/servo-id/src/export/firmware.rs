@@ -15,9 +15,8 @@ use identifier_core::identifier::{
     IdentifiableSet, MachineEstimates, ServoLoop,
 };
 use identifier_core::measurement::VelocityEstimate;
-use identifier_core::number::Arithmetic as Numbers;
 use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, Unknowns};
-use identifier_core::settings::{FromSettings, SettingsError};
+use identifier_core::settings::SettingsError;
 use identifier_log::tune::IdentifiedResult;
 
 use super::number;
