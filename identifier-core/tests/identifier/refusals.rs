@@ -1,11 +1,13 @@
 //! Impossible settings are refused by name, with a value that would do, and leave the state unchanged.
 
 use crate::support::certified;
+use identifier_core::control::CommandLimit;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::Unknowns;
 use identifier_core::settings::{ControllerSettings, FromSettings, SettingsError, diagonal};
+use identifier_core::units::Units;
 use identifier_core::{GaussNewton, GradientLoop, Settings};
 
 type Listener = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
@@ -92,6 +94,8 @@ fn every_setting_out_of_range_is_named() {
         let answer = refusal::<GradientLoop<f32, 3>>(change);
         assert!(answer.starts_with(name), "{name}: {answer}");
     }
+    assert!(CommandLimit::symmetric(f64::NAN).is_err());
+    assert!(Units::new(1e-3, f64::INFINITY).is_err());
     let of_gauss_newton: [(&str, Change); 8] = [
         ("bandwidth", |s| s.identifier.bandwidth = Some(-1.0)),
         ("start_time", |s| s.identifier.start_time = Some(f64::NAN)),

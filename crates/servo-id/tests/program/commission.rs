@@ -126,7 +126,7 @@ const IMPOSSIBLE: &str = r#"
 travel = 0.5 | travel = 0.002 | commission.travel | rad
 speed = 30.0 | speed = 0.05 | commission.speed | 0.1
 speed = | max_gain = 600.0; speed = | commission.sample_time | 0.000750
-speed = | command_delay = 0.02; speed = | commission.command_delay | 0.0150
+speed = | command_delay = 0.02; speed = | commission.command_delay | 0.015
 travel = 0.5 | travel = [0.1, 0.5] | commission.travel | [low, high]
 travel = 0.5 | travel = [0.0, 0.5] | commission.travel | identify
 travel = 0.5 | # | commission.travel | travel = 0.5
