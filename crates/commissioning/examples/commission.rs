@@ -16,6 +16,7 @@ use commissioning::{
 };
 use heapless::spsc::{Consumer, Producer, Queue};
 use identifier_core::Settings;
+use identifier_core::control::{Shaped, ShapedState};
 use identifier_core::identifier::{
     ExpectedMotion, GaussNewtonRecursion, Identify, ServoLoop, ServoLoopState,
 };
@@ -34,7 +35,7 @@ const SETTINGS: CommissionSettings = CommissionSettings::new(
 );
 
 type Recursion = GaussNewtonRecursion<f32, Unknowns<4>, 4>;
-type Loop = ServoLoop<f32, LowPass<f32>, Recursion>;
+type Loop = ServoLoop<f32, LowPass<f32>, Recursion, Shaped<f32>>;
 
 /// The sample interrupt's half of the commissioning.
 struct Interrupt<'a> {
@@ -93,6 +94,7 @@ struct Running {
         f32,
         <LowPass<f32> as VelocityEstimate<f32>>::State,
         <Recursion as Identify<f32>>::State,
+        ShapedState<f32>,
     >,
     watch: ServoWatch<f32>,
     watched: ServoWatchState<f32>,

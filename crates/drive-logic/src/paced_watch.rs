@@ -38,7 +38,7 @@ impl PacedWatch {
     /// # Errors
     /// The setting that is not allowed, by name.
     pub(crate) fn new(settings: &WatchSettings) -> Result<Self, OutOfRange> {
-        let every = (Self::TIME / settings.sample_time + 0.5).max(1.0) as u32;
+        let every = ((Self::TIME / settings.sample_time + 0.5) as u32).max(1);
         let axis = WatchSettings {
             sample_time: settings.sample_time * f64::from(every),
             ..*settings

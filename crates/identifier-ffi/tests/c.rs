@@ -222,7 +222,7 @@ fn a_program_of_constants_links_little() {
             .expect("a number")
     };
     for (name, most) in [
-        ("gradient_loop", 8),
+        ("gradient_loop", 9),
         ("gradient_coulomb_loop", 12),
         ("fixed_loop", 8),
         ("fixed_coulomb_loop", 12),

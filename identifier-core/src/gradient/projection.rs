@@ -64,6 +64,7 @@ impl<N: Arithmetic, const P: usize> Projection<N, P> {
     }
 
     /// False for NaN, too.
+    #[inline(always)]
     fn is_inside(&self, place: usize, value: N) -> bool {
         value >= self.low[place] && value <= self.high[place]
     }

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use commissioning::servo_change::{CommissionedServo, ServoChange, ServoChangeState};
+use identifier_core::control::{Shaped, ShapedState};
 use identifier_core::identifier::{
     Event, ExpectedMotion, GaussNewtonIdentifier, Identify, ServoLoop, ServoLoopState,
 };
@@ -13,11 +14,12 @@ use identifier_core::tuning::{Goal, Tuning, TuningSettings};
 use virtual_servo::{Encoder, Plant, SplitMix64};
 
 type Identifier = GaussNewtonIdentifier<f32, Unknowns<4>, 4, 64>;
-type Loop = ServoLoop<f32, LowPass<f32>, Identifier>;
+type Loop = ServoLoop<f32, LowPass<f32>, Identifier, Shaped<f32>>;
 type State = ServoLoopState<
     f32,
     <LowPass<f32> as VelocityEstimate<f32>>::State,
     <Identifier as Identify<f32>>::State,
+    ShapedState<f32>,
 >;
 
 pub(crate) const LIMIT: f64 = 10.0;
