@@ -115,19 +115,85 @@ impl PacedWatch {
 #[cfg(test)]
 mod tests {
     use commissioning::watch::Use;
+    use identifier_core::parameters::ServoParameters;
+    use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
+    use virtual_servo::{Effects, Encoder, Servo};
 
     use super::*;
+
+    const RESOLUTION: f64 = 1e-3;
 
     fn watch(sample_time: f64) -> PacedWatch {
         let axis = WatchSettings {
             sample_time,
-            resolution: 1e-3,
+            resolution: RESOLUTION,
             travel: [f64::NEG_INFINITY, f64::INFINITY],
             speed: f64::INFINITY,
             command: [-10.0, 10.0],
             used_for: Use::Operation,
         };
         PacedWatch::new(&axis).expect("valid")
+    }
+
+    /// From the fault at 1 s until it is found, s. The servo shakes under a loop of 40 rad/s all the time.
+    fn found(sample_time: f64, fault: Option<FaultKind>) -> Option<f64> {
+        const START: f64 = 1.0;
+        let parameters = ServoParameters::new(2.0, 100.0, 5.0, 0.0);
+        let mut watch = watch(sample_time);
+        assert!(watch.know(&IdentifiedServo::known(parameters, 0.0)));
+        watch.start(0);
+        let faults: Vec<_> = fault
+            .map(|kind| InjectedFault {
+                kind,
+                time: START,
+                duration: f64::INFINITY,
+                size: 0.0,
+            })
+            .into_iter()
+            .collect();
+        let mut faults = Faults::new(&faults, sample_time, RESOLUTION).expect("allowed");
+        let mut servo =
+            Servo::at_rest(&parameters, &Effects::NONE, sample_time, 1).expect("allowed");
+        let encoder = Encoder::new(core::f64::consts::TAU / RESOLUTION);
+        let (mut before, mut command) = (0, 0.0);
+        for sample in 0..(2.0 / sample_time) as u64 {
+            faults.begin_sample(&mut servo);
+            let seen = faults.seen(servo.position()).expect("an encoder");
+            let count = encoder.read(seen) as i32;
+            let now = sample as f64 * sample_time;
+            let error = 0.2 * (12.0 * now).sin() - f64::from(count) * RESOLUTION;
+            let control = ControlSample {
+                error: (error / RESOLUTION) as f32,
+                increment: (count - before) as f32,
+                velocity: 0.0,
+                command: command as f32,
+            };
+            if watch.process(&control, count, command as f32).is_err() {
+                return Some(now - START);
+            }
+            before = count;
+            command = (16.0 * error - 0.8 * servo.velocity()).clamp(-10.0, 10.0);
+            servo.advance(faults.acting(command));
+        }
+        None
+    }
+
+    #[test]
+    fn a_failure_is_found_as_soon_at_every_rate() {
+        for fault in [FaultKind::EncoderStuck, FaultKind::ActuatorDead] {
+            let at_two = found(5e-4, Some(fault)).expect("found at 2 kHz");
+            assert!(at_two > 0.0);
+            for sample_time in [1e-3, 2.5e-4, 1e-4, 5e-5] {
+                let time = found(sample_time, Some(fault)).expect("found");
+                assert!(
+                    (time - at_two).abs() <= 2e-3 + 0.03 * at_two,
+                    "{fault:?} at {sample_time} s: {time} s, at 2 kHz {at_two} s"
+                );
+            }
+        }
+        for sample_time in [1e-3, 5e-4, 2.5e-4, 1e-4, 5e-5] {
+            assert_eq!(found(sample_time, None), None);
+        }
     }
 
     const CONTROL: ControlSample<f32> = ControlSample {

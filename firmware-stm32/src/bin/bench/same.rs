@@ -36,7 +36,8 @@ fn single_precision() -> Result<(), SettingsError> {
 fn fixed_point() -> Result<(), SettingsError> {
     let instructions = Instructions::start();
     let mut parts = Words::build(&paper::settings())?;
-    let mut sample = |reference, register| parts.counted(&instructions, (reference, register), false);
+    let mut sample =
+        |reference, register| parts.counted(&instructions, (reference, register), false);
     Experiment::start(0.0)?.count(paper::samples(), &mut sample);
     let identifier = parts.servo_loop.identifier();
     let snapshot = identifier.snapshot(parts.state.identification());
