@@ -142,16 +142,14 @@ mod tests {
         let mut watch = watch(sample_time);
         assert!(watch.know(&IdentifiedServo::known(parameters, 0.0)));
         watch.start(0);
-        let faults: Vec<_> = fault
-            .map(|kind| InjectedFault {
-                kind,
-                time: START,
-                duration: f64::INFINITY,
-                size: 0.0,
-            })
-            .into_iter()
-            .collect();
-        let mut faults = Faults::new(&faults, sample_time, RESOLUTION).expect("allowed");
+        let injected = fault.map(|kind| InjectedFault {
+            kind,
+            time: START,
+            duration: f64::INFINITY,
+            size: 0.0,
+        });
+        let mut faults =
+            Faults::new(injected.as_slice(), sample_time, RESOLUTION).expect("allowed");
         let mut servo =
             Servo::at_rest(&parameters, &Effects::NONE, sample_time, 1).expect("allowed");
         let encoder = Encoder::new(core::f64::consts::TAU / RESOLUTION);
@@ -161,7 +159,7 @@ mod tests {
             let seen = faults.seen(servo.position()).expect("an encoder");
             let count = encoder.read(seen) as i32;
             let now = sample as f64 * sample_time;
-            let error = 0.2 * (12.0 * now).sin() - f64::from(count) * RESOLUTION;
+            let error = 0.8 * (20.0 * now).sin() - f64::from(count) * RESOLUTION;
             let control = ControlSample {
                 error: (error / RESOLUTION) as f32,
                 increment: (count - before) as f32,

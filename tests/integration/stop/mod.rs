@@ -6,7 +6,8 @@ mod durations;
 mod host;
 mod machine;
 /// The bench of the drive's own tests.
-#[path = "../../../crates/drive-logic/tests/support/mod.rs"]
+#[allow(dead_code, reason = "stops need a part of it")]
+#[path = "../../../crates/drive-logic/tests/drive/support/mod.rs"]
 mod support;
 
 use std::sync::Mutex;

@@ -1,19 +1,17 @@
 //! Homing on a switch and on the encoder's index, and its bad inputs.
 
-mod support;
-
 use core::f64::consts::{FRAC_PI_2, TAU};
 use core::ops::Range;
 
+use crate::support::commission::{ORDER, commission, commission_until, ended};
+use crate::support::drive::{Drive, snapshots};
+use crate::support::harms::Harm;
+use crate::support::{Bench, COUNTS, Flash, HOMING, harms, settings, still};
 use commissioning::Phase;
 use drive_link::{
     Command, Ended, Fault, Home, Homing, Refusal, Report, Settings, State, Status, TargetSource,
 };
 use identifier_core::parameters::ServoParameters;
-use support::commission::{ORDER, commission, commission_until, ended};
-use support::drive::{Drive, snapshots};
-use support::harms::Harm;
-use support::{Bench, COUNTS, Flash, HOMING, harms, settings, still};
 
 const SERVO: ServoParameters = ServoParameters {
     a: 0.2174,

@@ -1,16 +1,14 @@
 //! A commissioning from rest: from an unknown servo to gains in force, with any harm in any phase.
 
-mod support;
-
-use commissioning::{CommissionIsr, Phase};
-use drive_link::{Command, Commissioning, Fault, MotionRecord, Origin, Progress, Report, State};
-use identifier_core::reason::Reason;
-use support::commission::{
+use crate::support::commission::{
     HARMS, ORDER, PHASES, SERVO, aborted, commission, commission_until, cut_short, ended,
     link_falls_silent, outcome, over, ready,
 };
-use support::drive::{Drive, snapshots};
-use support::{Bench, Flash, settings};
+use crate::support::drive::{Drive, snapshots};
+use crate::support::{Bench, Flash, settings};
+use commissioning::{CommissionIsr, Phase};
+use drive_link::{Command, Commissioning, Fault, MotionRecord, Origin, Progress, Report, State};
+use identifier_core::reason::Reason;
 
 const APPLIED: Commissioning = Commissioning {
     phase: Phase::Applied,

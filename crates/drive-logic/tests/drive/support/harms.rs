@@ -5,8 +5,6 @@ use super::drive::Drive;
 /// What comes between.
 pub(crate) type Harm = fn(&mut Drive);
 
-pub(crate) fn nothing(_: &mut Drive) {}
-
 pub(crate) fn stop(drive: &mut Drive) {
     drive.done(drive_link::Command::Stop);
 }

@@ -1,10 +1,11 @@
 //! Protection of a machine with a spindle, beside the faults: conditions for a start, ends of a
 //! run, and limits of the reference.
 
-mod support;
-
 use core::f64::consts::TAU;
 
+use crate::support::commission::ORDER;
+use crate::support::drive::{Drive, SERVO, snapshots};
+use crate::support::{Bench, COUNTS, Flash, SAMPLE_TIME, STAGE, first_contact, settings, still};
 use commissioning::{CommissionSettings, Limits};
 use drive_link::{
     Command, Ended, Fault, InterruptCycles, NotAllowed, Refusal, Report, Request, Settings, State,
@@ -13,9 +14,6 @@ use drive_link::{
 use drive_logic::Lines;
 use identifier_core::error::Allowed;
 use identifier_core::parameters::ServoParameters;
-use support::commission::ORDER;
-use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, COUNTS, Flash, SAMPLE_TIME, STAGE, first_contact, settings, still};
 
 /// A drive that has run with these settings for some samples.
 fn running(servo: &ServoParameters, settings: Settings, samples: u32) -> (Drive, &'static Bench) {
@@ -651,7 +649,7 @@ fn an_order_beyond_the_drives_limits_is_refused_with_both_and_no_limit_becomes_w
         (None, |order| order.limits.travel = [-1.0, 2.5]),
     ];
     for (name, change) in orders {
-        let (mut drive, bench) = Drive::on_bench(&support::commission::SERVO);
+        let (mut drive, bench) = Drive::on_bench(&crate::support::commission::SERVO);
         let mut wanted = still();
         wanted.protection.travel = [-2.0, 2.5];
         wanted.protection.following_error = 2.0;
@@ -690,7 +688,7 @@ fn an_order_beyond_the_drives_limits_is_refused_with_both_and_no_limit_becomes_w
 
 #[test]
 fn an_order_from_within_the_travel_is_refused_if_it_leaves_it_from_there() {
-    let (mut drive, _) = Drive::on_bench(&support::commission::SERVO);
+    let (mut drive, _) = Drive::on_bench(&crate::support::commission::SERVO);
     let mut wanted = still();
     wanted.protection.travel = [-2.0, 2.0];
     wanted.protection.following_error = 2.0;
@@ -764,7 +762,7 @@ fn an_axis_that_moves_is_not_driven_and_its_speed_is_said() {
 
 #[test]
 fn a_start_or_a_commissioning_acts_once_and_never_late() {
-    let (mut drive, bench) = Drive::on_bench(&support::commission::SERVO);
+    let (mut drive, bench) = Drive::on_bench(&crate::support::commission::SERVO);
     let answer = |drive: &mut Drive, id: u8, command: Command| {
         let answer = drive.supervisor.answer(&Request { id, command });
         drive.pass(5);

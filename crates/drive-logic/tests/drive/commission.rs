@@ -1,7 +1,9 @@
 //! Orders to commission: the conditions for one, and all or nothing after any interruption.
 
-mod support;
-
+use crate::support::commission::{ORDER, SERVO, aborted, commission, ended, outcome, over, ready};
+use crate::support::drive::Drive;
+use crate::support::line::request_bytes;
+use crate::support::{Bench, Flash, SAMPLE_TIME, STAGE, settings};
 use commissioning::{CommissionSettings, Phase};
 use drive_link::{
     Command, Fault, NotAllowed, Origin, Outcome, Refusal, Report, Request, State, Why,
@@ -10,10 +12,6 @@ use drive_logic::LineListener;
 use identifier_core::error::Allowed;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Goal;
-use support::commission::{ORDER, SERVO, aborted, commission, ended, outcome, over, ready};
-use support::drive::Drive;
-use support::line::request_bytes;
-use support::{Bench, Flash, SAMPLE_TIME, STAGE, settings};
 
 #[test]
 fn in_the_wrong_state_it_is_refused_with_a_reason_before_anything_moves() {

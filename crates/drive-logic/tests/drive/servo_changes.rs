@@ -1,13 +1,11 @@
 //! Changes of a servo after its commissioning, as the status has them.
 
-mod support;
-
+use crate::support::commission::{ORDER, SERVO, changed, commission};
+use crate::support::drive::Drive;
+use crate::support::{first_contact, settings};
 use commissioning::Phase;
 use drive_link::{Command, Report, ServoChanges, Settings, State};
 use identifier_core::reason::Reason;
-use support::commission::{ORDER, SERVO, changed, commission};
-use support::drive::Drive;
-use support::{first_contact, settings};
 
 /// Settings under which a servo is examined.
 fn examined(servo_changes: ServoChanges) -> Settings {

@@ -1,5 +1,4 @@
 //! Support of the drive's tests, and of the stops in `tests`: settings, a flash that can lose its power, a servo.
-#![allow(dead_code)]
 
 pub(crate) mod commission;
 pub(crate) mod drive;

@@ -1,14 +1,12 @@
 //! Targets from outside, step pulses and a voltage, and their bad inputs.
 
-mod support;
-
 use core::f64::consts::TAU;
 
+use crate::support::commission::{ORDER, commission, over};
+use crate::support::drive::{Drive, snapshots};
+use crate::support::{Bench, COUNTS, HOMING, still};
 use drive_link::{Command, Fault, Home, Refusal, Settings, State, TargetSource};
 use identifier_core::parameters::ServoParameters;
-use support::commission::{ORDER, commission, over};
-use support::drive::{Drive, snapshots};
-use support::{Bench, COUNTS, HOMING, still};
 
 const SERVO: ServoParameters = ServoParameters {
     a: 0.2174,

@@ -1,11 +1,9 @@
 //! Records in a flash that may lose its power at any step.
 
-mod support;
-
+use crate::support::{Flash, SECTOR};
 use drive_link::Kept;
 use drive_logic::{Store, StoreError};
 use proptest::prelude::*;
-use support::{Flash, SECTOR};
 
 /// Bytes of a slot.
 const SLOT: usize = 1336;

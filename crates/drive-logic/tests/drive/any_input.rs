@@ -1,16 +1,14 @@
 //! Any input: settings of any numbers, bytes of any value, requests in any order, a flash of any
 //! content. The drive refuses or faults, and never moves without an order.
 
-mod support;
-
+use crate::support::commission::ORDER;
+use crate::support::drive::{Drive, SERVO};
+use crate::support::line::{Wires, request_bytes};
+use crate::support::{Flash, HOMING, SECTOR, settings};
 use commissioning::CommissionSettings;
 use drive_link::{Command, Estimator, Homing, Report, Settings, State, TargetSource};
 use drive_logic::Conversation;
 use proptest::prelude::*;
-use support::commission::ORDER;
-use support::drive::{Drive, SERVO};
-use support::line::{Wires, request_bytes};
-use support::{Flash, HOMING, SECTOR, settings};
 
 /// The numbers of settings that a user may get wrong.
 fn numbers(settings: &mut Settings) -> Vec<&mut f64> {

@@ -1,13 +1,11 @@
 //! Counts that wrap, and a run that a commissioning takes over and hands back.
 
-mod support;
-
+use crate::support::commission::{ORDER, until};
+use crate::support::drive::{Drive, SERVO, snapshots};
+use crate::support::{Bench, Flash, still};
 use commissioning::Phase;
 use drive_link::{Command, Fault, Refusal, Report, State};
 use identifier_core::parameters::ServoParameters;
-use support::commission::{ORDER, until};
-use support::drive::{Drive, SERVO, snapshots};
-use support::{Bench, Flash, still};
 
 #[test]
 fn a_far_target_is_reached_over_a_count_that_wraps_and_a_turned_axis_is_a_fault() {

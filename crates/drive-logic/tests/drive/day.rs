@@ -1,16 +1,14 @@
 //! A drive for a day at 10 kHz, with its host at the other end of the line: every request is answered, every target is
 //! reached, no sample shown is missing, every fault is reported once and disables the stage, and every stop is obeyed.
 
-mod support;
-
 use std::time::Instant;
 
+use crate::support::drive::{Drive, SERVO};
+use crate::support::line::{Random, Wires, request_bytes};
+use crate::support::{Bench, Flash, settings};
 use drive_link::{Command, Ended, Estimator, Fault, Receiver, Report, State};
 use drive_logic::{Conversation, PolledLine};
 use identifier_core::parameters::ServoParameters;
-use support::drive::{Drive, SERVO};
-use support::line::{Random, Wires, request_bytes};
-use support::{Bench, Flash, settings};
 
 const RATE: u32 = 10_000;
 

@@ -1,12 +1,10 @@
 //! The first motion of an unknown servo: a dead encoder does not show it.
 
-mod support;
-
+use crate::support::commission::SERVO;
+use crate::support::drive::Drive;
+use crate::support::{settings, still};
 use drive_link::{Command, Fault, State};
 use identifier_core::parameters::ServoParameters;
-use support::commission::SERVO;
-use support::drive::Drive;
-use support::{settings, still};
 
 /// A run under the PID of the settings, without a dither.
 fn start(drive: &mut Drive) {

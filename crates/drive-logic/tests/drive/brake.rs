@@ -1,7 +1,9 @@
 //! A vertical axis with a holding brake, and the load at the start of a run.
 
-mod support;
-
+use crate::support::commission::{ORDER, ended, over, until};
+use crate::support::drive::Drive;
+use crate::support::line::request_bytes;
+use crate::support::{Bench, COUNTS, Flash, harms, settings};
 use commissioning::Phase;
 use drive_link::{
     Command, Ended, Estimator, Fault, HoldingBrake, Refusal, Settings, State, TargetSource,
@@ -9,10 +11,6 @@ use drive_link::{
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use identifier_core::settings::ControllerSettings;
-use support::commission::{ORDER, ended, over, until};
-use support::drive::Drive;
-use support::line::request_bytes;
-use support::{Bench, COUNTS, Flash, harms, settings};
 use virtual_servo::VirtualBrake;
 
 /// A vertical axis whose load takes 30 % of the command.
@@ -35,7 +33,7 @@ const CLOSES: u32 = 100;
 const MAX_FALL: f64 = 0.005;
 
 /// The page with the table of the falls.
-const PAGE: &str = include_str!("../../../docs/faults.md");
+const PAGE: &str = include_str!("../../../../docs/faults.md");
 
 /// Settings of the axis, without dither.
 fn vertical(brake: Option<HoldingBrake>) -> Settings {

@@ -1,19 +1,17 @@
 //! A commissioning beside a running loop: the loop's gains hold the servo before, and afterwards unless it
 //! has found new ones.
 
-mod support;
-
+use crate::support::commission::{
+    HARMS, ORDER, PHASES, SERVO, commission, commission_until, cut_short, ended, link_falls_silent,
+    outcome, over, until,
+};
+use crate::support::drive::{Drive, snapshots};
+use crate::support::harms::Harm;
+use crate::support::{Bench, Flash, first_contact, harms, still};
 use commissioning::Phase;
 use drive_link::{Command, Commissioning, Ended, Fault, Origin, Report, Settings, State};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
-use support::commission::{
-    HARMS, ORDER, PHASES, SERVO, commission, commission_until, cut_short, ended, link_falls_silent,
-    outcome, over, until,
-};
-use support::drive::{Drive, snapshots};
-use support::harms::Harm;
-use support::{Bench, Flash, first_contact, harms, still};
 
 /// A servo whose load friction does not hold.
 const LOADED: ServoParameters = ServoParameters {

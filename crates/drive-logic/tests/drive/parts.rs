@@ -1,12 +1,10 @@
 //! The parts that a build has: `--no-default-features` is that of a small board.
 
-mod support;
-
+use crate::support::commission::ORDER;
+use crate::support::drive::{Drive, SERVO};
+use crate::support::{Bench, Flash, first_contact, settings};
 use drive_link::{Command, NotAllowed, Refusal, Why};
 use identifier_core::parameters::{Term, Terms};
-use support::commission::ORDER;
-use support::drive::{Drive, SERVO};
-use support::{Bench, Flash, first_contact, settings};
 
 /// What a drive says to a command that only a build with a part obeys.
 fn answer_of(part: &str, has_part: bool, command: Command) {

@@ -1,12 +1,10 @@
 //! A run whose first fit does not succeed reports why, over the line and of its own accord.
 
-mod support;
-
+use crate::support::drive::{Drive, SERVO};
+use crate::support::first_contact;
 use drive_link::{Command, Report, Settings};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
-use support::drive::{Drive, SERVO};
-use support::first_contact;
 
 /// The same with bounds within which the servo's b is not.
 fn bounded_beyond_the_servo() -> Settings {

@@ -1,9 +1,10 @@
 //! The whole drive but for its pins, on a simulated servo.
 
-mod support;
-
 use core::f64::consts::TAU;
 
+use crate::support::drive::{Drive, SERVO, snapshots};
+use crate::support::harms::Harm;
+use crate::support::{Bench, COUNTS, Flash, STAGE, first_contact, harms, settings, still};
 use drive_link::{
     Command, Estimates, Fault, HoldingBrake, Kept, NotAllowed, Noticed, Refusal, Report,
     ServoChanges, Settings, State, Why,
@@ -12,9 +13,6 @@ use drive_logic::{Lines, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStag
 use identifier_core::error::Allowed;
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::{ControllerSettings, IdentifierSettings, ParameterRangeSettings};
-use support::drive::{Drive, SERVO, snapshots};
-use support::harms::Harm;
-use support::{Bench, COUNTS, Flash, STAGE, first_contact, harms, settings, still};
 
 #[test]
 fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {

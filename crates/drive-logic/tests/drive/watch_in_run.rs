@@ -1,14 +1,12 @@
 //! A run is watched as a commissioning is, for as long as the servo is driven.
 
-mod support;
-
+use crate::support::commission::{ORDER, SERVO, commission};
+use crate::support::drive::Drive;
+use crate::support::{SAMPLE_TIME, still};
 use commissioning::{CommissionSettings, Phase};
 use drive_link::{Command, Fault, State};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::Goal;
-use support::commission::{ORDER, SERVO, commission};
-use support::drive::Drive;
-use support::{SAMPLE_TIME, still};
 
 /// Gains of an ordinary response. Slower ones push less, and what does not move shows later.
 const QUICK: CommissionSettings = CommissionSettings {

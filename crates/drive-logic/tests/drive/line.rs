@@ -1,19 +1,17 @@
 //! The drive at the end of a realistic line, with the times of bytes in both directions and of the
 //! background. The figures are the time until a stop is obeyed, and the effect of a broken line.
 
-mod support;
-
 use std::collections::VecDeque;
 
+use crate::support::commission::ORDER;
+use crate::support::drive::{Drive, SERVO};
+use crate::support::line::{ROOM, Random, Wires, request_bytes};
+use crate::support::{HOMING, settings};
 use drive_link::Line;
 use drive_link::{
     Command, Estimator, Fault, Home, PROTOCOL, Receiver, Refusal, Report, Settings, State,
 };
 use drive_logic::{Conversation, PolledLine};
-use support::commission::ORDER;
-use support::drive::{Drive, SERVO};
-use support::line::{ROOM, Random, Wires, request_bytes};
-use support::{HOMING, settings};
 
 /// Time of a byte at 1 Mbaud, ns.
 const BYTE: u64 = 10_000;
