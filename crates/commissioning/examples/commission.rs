@@ -36,6 +36,12 @@ const SETTINGS: CommissionSettings = CommissionSettings::new(
 
 type Recursion = GaussNewtonRecursion<f32, Unknowns<4>, 4>;
 type Loop = ServoLoop<f32, LowPass<f32>, Recursion, Shaped<f32>>;
+type LoopState = ServoLoopState<
+    f32,
+    <LowPass<f32> as VelocityEstimate<f32>>::State,
+    <Recursion as Identify<f32>>::State,
+    ShapedState<f32>,
+>;
 
 /// The sample interrupt's half of the commissioning.
 struct Interrupt<'a> {
@@ -90,12 +96,7 @@ impl Background<'_> {
 /// The loop after the commissioning: PID, identifier and watch.
 struct Running {
     servo_loop: Loop,
-    state: ServoLoopState<
-        f32,
-        <LowPass<f32> as VelocityEstimate<f32>>::State,
-        <Recursion as Identify<f32>>::State,
-        ShapedState<f32>,
-    >,
+    state: LoopState,
     watch: ServoWatch<f32>,
     watched: ServoWatchState<f32>,
     /// Where the commissioning began, and the setpoint, counts.

@@ -4,7 +4,7 @@
 //! firmware is compiled for the speed of its interrupts, everything else for size.
 
 use drive_link::{Fault, Settings};
-use drive_logic::{BackgroundEnd, Conversation, Memory, OutputStage};
+use drive_logic::{BackgroundEnd, Conversation, Memory, OutputStage, Records};
 
 use crate::Mmio;
 use crate::flash::RecordFlash;
@@ -31,9 +31,21 @@ macro_rules! background {
                 stage: OutputStage,
                 found_at_boot: Result<(), Fault>,
             ) -> Option<&'static mut Supervisor> {
-                let flash = (flash, 0);
+                let records = Records::open(flash, 0, &stage);
+                place(channel, memory, records, built_in, stage, found_at_boot)
+            }
+
+            #[inline(never)]
+            fn place(
+                channel: BackgroundEnd<'static>,
+                memory: &'static mut Memory,
+                records: Records<RecordFlash<Mmio<$family>>>,
+                built_in: &Settings,
+                stage: OutputStage,
+                found_at_boot: Result<(), Fault>,
+            ) -> Option<&'static mut Supervisor> {
                 cortex_m::singleton!(: Supervisor =
-                    Supervisor::new(channel, memory, flash, built_in, stage, found_at_boot))
+                    Supervisor::new(channel, memory, records, built_in, stage, found_at_boot))
             }
 
             /// One turn; true if there may be more to do at once.

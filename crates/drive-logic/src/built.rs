@@ -6,9 +6,7 @@ use core::convert::Infallible;
 use core::marker::PhantomData;
 use core::ops::{Deref, DerefMut};
 
-use drive_link::NotAllowed;
-#[cfg(any(not(feature = "commissioning"), not(feature = "terms")))]
-use drive_link::Why;
+use drive_link::{NotAllowed, Why};
 
 /// What only a drive that commissions its servo has. In another build there is no value of this type: it takes no memory,
 /// and what it would do no flash.
@@ -22,16 +20,15 @@ pub(crate) enum Part<T> {
 }
 
 impl<T> Part<T> {
-    /// # Errors
-    /// Those of what makes it, and that of a build without commissioning.
+    /// None in a build without commissioning.
     #[inline(always)]
-    pub(crate) fn build(make: impl FnOnce() -> Result<T, NotAllowed>) -> Result<Self, NotAllowed> {
+    pub(crate) fn of(part: T) -> Option<Self> {
         #[cfg(feature = "commissioning")]
-        return make().map(Self::Built);
+        return Some(Self::Built(part));
         #[cfg(not(feature = "commissioning"))]
         {
-            let _ = make;
-            Err(NotAllowed::new("commissioning", Why::NotBuilt))
+            let _ = part;
+            None
         }
     }
 }
@@ -62,14 +59,29 @@ impl<T> DerefMut for Part<T> {
     }
 }
 
+/// Checks that a servo can be commissioned.
+///
+/// # Errors
+/// A build without commissioning.
+#[inline(always)]
+pub(crate) fn has_commissioning() -> Result<(), NotAllowed> {
+    built(cfg!(feature = "commissioning"), "commissioning")
+}
+
 /// Checks that terms can be identified.
 ///
 /// # Errors
 /// A build without terms.
 #[inline(always)]
 pub(crate) fn has_terms() -> Result<(), NotAllowed> {
-    #[cfg(feature = "terms")]
-    return Ok(());
-    #[cfg(not(feature = "terms"))]
-    Err(NotAllowed::new("terms", Why::NotBuilt))
+    built(cfg!(feature = "terms"), "terms")
+}
+
+#[inline(always)]
+fn built(is_built: bool, part: &str) -> Result<(), NotAllowed> {
+    if is_built {
+        Ok(())
+    } else {
+        Err(NotAllowed::new(part, Why::NotBuilt))
+    }
 }

@@ -1,10 +1,9 @@
 //! A commissioning in the sample interrupt, with the drive's reasons to end it.
 
 use commissioning::{
-    CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, Decision, HoldingGains,
-    Phase, RecordEvent,
+    CommissionInputs, CommissionIsr, CommissionState, Decision, Phase, RecordEvent,
 };
-use drive_link::{self, Ended, Fault, Name, NotAllowed, Outcome, Protection};
+use drive_link::{self, Ended, Fault, Name, Outcome, Protection};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::reason::{Reason, StopCategory};
@@ -65,24 +64,20 @@ pub(crate) enum Course {
 }
 
 impl Commissioning {
-    /// Within these protections, going back to the gains before, if there are any.
-    ///
-    /// # Errors
-    /// The setting that is not allowed.
+    /// Within these protections. The command balances the load, by earlier estimates; the brake is that of the axis.
     pub(crate) fn new(
-        settings: &CommissionSettings,
-        before: Option<&HoldingGains>,
+        commission: CommissionIsr<f32>,
         protection: &Protection,
-    ) -> Result<Self, NotAllowed> {
-        let commission = CommissionIsr::new(settings, before)?;
-        let units = Units::new(settings.sample_time, settings.resolution)?;
-        Ok(Self {
+        units: &Units,
+        (balance, brake): (f32, Option<BrakeTimes>),
+    ) -> Self {
+        Self {
             state: commission.start(0, None),
             commission,
-            lines: LineWatch::new(&units),
-            deadline: Deadline::new(0.0, protection.link_timeout, &units),
-            rest: Rest::within(protection.stop_time, &units),
-            background_patience: samples(DRIVEN_PATIENCE, &units),
+            lines: LineWatch::new(units),
+            deadline: Deadline::new(0.0, protection.link_timeout, units),
+            rest: Rest::within(protection.stop_time, units),
+            background_patience: samples(DRIVEN_PATIENCE, units),
             stop: None,
             fault: None,
             disabled: false,
@@ -91,17 +86,12 @@ impl Commissioning {
             started_at: 0,
             run_origin: None,
             awaits_resume: false,
-            balance: 0.0,
-            brake: None,
+            balance,
+            brake,
             holds: false,
             missed_steps: false,
-            resolution: settings.resolution,
-        })
-    }
-
-    /// Sets the command that balances the load, by earlier estimates, and the brake of the axis.
-    pub(crate) fn prepare_hold(&mut self, balance: f32, brake: Option<BrakeTimes>) {
-        (self.balance, self.brake) = (balance, brake);
+            resolution: units.position_unit(),
+        }
     }
 
     /// From the count of the servo at rest. Not inlined, to be seen in the machine code.
@@ -190,11 +180,6 @@ impl Commissioning {
     /// Samples for which the background may not run.
     pub(crate) fn background_patience(&self) -> u32 {
         self.background_patience
-    }
-
-    /// The slices of work that its solver does in each sample.
-    pub(crate) fn slices(&self) -> u32 {
-        self.commission.slices()
     }
 
     /// A frame of the host was received.

@@ -58,4 +58,4 @@ pub use run::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS};
 pub use sampler::Sampler;
 pub use self_test::{BOARD_TEST_INSTRUCTIONS, self_test};
 pub use store::{Store, StoreError};
-pub use supervisor::{Memory, Supervisor};
+pub use supervisor::{Memory, Records, Supervisor};

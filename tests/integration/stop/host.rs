@@ -5,7 +5,7 @@ use drive_chip::family::ClockTree;
 use drive_chip::flash::{Areas, RecordFlash};
 use drive_chip::serial::{self, Bytes, Ring};
 use drive_link::{Command, Line, Receiver, Refusal, Report, Request, State, frame};
-use drive_logic::{Channel, Conversation, LineListener, Memory, Sampler, Supervisor};
+use drive_logic::{Channel, Conversation, LineListener, Memory, Records, Sampler, Supervisor};
 
 use super::machine::{BYTE, Handlers, Machine, Mode};
 use super::settings;
@@ -88,7 +88,8 @@ impl Host {
         let flash = RecordFlash::new(machine, Areas::starting_at(1));
         let memory = forever(Memory::new());
         let built_in = settings(rate);
-        let supervisor = Supervisor::new(back, memory, (flash, 0), &built_in, STAGE, Ok(()));
+        let records = Records::open(flash, 0, &STAGE);
+        let supervisor = Supervisor::new(back, memory, records, &built_in, STAGE, Ok(()));
         let handlers = forever(Handlers {
             sampler: Sampler::new(interrupt, Ok(())).into(),
             port: port.into(),

@@ -2,7 +2,7 @@
 //! run the store is left alone, which holds all of the old. The result is saved as one record, once it is validated and
 //! the servo is disabled.
 
-use commissioning::{CommissionSettings, HoldingGains, Limits, Phase};
+use commissioning::{CommissionIsr, CommissionSettings, HoldingGains, Limits, Phase};
 use drive_link::{
     Commissioned, Commissioning as LastCommissioning, Estimates, Estimator, Gains, Kept,
     NotAllowed, Origin, Outcome, Protection, Record, Refusal, Settings, State, Why,
@@ -11,12 +11,13 @@ use embedded_storage::nor_flash::NorFlash;
 use identifier_core::error::Allowed;
 use identifier_core::reason::Reason;
 use identifier_core::settings::{ControllerSettings, IdentifierSettings};
+use identifier_core::units::Units;
 
 use super::Supervisor;
 use super::memory::Slot;
 use super::solver::Solver;
 use crate::brake::BrakeTimes;
-use crate::built::Part;
+use crate::built::{Part, has_commissioning};
 use crate::chip::OutputStage;
 use crate::commissioning::Commissioning;
 use crate::conversion;
@@ -298,6 +299,7 @@ fn prepare(
     known: Option<&Estimates>,
     stage: &OutputStage,
 ) -> Result<(), NotAllowed> {
+    has_commissioning()?;
     let core = &beside.closed_loop.core;
     for (name, value, own) in [
         ("sample_time", given.sample_time, core.sample_time),
@@ -322,24 +324,31 @@ fn prepare(
         cutoff: core.cutoff,
     });
     let brake = BrakeTimes::new(beside.brake.as_ref(), &units)?;
-    let commissioning = fill(slot, &settings, before.as_ref(), &beside.protection)?;
     let balance = known.map_or(0.0, |known| conversion::balance(known, limits.command));
-    commissioning.prepare_hold(balance as f32, brake);
-    let slices = commissioning.slices();
-    solver.begin_commissioning(&settings, slices)
+    let isr = CommissionIsr::new(&settings, before.as_ref())?;
+    solver.begin_commissioning(&settings, isr.slices())?;
+    fill(
+        slot,
+        isr,
+        &beside.protection,
+        &units,
+        (balance as f32, brake),
+    );
+    Ok(())
 }
 
 /// Fills a slot with a commissioning. Not inlined, for its stack to be free again.
 #[inline(never)]
-fn fill<'a>(
-    slot: &'a mut Slot<Part<Commissioning>>,
-    settings: &CommissionSettings,
-    before: Option<&HoldingGains>,
+fn fill(
+    slot: &mut Slot<Part<Commissioning>>,
+    isr: CommissionIsr<f32>,
     protection: &Protection,
-) -> Result<&'a mut Part<Commissioning>, NotAllowed> {
-    Ok(slot.fill(Part::build(|| {
-        Commissioning::new(settings, before, protection)
-    })?))
+    units: &Units,
+    hold: (f32, Option<BrakeTimes>),
+) {
+    if let Some(part) = Part::of(Commissioning::new(isr, protection, units, hold)) {
+        slot.fill(part);
+    }
 }
 
 /// Settings with the gains of a commissioning, within the limits of the command that were given, or else these. An

@@ -14,11 +14,11 @@ pub struct Memory {
 impl Memory {
     /// Never used.
     #[must_use]
-    pub const fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             run: None,
             commissioning: None,
-            solver: None,
+            solver: Part::of(CommissioningSolver::idle()),
         }
     }
 }

@@ -4,6 +4,7 @@ mod begun;
 mod changes;
 mod commission;
 mod memory;
+mod records;
 mod reports;
 mod runs;
 mod solver;
@@ -14,7 +15,7 @@ use commissioning::servo_change::ServoChangeState;
 use commissioning::{CommissionSettings, Phase};
 use drive_link::{
     BoardTest, BootChecks, Command, Commissioned, Ended, Estimates, Fault, Kept, Noticed, Outcome,
-    Record, Refusal, Report, Request, Settings, State, TargetSource,
+    Refusal, Report, Request, Settings, State, TargetSource,
 };
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::reason::Reason;
@@ -22,6 +23,7 @@ use identifier_core::reason::Reason;
 use self::begun::Begun;
 pub use self::memory::Memory;
 use self::memory::Slot;
+pub use self::records::Records;
 use self::solver::Solver;
 use crate::built::Part;
 use crate::channel::{BackgroundEnd, Heard};
@@ -100,50 +102,24 @@ impl<F> fmt::Debug for Supervisor<'_, F> {
 }
 
 impl<'a, F: NorFlash> Supervisor<'a, F> {
-    /// With the record in the store, or else unconfigured, with settings to begin from. Faults that the boot
+    /// With the record that was found, or else unconfigured, with settings to begin from. Faults that the boot
     /// found hold from the beginning.
     #[inline(never)]
     pub fn new(
         channel: BackgroundEnd<'a>,
         memory: &'static mut Memory,
-        (flash, start): (F, u32),
+        records: Records<F>,
         built_in: &Settings,
         stage: OutputStage,
         found_at_boot: Result<(), Fault>,
     ) -> Self {
-        let opened = Self::open(flash, start, &stage);
-        Self::with_record(channel, memory, opened, built_in, stage, found_at_boot)
-    }
-
-    /// Opens the store. A record that this firmware would refuse is of no use, however whole it is.
-    ///
-    /// On its own, for its stack to be free again.
-    #[inline(never)]
-    fn open(flash: F, start: u32, stage: &OutputStage) -> (Store<F>, Option<Record>, Kept) {
-        let own = stage.build();
-        let read = |bytes: &[u8]| Record::from_bytes(own, bytes);
-        let (store, read, kept) = Store::open(flash, start, Record::VERSION, read);
-        match read {
-            Some(Ok(record)) if Run::check(&record.settings, stage).is_ok() => {
-                (store, Some(record), kept)
-            }
-            Some(Ok(_)) => (store, None, Kept::OtherVersion),
-            Some(Err(stored)) => (store, None, Kept::OtherBuild { stored, own }),
-            None => (store, None, kept),
-        }
-    }
-
-    #[inline(never)]
-    fn with_record(
-        channel: BackgroundEnd<'a>,
-        memory: &'static mut Memory,
-        (store, record, kept): (Store<F>, Option<Record>, Kept),
-        built_in: &Settings,
-        stage: OutputStage,
-        found_at_boot: Result<(), Fault>,
-    ) -> Self {
+        let Records {
+            store,
+            record,
+            kept,
+        } = records;
         let record = record.as_ref();
-        let mut supervisor = Self {
+        let supervisor = Self {
             stops: channel.stops(),
             channel,
             store,
@@ -166,7 +142,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             index_from_edge: None,
             begun: Begun::default(),
             awaits_resume: false,
-            save_pending: false,
+            // A commissioning that was interrupted is reported once; again, if that cannot be saved.
+            save_pending: record.is_some_and(|record| record.under_way),
             commissioned: record.and_then(|record| record.commissioned),
             fault: found_at_boot.err(),
             ended: None,
@@ -177,10 +154,6 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             boot: BootChecks::PASSED,
             board_test: BoardTest::default(),
         };
-        if record.is_some_and(|record| record.under_way) {
-            // Reported once. If it cannot be saved, it is reported again.
-            supervisor.save_pending = supervisor.keep(false).is_err();
-        }
         let patience = supervisor.disabled_patience();
         supervisor.channel.set_disabled_patience(patience);
         supervisor
@@ -309,7 +282,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     }
 
     fn obey(&mut self, request: &Request, listen: impl FnOnce()) -> Result<(), Refusal> {
-        let Request { id, command } = *request;
+        let Request { id, command } = request;
         if command.may_move() {
             self.must_be_last()?;
         }
@@ -326,7 +299,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             }
             Command::Configure(settings) => {
                 self.must_be_disabled()?;
-                Run::check(&settings, &self.stage).map_err(Refusal::Setting)?;
+                Run::check(settings, &self.stage).map_err(Refusal::Setting)?;
                 // These settings may be of another servo than the one that was identified.
                 if settings.closed_loop != self.settings.closed_loop {
                     self.estimates = None;
@@ -334,11 +307,11 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 }
                 let resolution = |of: &Settings| of.closed_loop.core.resolution.to_bits();
                 if settings.homing != self.settings.homing
-                    || resolution(&settings) != resolution(&self.settings)
+                    || resolution(settings) != resolution(&self.settings)
                 {
                     self.origin = Origin::Start;
                 }
-                self.settings = settings;
+                self.settings = *settings;
                 self.configured = true;
                 self.channel.set_disabled_patience(self.disabled_patience());
             }
@@ -347,18 +320,18 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 if self.state() == State::Running && !self.is_stopping() {
                     return Ok(());
                 }
-                self.begun.check(id)?;
+                self.begun.check(*id)?;
                 self.start(listen)?;
-                self.begun.take(id);
+                self.begun.take(*id);
             }
             Command::Target(radians) => {
                 let from = match self.settings.homing {
                     Some(_) => TargetsFrom::Home,
                     None => TargetsFrom::Start,
                 };
-                self.target(from, radians)?;
+                self.target(from, *radians)?;
             }
-            Command::RelativeTarget(radians) => self.target(TargetsFrom::Start, radians)?,
+            Command::RelativeTarget(radians) => self.target(TargetsFrom::Start, *radians)?,
             Command::Home => {
                 self.must_be_running()?;
                 if self.settings.homing.is_none() {
@@ -380,13 +353,13 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                     self.order(Order::Clear)?;
                 }
             }
-            Command::Watch(every) => self.order(Order::Watch(every))?,
+            Command::Watch(every) => self.order(Order::Watch(*every))?,
             Command::Save => {
                 // Writing stops the processor, and with it the loop.
                 self.must_be_disabled()?;
                 self.keep(false)?;
             }
-            Command::Commission(settings) => self.commission(id, &settings, listen)?,
+            Command::Commission(settings) => self.commission(*id, settings, listen)?,
         }
         Ok(())
     }

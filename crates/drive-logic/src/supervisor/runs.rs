@@ -76,6 +76,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 
     /// Orders the run that was prepared from these settings.
+    #[inline(never)]
     fn order_run(
         &mut self,
         begun_from: &LoopSettings,

@@ -74,7 +74,9 @@ impl Solver {
         settings: &CommissionSettings,
         slices: u32,
     ) -> Result<(), NotAllowed> {
-        *self.commissioning = Some(Part::build(|| Ok(CommissioningSolver::new(settings)?))?);
+        if let Some(solver) = self.commissioning {
+            solver.begin(settings)?;
+        }
         self.is_commissioning = true;
         self.slices = slices;
         (self.servo, self.tuning) = (None, None);
@@ -92,10 +94,14 @@ impl Solver {
 
     /// The record of the last motion of a commissioning that is over, from a block on.
     pub(super) fn motion_record(&self, first: u16) -> MotionRecord {
-        let over = self.commissioning.as_ref();
-        let over = over.filter(|_| !self.is_commissioning);
-        over.map_or(MotionRecord::NONE, |solver| {
-            MotionRecord::from(solver.motion_record(), first)
+        let over = self
+            .commissioning
+            .as_ref()
+            .filter(|_| !self.is_commissioning);
+        let record = over.map(|solver| solver.motion_record());
+        let record = record.filter(|(blocks, ..)| !blocks.is_empty());
+        record.map_or(MotionRecord::NONE, |record| {
+            MotionRecord::from(record, first)
         })
     }
 
@@ -174,7 +180,6 @@ impl Solver {
         let decision = solver.work()?;
         self.servo = decision.servo().copied().or(self.servo);
         self.tuning = decision.tuning().copied().or(self.tuning);
-        let decision = Part::build(|| Ok(decision)).ok()?;
-        Some(Solution::Decision(decision))
+        Part::of(decision).map(Solution::Decision)
     }
 }

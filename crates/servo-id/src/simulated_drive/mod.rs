@@ -17,8 +17,8 @@ use drive_link::{
     Command, Dither, Protection, Refusal, Report, Request, ServoChanges, Settings, TargetSource,
 };
 use drive_logic::{
-    Channel, Conversation, LineListener, Memory, OutputStage, PolledLine, Sampler, Supervisor,
-    self_test,
+    Channel, Conversation, LineListener, Memory, OutputStage, PolledLine, Records, Sampler,
+    Supervisor, self_test,
 };
 use host_sim::commission::Axis;
 use host_sim::scenario::{Fault, Scenario};
@@ -187,8 +187,8 @@ impl Board<'_> {
         let (background, interrupt, line) = channel.split();
         // A drive keeps its memory for ever, and a program has few drives.
         let memory = Box::leak(Box::new(Memory::new()));
-        let mut supervisor =
-            Supervisor::new(background, memory, (flash, 0), built_in, stage, Ok(()));
+        let records = Records::open(flash, 0, &stage);
+        let mut supervisor = Supervisor::new(background, memory, records, built_in, stage, Ok(()));
         let (board_test, _) = self_test(stage.board, || 0);
         supervisor.set_board_test(board_test);
         if let Some(settings) = configured {

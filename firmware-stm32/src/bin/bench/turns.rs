@@ -3,7 +3,9 @@
 use core::convert::Infallible;
 
 use drive_link::{Command, Cycles, Line, Request, frame};
-use drive_logic::{Channel, Chip, Conversation, Lines, Memory, Sampler, Supervisor, self_test};
+use drive_logic::{
+    Channel, Chip, Conversation, Lines, Memory, Records, Sampler, Supervisor, self_test,
+};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use firmware_stm32::board::STAGE;
 use firmware_stm32::host::{Text, print};
@@ -22,7 +24,8 @@ fn count(instructions: &Instructions) -> Option<()> {
     let memory = cortex_m::singleton!(: Memory = Memory::new())?;
     let (back, interrupt, _) = channel.split();
     let built_in = settings::built_in();
-    let supervisor = Supervisor::new(back, memory, (NoFlash, 0), &built_in, STAGE, Ok(()));
+    let records = Records::open(NoFlash, 0, &STAGE);
+    let supervisor = Supervisor::new(back, memory, records, &built_in, STAGE, Ok(()));
     let mut background = Background {
         instructions,
         supervisor,

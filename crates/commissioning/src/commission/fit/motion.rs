@@ -15,25 +15,31 @@ pub(crate) struct MotionRecord<N, const W: usize> {
     /// The beginning of the next block.
     open: Piece<N>,
     next: Option<u32>,
-    complete: bool,
+    has_gap: bool,
 }
 
 impl<N: Number, const W: usize> MotionRecord<N, W> {
-    /// Nothing recorded yet.
+    /// Nothing recorded yet: all of it zero, as static memory is.
     pub(crate) const EMPTY: Self = Self {
         blocks: [Piece::NONE.block; W],
         count: 0,
-        samples: N::ONE,
+        samples: N::ZERO,
         open: Piece::NONE,
         next: None,
-        complete: true,
+        has_gap: false,
     };
+
+    /// Begins anew where it is: it is too large for a stack.
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
+        (self.open, self.next, self.has_gap) = (Piece::NONE, None, false);
+    }
 
     /// Takes a block. False, and nothing is taken, if one is missing before it.
     pub(crate) fn take(&mut self, block: &NumberedBlock<N>) -> bool {
         let missing = self.next.is_some_and(|next| next != block.number);
-        if missing || !self.complete {
-            self.complete = false;
+        if missing || self.has_gap {
+            self.has_gap = true;
             return false;
         }
         if self.next.is_none() {
@@ -77,7 +83,7 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
     /// True if no block was missing.
     #[must_use]
     pub(crate) fn is_complete(&self) -> bool {
-        self.complete
+        !self.has_gap
     }
 
     /// Blocks in the record.
@@ -85,9 +91,9 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
         self.count
     }
 
-    /// Samples of each.
+    /// Samples of each, at least one.
     pub(crate) fn samples(&self) -> N {
-        self.samples
+        self.samples.larger(N::ONE)
     }
 
     /// The blocks, from the first.

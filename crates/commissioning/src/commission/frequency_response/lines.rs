@@ -34,6 +34,14 @@ impl Lines {
     /// below.
     const HIGHEST: f64 = 0.495;
 
+    /// None, and no time to measure them in.
+    pub(crate) const NONE: Self = Self {
+        sample_time: 0.0,
+        window: 0,
+        bins: [0; Self::MAX],
+        count: 0,
+    };
+
     /// The highest bin.
     fn highest(&self) -> f64 {
         libm::floor(Self::HIGHEST * f64::from(self.window))
@@ -49,8 +57,7 @@ impl Lines {
             sample_time,
             // A cast saturates; a window of a few samples has no line.
             window: libm::round(window / sample_time) as u32,
-            bins: [0; Self::MAX],
-            count: 0,
+            ..Self::NONE
         }
     }
 

@@ -75,18 +75,23 @@ impl<N: Number> MeasuredResponse<N> {
     /// The part of its own deviation that a line has at least.
     const OWN: f64 = 0.7;
 
-    /// Nothing measured yet.
-    pub(in crate::commission) fn new(settings: &CommissionSettings) -> Self {
-        Self {
-            sample_time: settings.sample_time,
-            resolution: settings.resolution,
-            first_pass: Lines::none(settings.sample_time),
-            replaces: false,
-            sums: [ResponseSums::EMPTY; Lines::MAX],
-            lines: [NO_LINE; MOST],
-            count: 0,
-            balances: [BalanceSums::EMPTY; 2],
-        }
+    /// Of no axis yet.
+    pub(in crate::commission) const NONE: Self = Self {
+        sample_time: 0.0,
+        resolution: 0.0,
+        first_pass: Lines::NONE,
+        replaces: false,
+        sums: [ResponseSums::EMPTY; Lines::MAX],
+        lines: [NO_LINE; MOST],
+        count: 0,
+        balances: [BalanceSums::EMPTY; 2],
+    };
+
+    /// Nothing is measured of an axis with these settings.
+    pub(in crate::commission) fn restart(&mut self, settings: &CommissionSettings) {
+        (self.sample_time, self.resolution) = (settings.sample_time, settings.resolution);
+        self.count = 0;
+        self.begin(&Lines::NONE, false);
     }
 
     /// Begins to measure lines. They replace those up to the highest of them, if motions show them, or lie between them.

@@ -20,6 +20,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Begins to look for gains.
+    #[inline(never)]
     pub(super) fn tune(&mut self, goal: Goal, step: f64, fitted: bool) {
         let step = step.min(self.most_room());
         self.step = step;
@@ -61,6 +62,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Takes what the search has found.
+    #[inline(never)]
     pub(super) fn take_tuning(
         &mut self,
         tuned: Result<Tuning, TuningError>,
@@ -81,6 +83,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Goes on with what the search has found.
+    #[inline(never)]
     pub(super) fn settle(
         &mut self,
         tuned: Result<Tuning, TuningError>,

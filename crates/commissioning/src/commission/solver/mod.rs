@@ -8,8 +8,8 @@ mod trial_step;
 use super::message::{DecisionKind, EventKind};
 use super::response::{LineMeasurement, MeasuredResponse, ResponseFit};
 use super::{
-    CommissionError, CommissionSettings, Decision, MotionRecord, Phase, RecordEvent, RoughModel,
-    ServoFit, ServoFitter,
+    CommissionError, CommissionSettings, Decision, Limits, MotionRecord, Phase, RecordEvent,
+    RoughModel, ServoFit, ServoFitter,
 };
 use identifier_core::fit::Block;
 use identifier_core::number::Number;
@@ -33,7 +33,15 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     work: Work<N>,
 }
 
-/// The work under way.
+/// Those of no axis.
+const NO_LIMITS: Limits = Limits {
+    travel: [0.0; 2],
+    speed: 0.0,
+    command: [0.0; 2],
+    duration: 0.0,
+};
+
+/// The work under way. What begins and takes each has a stack of its own, which is free again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(
     clippy::large_enum_variant,
@@ -64,22 +72,45 @@ enum Work<N: Number> {
 }
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
+    /// Of no commissioning yet, in which one can [begin](Self::begin).
+    #[must_use]
+    #[inline]
+    pub fn idle() -> Self {
+        Self {
+            settings: CommissionSettings::new(0.0, 0.0, NO_LIMITS),
+            motion: Phase::Idle,
+            record: MotionRecord::EMPTY,
+            response: MeasuredResponse::NONE,
+            evidence: Evidence::NONE,
+            step: 0.0,
+            work: Work::Nothing,
+        }
+    }
+
     /// For a commissioning with these settings.
     ///
     /// # Errors
     /// As [`CommissionIsr::new`](super::CommissionIsr::new).
     pub fn new(settings: &CommissionSettings) -> Result<Self, CommissionError> {
+        let mut solver = Self::idle();
+        solver.begin(settings)?;
+        Ok(solver)
+    }
+
+    /// Begins a commissioning with these settings where the solver is: a copy of it would take 12 kB of stack.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and the solver is as it was.
+    pub fn begin(&mut self, settings: &CommissionSettings) -> Result<(), CommissionError> {
         settings.check()?;
-        let settings = settings.in_units_of_noise();
-        Ok(Self {
-            settings,
-            motion: Phase::Idle,
-            record: MotionRecord::EMPTY,
-            response: MeasuredResponse::new(&settings),
-            evidence: Evidence::NONE,
-            step: 0.0,
-            work: Work::Nothing,
-        })
+        self.settings = settings.in_units_of_noise();
+        self.motion = Phase::Idle;
+        self.record.clear();
+        self.response.restart(&self.settings);
+        self.evidence = Evidence::NONE;
+        self.step = 0.0;
+        self.work = Work::Nothing;
+        Ok(())
     }
 
     /// Takes an event of the interrupt.
@@ -91,7 +122,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 }
                 self.motion = *phase;
                 self.work = Work::Nothing;
-                self.record = MotionRecord::EMPTY;
+                self.record.clear();
             }
             EventKind::Block(block) => {
                 // A missing one shows when the motion has ended.
@@ -197,11 +228,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     fn proceed(&mut self, step: Step) -> Option<DecisionKind<N>> {
         match step {
             Step::Fit => {
-                self.evidence.is_recorded = false;
-                // The first motion has no estimate before it.
-                let before = self.evidence.fitted.filter(|_| self.evidence.probes > 1);
-                let fitter = ServoFitter::new(&self.settings);
-                self.work = Work::Fit(fitter.begin(&self.record, before.as_ref()));
+                self.fit();
                 None
             }
             Step::FrequencyResponse | Step::MoreLines => {

@@ -28,6 +28,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Measures the frequency response, or more lines of it. Without room the order continues with its next step.
+    #[inline(never)]
     pub(super) fn measure(&mut self) {
         let Evidence {
             masses,
@@ -64,6 +65,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Measures the frequency response a last time, with lines between the others. The reason is a resonance that these
     /// show in part and that prevents gains at this bandwidth (rad/s). The result of the search counts if there is no room
     /// for it.
+    #[inline(never)]
     pub(super) fn look_closer(&mut self, bandwidth: f64, tuned: Tuned) {
         let lowest = Self::ABOVE * bandwidth;
         self.work = Work::Plan(Planning {
@@ -77,6 +79,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Plans frequency-response motions. Without room the order continues with its next step.
+    #[inline(never)]
     pub(super) fn plan(&mut self) -> Option<DecisionKind<N>> {
         let Work::Plan(planning) = &mut self.work else {
             return None;
@@ -119,18 +122,20 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     }
 
     /// Begins to fit masses to the response. With too few lines the order continues with its next step.
+    #[inline(never)]
     pub(super) fn respond(&mut self) {
-        let servo = self.evidence.servo();
-        let fit = servo
-            .filter(|_| self.response.has_lines())
-            .and_then(|servo| {
-                self.response
-                    .fit(&servo, self.evidence.unexplained_reason.is_some())
-            });
-        self.work = fit.map_or(Work::Decide, Work::Masses);
+        self.work = Work::Decide;
+        let is_uncertain = self.evidence.unexplained_reason.is_some();
+        if self.response.has_lines()
+            && let Some(servo) = self.evidence.servo()
+            && let Some(fit) = self.response.fit(&servo, is_uncertain)
+        {
+            self.work = Work::Masses(fit);
+        }
     }
 
     /// Takes in the masses that the response shows. The last motions may have shown less than those before.
+    #[inline(never)]
     pub(super) fn take_masses(&mut self, shown: ResponseEstimate) {
         let before = self
             .evidence

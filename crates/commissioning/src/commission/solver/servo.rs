@@ -2,7 +2,7 @@
 
 use super::super::corrected::set_one_known;
 use super::super::message::{DecisionKind, Identified};
-use super::super::{CommissionSettings, RoughModel};
+use super::super::{CommissionSettings, RoughModel, ServoFitter};
 use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
 use identifier_core::parameters::IdentifiedServo;
@@ -31,7 +31,18 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         Some(rough).filter(|_| noise == 0.0)
     }
 
+    /// Begins to fit the servo to the record of a motion.
+    #[inline(never)]
+    pub(super) fn fit(&mut self) {
+        self.evidence.is_recorded = false;
+        // The first motion has no estimate before it.
+        let before = self.evidence.fitted.filter(|_| self.evidence.probes > 1);
+        let fitter = ServoFitter::new(&self.settings);
+        self.work = Work::Fit(fitter.begin(&self.record, before.as_ref()));
+    }
+
     /// Takes a servo that was fitted, or why none was.
+    #[inline(never)]
     pub(super) fn take_servo(
         &mut self,
         fitted: Result<IdentifiedServo, Reason>,

@@ -5,7 +5,7 @@ use drive_link::{
     Status, frame,
 };
 use drive_logic::{
-    Channel, LineListener, Lines, Memory, OutputStage, PolledLine, Sampler, Supervisor,
+    Channel, LineListener, Lines, Memory, OutputStage, PolledLine, Records, Sampler, Supervisor,
 };
 use identifier_core::parameters::ServoParameters;
 
@@ -75,7 +75,7 @@ impl Drive {
     ) -> Self {
         let (background, interrupt, line) = Box::leak(Box::new(Channel::new())).split();
         let memory = Box::leak(Box::new(Memory::new()));
-        let records = (flash.clone(), 0);
+        let records = Records::open(flash.clone(), 0, &stage);
         Self {
             sampler: Sampler::new(interrupt, found),
             supervisor: Supervisor::new(background, memory, records, &settings(), stage, found),
