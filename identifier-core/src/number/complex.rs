@@ -1,17 +1,44 @@
+use super::Number;
 use core::ops::{Add, Div, Mul, Sub};
 
 /// A complex number, for frequency responses.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Complex {
+pub struct Complex<N = f64> {
     /// Real part.
-    pub re: f64,
+    pub re: N,
     /// Imaginary part.
-    pub im: f64,
+    pub im: N,
 }
 
 impl Complex {
+    /// e^z.
+    #[must_use]
+    pub fn exponential(self) -> Self {
+        let (im, re) = libm::sincos(self.im);
+        Self { re, im }.scaled(libm::exp(self.re))
+    }
+}
+
+impl<N: Number> Complex<N> {
+    /// 0.
+    pub const ZERO: Self = Self {
+        re: N::ZERO,
+        im: N::ZERO,
+    };
     /// 1.
-    pub const ONE: Self = Self { re: 1.0, im: 0.0 };
+    pub const ONE: Self = Self {
+        re: N::ONE,
+        im: N::ZERO,
+    };
+
+    /// In another format.
+    #[must_use]
+    pub fn to<M: Number>(self) -> Complex<M> {
+        Complex {
+            re: M::from_f64(self.re.to_f64()),
+            im: M::from_f64(self.im.to_f64()),
+        }
+    }
 
     /// The conjugate.
     #[must_use]
@@ -24,24 +51,17 @@ impl Complex {
 
     /// |z|².
     #[must_use]
-    pub fn power(self) -> f64 {
+    pub fn power(self) -> N {
         self.re * self.re + self.im * self.im
     }
 
     /// The product with a real number.
     #[must_use]
-    pub fn scaled(self, factor: f64) -> Self {
+    pub fn scaled(self, factor: N) -> Self {
         Self {
             re: factor * self.re,
             im: factor * self.im,
         }
-    }
-
-    /// e^z.
-    #[must_use]
-    pub fn exponential(self) -> Self {
-        let (im, re) = libm::sincos(self.im);
-        Self { re, im }.scaled(libm::exp(self.re))
     }
 
     /// The power with a whole exponent.
@@ -59,7 +79,7 @@ impl Complex {
     }
 }
 
-impl Mul for Complex {
+impl<N: Number> Mul for Complex<N> {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
@@ -70,15 +90,16 @@ impl Mul for Complex {
     }
 }
 
-impl Div for Complex {
+impl<N: Number> Div for Complex<N> {
     type Output = Self;
 
     fn div(self, other: Self) -> Self {
-        (self * other.conjugate()).scaled(1.0 / other.power())
+        let product = self.mul(other.conjugate());
+        product.scaled(other.power().reciprocal())
     }
 }
 
-impl Sub for Complex {
+impl<N: Number> Sub for Complex<N> {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
@@ -89,7 +110,7 @@ impl Sub for Complex {
     }
 }
 
-impl Add for Complex {
+impl<N: Number> Add for Complex<N> {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -100,10 +121,10 @@ impl Add for Complex {
     }
 }
 
-impl Add<f64> for Complex {
+impl<N: Number> Add<N> for Complex<N> {
     type Output = Self;
 
-    fn add(self, real: f64) -> Self {
+    fn add(self, real: N) -> Self {
         Self {
             re: self.re + real,
             ..self

@@ -31,7 +31,7 @@ impl ModalMotion {
         let s = mode.pole();
         Self {
             share: mode.ratio / s.im,
-            state: Complex::ONE.scaled(0.0),
+            state: Complex::ZERO,
             parts: parts.map(|time| {
                 let pole = s.scaled(time).exponential();
                 let driven = (pole - Complex::ONE) / s.scaled(time * time);

@@ -6,15 +6,15 @@
 //! coefficients.
 
 use super::resonance::Mode;
-use crate::number::Complex;
+use crate::number::{Complex, Number};
 
 /// The mode per acceleration b u, over T², without its whole samples of delay.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SampledMode {
+pub(super) struct SampledMode<N = f64> {
     /// Coefficients of z², z and 1.
-    numerator: [f64; 3],
-    /// p; the denominator is (z − p)(z − p*).
-    pole: Complex,
+    numerator: [N; 3],
+    /// p − 1; the denominator is (z − p)(z − p*), and z − p is δ − (p − 1), which keeps its digits near one.
+    offset: Complex<N>,
 }
 
 impl SampledMode {
@@ -34,15 +34,16 @@ impl SampledMode {
                 share * (older - newer * conjugate).im,
                 -share * (older * conjugate).im,
             ],
-            pole,
+            offset: pole - Complex::ONE,
         }
     }
 
-    /// At a z of the unit circle.
-    pub(super) fn at(&self, z: Complex) -> Complex {
-        let [two, one, zero] = self.numerator;
-        let numerator = (z.scaled(two) + one) * z + zero;
-        numerator / ((z - self.pole) * (z - self.pole.conjugate()))
+    /// In single precision.
+    pub(super) fn single(&self) -> SampledMode<f32> {
+        SampledMode {
+            numerator: self.numerator.map(Number::from_f64),
+            offset: self.offset.to(),
+        }
     }
 
     /// Where its resonance appears in the samples and how wide it is there: ν = tan(ωT/2).
@@ -50,10 +51,21 @@ impl SampledMode {
         /// That of an angle of 3.1.
         const HIGHEST: f64 = 48.0;
         // The tangent of half of an angle is its sine over one more than its cosine.
-        let size = libm::sqrt(self.pole.power());
-        let nu = (libm::fabs(self.pole.im) / (size + self.pole.re)).min(HIGHEST);
-        let decay = -0.5 * libm::log(self.pole.power());
+        let pole = self.offset + 1.0;
+        let size = libm::sqrt(pole.power());
+        let nu = (libm::fabs(pole.im) / (size + pole.re)).min(HIGHEST);
+        let decay = -0.5 * libm::log(pole.power());
         (nu, 0.5 * decay * (1.0 + nu * nu))
+    }
+}
+
+impl<N: Number> SampledMode<N> {
+    /// At a z = 1 + δ of the unit circle.
+    pub(super) fn at(&self, delta: Complex<N>) -> Complex<N> {
+        let [two, one, zero] = self.numerator;
+        let z = delta + N::ONE;
+        let numerator = (z.scaled(two) + one) * z + zero;
+        numerator / ((delta - self.offset) * (delta - self.offset.conjugate()))
     }
 }
 
@@ -98,7 +110,7 @@ mod tests {
                     re: libm::cos(angle),
                     im: libm::sin(angle),
                 };
-                let own = sampled.at(z).scaled(time * time) / z;
+                let own = sampled.at(z - Complex::ONE).scaled(time * time) / z;
                 let exact = images(&mode, part * time, TAU * at, time);
                 let off = libm::sqrt((own - exact).power() / exact.power());
                 assert!(off < 1e-4, "{hertz} Hz at {at} Hz: {off}");

@@ -20,22 +20,22 @@ use super::resonance::Mode;
 use super::sampled_mode::SampledMode;
 use crate::control::notch_at;
 use crate::model::ZeroOrderHoldStep;
-use crate::number::Complex;
+use crate::number::{Complex, Number};
 
 /// A servo's sampled response to its command.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SampledServo {
+pub struct SampledServo<N = f64> {
     whole_delay: u32,
     /// x h₁.
-    decay: f64,
-    h1: f64,
+    decay: N,
+    h1: N,
     /// Position and velocity that a command adds in its first sample.
-    newer: [f64; 2],
+    newer: [N; 2],
     /// Position and velocity that it adds in the sample after that.
-    older: [f64; 2],
+    older: [N; 2],
     /// b T².
-    gain: f64,
-    mode: Option<SampledMode>,
+    gain: N,
+    mode: Option<SampledMode<N>>,
 }
 
 /// The sampled response of the controller of a design.
@@ -106,9 +106,31 @@ impl SampledServo {
         }
     }
 
+    /// In single precision, for responses as rough as measured ones.
+    #[must_use]
+    pub fn single(&self) -> SampledServo<f32> {
+        SampledServo {
+            whole_delay: self.whole_delay,
+            decay: f32::from_f64(self.decay),
+            h1: f32::from_f64(self.h1),
+            newer: self.newer.map(Number::from_f64),
+            older: self.older.map(Number::from_f64),
+            gain: f32::from_f64(self.gain),
+            mode: self.mode.as_ref().map(SampledMode::single),
+        }
+    }
+
+    /// The position per command, rad per command unit, at ν = tan(ωT/2) above zero.
+    #[must_use]
+    pub fn at(&self, nu: f64) -> Complex {
+        self.at_delta(delta_at(nu))
+    }
+}
+
+impl<N: Number> SampledServo<N> {
     /// The response over b T², times δ (δ + x h₁).
-    fn numerator(&self, delta: Complex) -> Complex {
-        let z = delta + 1.0;
+    fn numerator(&self, delta: Complex<N>) -> Complex<N> {
+        let z = delta + N::ONE;
         let [newer_displacement, newer_velocity] = self.newer;
         let [older_displacement, older_velocity] = self.older;
         let slowing = delta + self.decay;
@@ -116,17 +138,16 @@ impl SampledServo {
         let velocity = z.scaled(newer_velocity) + older_velocity;
         let together = slowing * displacement + velocity.scaled(self.h1);
         let servo = match &self.mode {
-            Some(mode) => together + delta * slowing * mode.at(z),
+            Some(mode) => together + delta * slowing * mode.at(delta),
             None => together,
         };
         // On the unit circle 1/z is the conjugate.
         servo * z.raised(self.whole_delay + 1).conjugate()
     }
 
-    /// The position per command, rad per command unit, at ν = tan(ωT/2) above zero.
+    /// The position per command, rad per command unit, at δ = e^(jωT) − 1 other than zero.
     #[must_use]
-    pub fn at(&self, nu: f64) -> Complex {
-        let delta = delta_at(nu);
+    pub fn at_delta(&self, delta: Complex<N>) -> Complex<N> {
         self.numerator(delta).scaled(self.gain) / (delta * (delta + self.decay))
     }
 }

@@ -9,7 +9,7 @@ use identifier_core::tuning::MeasuredLine;
 /// A place without a line.
 const NO_LINE: MeasuredLine = MeasuredLine {
     frequency: 0.0,
-    gain: Complex { re: 0.0, im: 0.0 },
+    gain: Complex::ZERO,
     deviation: 0.0,
 };
 

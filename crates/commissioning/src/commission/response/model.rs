@@ -1,7 +1,7 @@
 use core::f64::consts::TAU;
 
 use identifier_core::number::Complex;
-use identifier_core::tuning::{Mode, PossibleServo, SampledServo};
+use identifier_core::tuning::{MeasuredLine, Mode, PossibleServo, SampledServo};
 
 /// The unknowns of a response: ln b, the delay and the current loop's time constant in samples, viscous friction a
 /// (1/s), ln ω, ln ζ, ln β.
@@ -15,17 +15,44 @@ pub(super) const FREQUENCY: usize = 4;
 pub(super) const DAMPING: usize = 5;
 pub(super) const RATIO: usize = 6;
 
-/// The sampled response of one mass or two behind a delay and a current loop.
+/// The sampled response of one mass or two behind a delay and a current loop. It is computed in single precision, whose
+/// rounding is far below the error of any measured line, and built in double precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ResponseModel {
-    servo: SampledServo,
+    servo: SampledServo<f32>,
     /// Time constant of the current loop, samples. Its 1/(1 + jωT_c) multiplies the sampled response. The first image
     /// has that of its own frequency.
-    lag: f64,
-    /// b T², the delay in samples and the mode with its frequency per sample, for the image.
-    gain: f64,
-    delay: f64,
-    mode: Option<Mode>,
+    lag: f32,
+    /// b T², the delay in samples, and 2ζω, ω² and β of the mode in samples, for the image.
+    gain: f32,
+    delay: f32,
+    mode: Option<[f32; 3]>,
+}
+
+/// Where a line lies in the samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Place {
+    /// ωT, and that of the first image.
+    angle: f32,
+    image: f32,
+    /// e^(jωT) − 1.
+    delta: Complex<f32>,
+}
+
+impl Place {
+    pub(super) fn of(line: &MeasuredLine, sample_time: f64) -> Self {
+        let angle = line.frequency * sample_time;
+        let (sine, cosine) = libm::sincos(0.5 * angle);
+        let delta = Complex {
+            re: -2.0 * sine * sine,
+            im: 2.0 * sine * cosine,
+        };
+        Self {
+            angle: angle as f32,
+            image: (angle - TAU) as f32,
+            delta: delta.to(),
+        }
+    }
 }
 
 /// The servo with these unknowns, without its lag.
@@ -51,13 +78,14 @@ impl ResponseModel {
         let mode = two_masses.then(|| mode(unknowns));
         let servo = servo(unknowns, sample_time);
         Self {
-            servo: SampledServo::new(&servo, mode.as_ref(), sample_time),
-            lag: unknowns[LAG],
-            gain: servo.b * sample_time * sample_time,
-            delay: unknowns[DELAY],
-            mode: mode.map(|mode| Mode {
-                frequency: mode.frequency * sample_time,
-                ..mode
+            servo: SampledServo::new(&servo, mode.as_ref(), sample_time).single(),
+            lag: unknowns[LAG] as f32,
+            gain: (servo.b * sample_time * sample_time) as f32,
+            delay: unknowns[DELAY] as f32,
+            mode: mode.map(|mode| {
+                let frequency = mode.frequency * sample_time;
+                let damped = 2.0 * mode.damping * frequency;
+                [damped, frequency * frequency, mode.ratio].map(|part| part as f32)
             }),
         }
     }
@@ -67,29 +95,42 @@ impl ResponseModel {
         self.mode.is_some()
     }
 
-    /// At an angle ωT.
-    pub(super) fn at(&self, angle: f64) -> Complex {
-        let lag = |angle: f64| Complex {
+    /// At the place of a line.
+    pub(super) fn at(&self, place: &Place) -> Complex<f32> {
+        let lag = |angle: f32| Complex {
             re: 1.0,
             im: self.lag * angle,
         };
-        let image = angle - TAU;
-        let held = self.held(image);
-        let others = self.servo.at(libm::tan(0.5 * angle)) - held;
-        others / lag(angle) + held / lag(image)
+        let held = self.held(place);
+        let others = self.servo.at_delta(place.delta) - held;
+        others / lag(place.angle) + held / lag(place.image)
     }
 
-    /// The continuous response behind the hold, without the lag.
-    fn held(&self, angle: f64) -> Complex {
-        let s = Complex { re: 0.0, im: angle };
-        let square = s * s;
-        let together = Complex::ONE / square;
-        let moved = self.mode.map_or(together, |mode| {
-            let damped = s.scaled(2.0 * mode.damping * mode.frequency);
-            let denominator = square + damped + mode.frequency * mode.frequency;
-            together + Complex::ONE.scaled(mode.ratio) / denominator
+    /// The continuous response behind the hold at the first image, without the lag.
+    fn held(&self, Place { image, delta, .. }: &Place) -> Complex<f32> {
+        let square = -image * image;
+        let together = Complex {
+            re: 1.0 / square,
+            im: 0.0,
+        };
+        let moved = self.mode.map_or(together, |[damped, stiffness, ratio]| {
+            let denominator = Complex {
+                re: square + stiffness,
+                im: damped * image,
+            };
+            together + Complex::ONE.scaled(ratio) / denominator
         });
-        let hold = (Complex::ONE - s.scaled(-1.0).exponential()) / s;
-        (hold * moved * s.scaled(-self.delay).exponential()).scaled(self.gain)
+        // (1 − e^(−s))/s, of which e^(−s) is that of the line.
+        let late = delta.conjugate();
+        let hold = Complex {
+            re: -late.im / image,
+            im: late.re / image,
+        };
+        let (sine, cosine) = libm::sincosf(image * self.delay);
+        let delay = Complex {
+            re: cosine,
+            im: -sine,
+        };
+        (hold * moved * delay).scaled(self.gain)
     }
 }

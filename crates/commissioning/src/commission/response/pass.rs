@@ -1,4 +1,4 @@
-use super::model::{DAMPING, FRICTION, LAG, RATIO, ResponseModel, UNKNOWNS, Unknowns};
+use super::model::{DAMPING, FRICTION, LAG, Place, RATIO, ResponseModel, UNKNOWNS, Unknowns};
 use identifier_core::number::Complex;
 use identifier_core::replay::NormalEquations;
 use identifier_core::tuning::MeasuredLine;
@@ -14,26 +14,27 @@ pub(super) struct ResponsePass {
     /// The unknowns that are fitted.
     pub(super) free: [bool; UNKNOWNS],
     line: usize,
-    /// The unknown whose derivative comes next; none before the response itself.
-    next: Option<usize>,
-    gain: Complex,
-    derivatives: [Complex; UNKNOWNS],
+    /// The place of the line and the unknown whose derivative comes next; none before the response itself.
+    next: Option<(Place, usize)>,
+    gain: Complex<f32>,
+    derivatives: [Complex<f32>; UNKNOWNS],
     pub(super) equations: NormalEquations<f64, UNKNOWNS>,
 }
 
 impl ResponsePass {
-    /// Steps of the derivatives: small beside an unknown's standard error, large beside the digits of its response. Delay
-    /// and lag are in samples, ζ and the share of the load are logarithms.
+    /// Steps of the derivatives: small beside an unknown's standard error, large beside the digits of its response in
+    /// single precision. Delay and lag are in samples, friction in 1/s, the others are logarithms. That of ω is far
+    /// below the least ζ.
     const STEPS: Unknowns = [
-        1e-5,
         Self::STEP,
         Self::STEP,
-        1e-3,
-        1e-6,
+        Self::STEP,
+        0.1,
+        3e-5,
         Self::STEP,
         Self::STEP,
     ];
-    const STEP: f64 = 1e-4;
+    const STEP: f64 = 1e-3;
 
     /// The least relative error of any model's response. Friction and speed are not as constant as in the model.
     const FLOOR: f64 = 0.03;
@@ -70,7 +71,7 @@ impl ResponsePass {
             line: 0,
             next: None,
             gain: Complex::ONE,
-            derivatives: [Complex { re: 0.0, im: 0.0 }; UNKNOWNS],
+            derivatives: [Complex::ZERO; UNKNOWNS],
             equations: NormalEquations::EMPTY,
         };
         pass.begin(unknowns, friction);
@@ -138,10 +139,10 @@ impl ResponsePass {
         let Some(line) = lines.get(self.line) else {
             return true;
         };
-        let angle = line.frequency * sample_time;
-        let Some(place) = self.next else {
-            self.gain = self.own.at(angle);
-            self.next = Some(0);
+        let Some((at, place)) = self.next else {
+            let at = Place::of(line, sample_time);
+            self.gain = self.own.at(&at);
+            self.next = Some((at, 0));
             return false;
         };
         let place = self.next_free(place);
@@ -150,8 +151,8 @@ impl ResponsePass {
             self.derivatives.get_mut(place),
             Self::STEPS.get(place),
         ) {
-            *derivative = (model.at(angle) - self.gain).scaled(1.0 / step);
-            self.next = Some(place + 1);
+            *derivative = (model.at(&at) - self.gain).scaled(1.0 / *step as f32);
+            self.next = Some((at, place + 1));
             return false;
         }
         self.add(line);
@@ -161,9 +162,10 @@ impl ResponsePass {
     }
 
     fn add(&mut self, line: &MeasuredLine) {
-        let error = line.gain - self.gain;
+        let gain = self.gain.to();
+        let error = line.gain - gain;
         let size = line.gain.power();
-        let between = libm::sqrt(size * self.gain.power());
+        let between = libm::sqrt(size * gain.power());
         let floor = between.max(Self::NEARLY_NOTHING * Self::NEARLY_NOTHING * size);
         let variance = line.deviation * line.deviation + Self::FLOOR * Self::FLOOR * floor;
         let mut weight = 1.0 / libm::sqrt(variance);
@@ -171,8 +173,9 @@ impl ResponsePass {
         if outlying > Self::OUTLIER {
             weight *= libm::sqrt(Self::OUTLIER / outlying);
         }
-        let real = self.derivatives.map(|derivative| weight * derivative.re);
-        let imaginary = self.derivatives.map(|derivative| weight * derivative.im);
+        let derivatives = self.derivatives.map(Complex::to::<f64>);
+        let real = derivatives.map(|derivative| weight * derivative.re);
+        let imaginary = derivatives.map(|derivative| weight * derivative.im);
         self.equations.add(&real, weight * error.re);
         self.equations.add(&imaginary, weight * error.im);
     }

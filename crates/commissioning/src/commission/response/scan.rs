@@ -1,4 +1,4 @@
-use super::model::{ResponseModel, Unknowns};
+use super::model::{Place, ResponseModel, Unknowns};
 use identifier_core::replay::NormalEquations;
 use identifier_core::tuning::MeasuredLine;
 
@@ -96,8 +96,8 @@ impl Scan {
             return None;
         };
         if let Some(line) = lines.get(self.line) {
-            let angle = line.frequency * sample_time;
-            let [one, two] = [one.at(angle), two.at(angle)];
+            let place = Place::of(line, sample_time);
+            let [one, two] = [one, two].map(|model| model.at(&place).to::<f64>());
             let rough = Self::ROUGH * Self::ROUGH * line.gain.power();
             let weight = 1.0 / libm::sqrt(line.deviation * line.deviation + rough);
             let row = |one: f64, two: f64| [weight * one, weight * two];
