@@ -77,11 +77,21 @@ impl ResponseModel {
     pub(super) fn new(unknowns: &Unknowns, two_masses: bool, sample_time: f64) -> Self {
         let mode = two_masses.then(|| mode(unknowns));
         let servo = servo(unknowns, sample_time);
+        Self::of(&servo, mode.as_ref(), unknowns[LAG], sample_time)
+    }
+
+    /// Of a servo with a lag in samples.
+    pub(super) fn of(
+        servo: &PossibleServo,
+        mode: Option<&Mode>,
+        lag: f64,
+        sample_time: f64,
+    ) -> Self {
         Self {
-            servo: SampledServo::new(&servo, mode.as_ref(), sample_time).single(),
-            lag: unknowns[LAG] as f32,
+            servo: SampledServo::new(servo, mode, sample_time).single(),
+            lag: lag as f32,
             gain: (servo.b * sample_time * sample_time) as f32,
-            delay: unknowns[DELAY] as f32,
+            delay: (servo.delay / sample_time) as f32,
             mode: mode.map(|mode| {
                 let frequency = mode.frequency * sample_time;
                 let damped = 2.0 * mode.damping * frequency;

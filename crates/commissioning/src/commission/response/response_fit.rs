@@ -20,10 +20,6 @@ pub(in crate::commission) struct ResponseFit {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is no heap here, and a program holds one fit"
-)]
 enum Stage {
     OneMass(ResponseDescent),
     Scan(Scan),
@@ -244,7 +240,8 @@ impl ResponseFit {
         lines: &[MeasuredLine],
         mut starts: Starts,
     ) -> Option<ResponseEstimate> {
-        let Some(start) = starts.next() else {
+        let [a, _] = self.friction;
+        let Some(start) = starts.next(a, self.delay) else {
             return self.estimate(lines);
         };
         let descent = ResponseDescent::from(&start, self.friction, true, self.sample_time);

@@ -1,6 +1,6 @@
 use super::model::{Place, ResponseModel, Unknowns};
 use identifier_core::replay::NormalEquations;
-use identifier_core::tuning::MeasuredLine;
+use identifier_core::tuning::{MeasuredLine, Mode, PossibleServo};
 
 /// A scan of the frequencies at which a second mass may resonate. With frequency, damping and delay given, the response
 /// is linear in b and β b. One mass gives x, and two with β = 1 give y: b = x + y, β b = y.
@@ -12,8 +12,12 @@ pub(super) struct Scan {
     lowest: f64,
     ratio: f64,
     place: u32,
+    /// The frequency of that place, rad/s.
+    frequency: f64,
     line: usize,
-    models: Option<[ResponseModel; 2]>,
+    /// The models of one mass, and of two at the place.
+    one: Option<ResponseModel>,
+    two: Option<ResponseModel>,
     equations: NormalEquations<f64, 2>,
     starts: Starts,
 }
@@ -29,7 +33,9 @@ pub(super) struct Starts {
 struct Start {
     place: u32,
     cost: f64,
-    unknowns: Unknowns,
+    frequency: f64,
+    gain: f64,
+    ratio: f64,
 }
 
 impl Scan {
@@ -57,8 +63,10 @@ impl Scan {
             lowest,
             ratio,
             place: 0,
+            frequency: lowest,
             line: 0,
-            models: None,
+            one: None,
+            two: None,
             equations: NormalEquations::EMPTY,
             starts: Starts {
                 all: [None; Starts::MOST],
@@ -67,30 +75,28 @@ impl Scan {
         }
     }
 
-    /// The unknowns of a frequency with gain and share.
-    fn unknowns(&self, gain: f64, ratio: f64) -> Unknowns {
-        let frequency = self.lowest * libm::pow(self.ratio, f64::from(self.place));
-        let [delay, lag] = delay_and_lag(self.delay);
-        [
-            libm::log(gain),
-            delay,
-            lag,
-            self.a,
-            libm::log(frequency),
-            libm::log(Self::DAMPING),
-            libm::log(ratio),
-        ]
-    }
-
-    /// The responses of one line; the starts once all frequencies are done.
+    /// One model, or the responses of one line; the starts once all frequencies are done.
     pub(super) fn work(&mut self, lines: &[MeasuredLine], sample_time: f64) -> Option<Starts> {
         if self.place >= Self::FREQUENCIES {
             return Some(self.starts);
         }
-        let Some([one, two]) = self.models else {
-            let unknowns = self.unknowns(1.0, 1.0);
-            let model = |two| ResponseModel::new(&unknowns, two, sample_time);
-            self.models = Some([model(false), model(true)]);
+        let [delay, lag] = delay_and_lag(self.delay);
+        let servo = PossibleServo {
+            a: self.a,
+            b: 1.0,
+            delay: delay * sample_time,
+        };
+        let Some(one) = &self.one else {
+            self.one = Some(ResponseModel::of(&servo, None, lag, sample_time));
+            return None;
+        };
+        let Some(two) = &self.two else {
+            let mode = Mode {
+                frequency: self.frequency,
+                damping: Self::DAMPING,
+                ratio: 1.0,
+            };
+            self.two = Some(ResponseModel::of(&servo, Some(&mode), lag, sample_time));
             self.equations = NormalEquations::EMPTY;
             self.line = 0;
             return None;
@@ -116,11 +122,14 @@ impl Scan {
             self.starts.take(Start {
                 place: self.place,
                 cost,
-                unknowns: self.unknowns(gain, ratio),
+                frequency: self.frequency,
+                gain,
+                ratio,
             });
         }
         self.place += 1;
-        self.models = None;
+        self.frequency *= self.ratio;
+        self.two = None;
         None
     }
 }
@@ -155,11 +164,22 @@ impl Starts {
         self.all.sort_unstable_by(by_cost);
     }
 
-    /// The next start.
-    pub(super) fn next(&mut self) -> Option<Unknowns> {
+    /// The unknowns of the next start, of a servo with this friction, 1/s, and delay, samples.
+    pub(super) fn next(&mut self, a: f64, delay: f64) -> Option<Unknowns> {
         let start = self.all.get(self.next).copied().flatten();
         self.next += 1;
-        start.map(|start| start.unknowns)
+        let [delay, lag] = delay_and_lag(delay);
+        start.map(|start| {
+            [
+                libm::log(start.gain),
+                delay,
+                lag,
+                a,
+                libm::log(start.frequency),
+                libm::log(Scan::DAMPING),
+                libm::log(start.ratio),
+            ]
+        })
     }
 }
 
