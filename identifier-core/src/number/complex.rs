@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_power_is_repeated_multiplication() {
-        let z = Complex { re: 0.8, im: -0.6 };
+        let z: Complex = Complex { re: 0.8, im: -0.6 };
         let mut product = Complex::ONE;
         for exponent in 0..40 {
             let off = z.raised(exponent) - product;

@@ -17,6 +17,8 @@ pub(super) struct GainCheck {
     servos: PossibleServos,
     /// The resonance of two masses, if a measured response shows them.
     resonance: Option<Resonance>,
+    /// The servo as it was identified, with two masses if a measured response shows them.
+    measured: SampledServo,
     /// The frequency at which gains may have a notch, rad/s.
     notch: Option<f64>,
     sample_time: f64,
@@ -78,8 +80,11 @@ impl GainCheck {
         settings: &TuningSettings,
     ) -> Self {
         let highest = Notch::<f64>::HIGHEST / settings.sample_time;
-        let notch = resonance.map(|resonance| resonance.mode.frequency);
+        let mode = resonance.map(|resonance| resonance.mode);
+        let notch = mode.map(|mode| mode.frequency);
+        let identified = servos.identified();
         Self {
+            measured: SampledServo::new(&identified, mode.as_ref(), settings.sample_time),
             notch: notch.filter(|frequency| settings.notch && *frequency <= highest),
             placement: Placement::new(servos, coulomb, settings),
             servos: *servos,
@@ -160,16 +165,15 @@ impl GainCheck {
             return Some(Verdict::Fails(cap));
         }
         if let Some(measured) = lines.get(case.line) {
-            let servo = self.measured_servo();
             let near = &mut case.near;
-            if !near.look(case.line, lines, &servo, self.sample_time) {
+            if !near.look(case.line, lines, &self.measured, self.sample_time) {
                 return None;
             }
             let cap = if !is_explained && !self.keeps(&case.design, measured) {
                 Some(Cap::Resonance)
             } else {
                 let unseen = UnseenResonance::above(case.line, &case.near);
-                let borne = unseen.is_none_or(|unseen| self.bears(&case.design, servo, &unseen));
+                let borne = unseen.is_none_or(|unseen| self.bears(&case.design, &unseen));
                 (!borne).then_some(Cap::UnseenResonance)
             };
             case.line += 1;
@@ -218,15 +222,9 @@ impl GainCheck {
         Some(FrequencySweep::begin(response, first, sensitivity))
     }
 
-    /// The servo as it was identified, with two masses if a measured response shows them.
-    fn measured_servo(&self) -> SampledServo {
-        let mode = self.resonance.map(|resonance| resonance.mode);
-        SampledServo::new(&self.servos.identified(), mode.as_ref(), self.sample_time)
-    }
-
     /// True if a design keeps its distance from −1 near a resonance that the lines show between two of them.
-    fn bears(&self, design: &Design, servo: SampledServo, unseen: &UnseenResonance) -> bool {
-        let open = SampledResponse::around(design, servo, self.sample_time);
+    fn bears(&self, design: &Design, unseen: &UnseenResonance) -> bool {
+        let open = SampledResponse::around(design, self.measured, self.sample_time);
         let gain = open.at(unseen.nu).gain();
         let sensitivity = 1.0 + Resonance::DIFFERING * (self.max_sensitivity - 1.0);
         // Friction and rounding blur lower lines, resonances show at higher ones.
