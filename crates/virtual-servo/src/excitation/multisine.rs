@@ -84,22 +84,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_single_tone_is_a_sine_of_its_frequency() {
-        let units = Units::new(1e-3, 1.0).expect("valid");
-        let tone = Tone {
-            amplitude: 0.3,
-            frequency: 40.0,
-        };
-        let sine = Multisine::<f64, 4>::new(&units, &[tone]).expect("valid");
-        let mut state = sine.start();
-        for k in 0..10_000 {
-            let exact = 0.3 * libm::sin(40.0 * 1e-3 * f64::from(k));
-            let off = sine.process(&mut state) - exact;
-            assert!(off.abs() < 1e-8, "sample {k}");
-        }
-    }
-
-    #[test]
     fn schroeders_phases_keep_the_peak_low() {
         let units = Units::new(1e-3, 1.0).expect("valid");
         let tones: [Tone; 16] = core::array::from_fn(|k| Tone {

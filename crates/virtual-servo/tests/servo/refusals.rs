@@ -65,14 +65,11 @@ fn effects_too_fast_to_integrate_are_refused_and_a_plain_servo_never_is() {
 
 #[test]
 fn a_delay_may_be_a_tenth_of_a_second_where_that_is_few_samples() {
-    let effects = with(|of| of.delay = 0.1);
-    assert!(Servo::at_rest(&RUBBING, &effects, 0.01, 1).is_ok());
-    assert!(Servo::at_rest(&RUBBING, &effects, 1e-3, 1).is_err());
-    let longer = Effects {
-        delay: 0.11,
-        ..effects
-    };
-    assert!(Servo::at_rest(&RUBBING, &longer, 0.01, 1).is_err());
+    for (delay, time, is_allowed) in [(0.1, 0.01, true), (0.1, 1e-3, false), (0.11, 0.01, false)] {
+        let effects = with(|of| of.delay = delay);
+        let servo = Servo::at_rest(&RUBBING, &effects, time, 1);
+        assert_eq!(servo.is_ok(), is_allowed, "{delay} {time}");
+    }
 }
 
 #[test]
