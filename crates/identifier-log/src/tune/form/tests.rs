@@ -338,14 +338,9 @@ impl Case {
 
     fn tuned(&self) -> Tuned {
         let result = identified(self.a, Self::B, self.delay(), 1e-3);
-        tuned(
-            &result,
-            self.unit,
-            self.form,
-            self.conditions,
-            Goal::Stiffest,
-        )
-        .unwrap_or_else(|error| panic!("{}: {error:?}", self.form))
+        let goal = Goal::Stiffest;
+        let tuned = tuned(&result, self.unit, self.form, self.conditions, goal);
+        tuned.unwrap_or_else(|error| panic!("{}: {error:?}", self.form))
     }
 
     /// Runs the loop of a form, its servo's gain times a factor. The arguments are a target (rad, of the time), a
@@ -431,14 +426,12 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
         // The command under an impulse beside the controller's is the impulse response of 1/(1 + L).
         let impulse = case.run(&form, 1.0, |_| 0.0, 1.0, 0.0, samples);
         let sensitivity = |frequency: f64| {
-            let sum = impulse
-                .iter()
-                .zip(0..)
-                .fold([0.0; 2], |[re, im], ([_, command], at)| {
-                    let (sine, cosine) = (frequency * case.period * f64::from(at)).sin_cos();
-                    [re + command * cosine, im - command * sine]
-                });
-            f64::hypot(sum[0], sum[1])
+            let (mut re, mut im) = (0.0, 0.0);
+            for ([_, command], at) in impulse.iter().zip(0..) {
+                let (sine, cosine) = (frequency * case.period * f64::from(at)).sin_cos();
+                (re, im) = (re + command * cosine, im - command * sine);
+            }
+            f64::hypot(re, im)
         };
         let frequencies = (0..120).map(|at| bandwidth * 0.3 * 1.04_f64.powi(at));
         let below_half = frequencies.filter(|frequency| frequency * case.period < 3.1);
@@ -452,9 +445,7 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
             let target = |time: f64| 1.0 - (-(time + case.period) / smoothing).exp();
             let course = case.run(&form, 1.0, target, 0.0, 0.0, samples);
             let mut measure = StepMeasure::<f64>::new(1.0, 0.0);
-            course
-                .iter()
-                .for_each(|[position, _]| measure.take(*position));
+            (course.iter()).for_each(|[position, _]| measure.take(*position));
             let rise = case.period * measure.rise().expect("it rises");
             (rise, measure.overshoot())
         };
@@ -466,19 +457,9 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
         }
         let (own_rise, own_overshoot) = measured(0.0);
         let predicted_step = form.steps[0];
-        let its_rise = predicted_step.rise_time.expect("it rises");
         println!(
-            "{:10} {:12} ω {bandwidth:7.2} Ms design {:.3} promised {predicted:.3} found {found:.3}, gain {fall:.3}..{rise:.2} found {:.3}..{:.2}, \
-             rise {:.2} ms found {:.2}, overshoot {:.1} % found {:.1}",
-            form.name,
-            form.exactness,
-            tuned.tuning.predicted_response.sensitivity,
-            edges[1],
-            edges[0],
-            1e3 * its_rise,
-            1e3 * own_rise,
-            100.0 * predicted_step.overshoot,
-            100.0 * own_overshoot,
+            "{}, {}, ω {bandwidth:.2}: {:.3?} found {found:.3} {edges:.3?}, {predicted_step:.3?} found {own_rise:.4} s {own_overshoot:.3}",
+            form.name, form.exactness, form.margins
         );
         assert!(predicted <= 1.61, "{}", case.form);
         assert!(is_near(found, predicted, 0.003), "{}", case.form);
@@ -612,27 +593,17 @@ fn what_a_form_needs_is_named_with_its_option() {
         assert!(said.contains(part), "{said}");
     }
     let own = |form, a, unit, change| refusal(AxisKind::Rotary, form, a, unit, change);
+    let zero = own("vesc", 2.0, "A", |of| of.max_current = Some(0.0));
+    let linear = refusal(AxisKind::Linear, "odrive", 2.0, "other", |_| {});
+    let fast = own("odrive", 2.0, "Nm", |of| of.cutoff = Some(5000.0));
+    let free = own("dynamixel", 0.0, "V", |of| of.bus_voltage = Some(12.0));
+    let unknown = "esc".parse::<Form>().expect_err("no form");
     for (said, part) in [
-        (
-            own("vesc", 2.0, "A", |of| of.max_current = Some(0.0)),
-            "--max-current for its command, a number above 0",
-        ),
-        (
-            refusal(AxisKind::Linear, "odrive", 2.0, "other", |_| {}),
-            "the result is in m",
-        ),
-        (
-            own("odrive", 2.0, "Nm", |of| of.cutoff = Some(5000.0)),
-            "--cutoff 4000.0",
-        ),
-        (
-            own("dynamixel", 0.0, "V", |of| of.bus_voltage = Some(12.0)),
-            "too little friction",
-        ),
-        (
-            "esc".parse::<Form>().expect_err("no form"),
-            "one of pid, cascade",
-        ),
+        (zero, "--max-current for its command, a number above 0"),
+        (linear, "the result is in m"),
+        (fast, "--cutoff 4000.0"),
+        (free, "too little friction"),
+        (unknown, "one of pid, cascade"),
     ] {
         assert!(said.contains(part), "{said}");
     }
@@ -643,19 +614,11 @@ fn what_a_form_needs_is_named_with_its_option() {
 fn a_response_time_is_met_by_the_form() {
     for form in ["cascade", "simplefoc", "odrive", "linuxcnc"] {
         let result = identified(2.0, 500.0, 5e-4, 1e-3);
-        let goal = Goal::ResponseTime(0.2);
-        let tuned = tuned(
-            &result,
-            CommandUnit::NewtonMetre,
-            form,
-            Conditions::default(),
-            goal,
-        );
+        let (unit, none) = (CommandUnit::NewtonMetre, Conditions::default());
+        let tuned = tuned(&result, unit, form, none, Goal::ResponseTime(0.2));
         let steps = tuned.expect("gains").form.expect("its form").steps;
         let took = steps.last().and_then(|step| step.rise_time);
-        assert!(
-            (took.expect("a time") / 0.2 - 1.0).abs() < 0.021,
-            "{form} {took:?}"
-        );
+        let part = took.expect("a time") / 0.2;
+        assert!((part - 1.0).abs() < 0.021, "{form} {part}");
     }
 }
