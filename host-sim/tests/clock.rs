@@ -48,15 +48,10 @@ impl Deviation {
 
 /// Time, position and command of a servo in closed loop, 1 ms apart.
 fn moved(seed: u64) -> [Vec<f64>; 3] {
+    let (next, hold) = (seed + 1, 0.15 + 0.01 * seed as f64);
     let excitation = match seed % 2 {
-        0 => format!(
-            "kind = \"band-limited-white-noise\", power = 0.01, seed = {}",
-            seed + 1
-        ),
-        _ => format!(
-            "kind = \"prbs\", amplitude = 0.5, hold = {}",
-            0.15 + 0.01 * seed as f64
-        ),
+        0 => format!("kind = \"band-limited-white-noise\", power = 0.01, seed = {next}"),
+        _ => format!("kind = \"prbs\", amplitude = 0.5, hold = {hold}"),
     };
     let text = format!(
         "plant = {{ a = 1.875, b = {B}, coulomb = 56.25, load = -18.75 }}
@@ -69,11 +64,8 @@ fn moved(seed: u64) -> [Vec<f64>; 3] {
     let scenario = Scenario::parse("clock", &text, Purpose::Run).expect("a scenario");
     let mut columns = [const { Vec::new() }; 3];
     simulate::run(&scenario, &mut |sample| {
-        for (column, value) in
-            (columns.iter_mut()).zip([sample.time, sample.position, sample.command])
-        {
-            column.push(value);
-        }
+        let values = [sample.time, sample.position, sample.command];
+        (columns.iter_mut().zip(values)).for_each(|(column, value)| column.push(value));
     })
     .expect("a run");
     columns
@@ -91,9 +83,8 @@ fn stamped(
     for row in 0..motion[0].len() {
         let time = stamps(motion[0][row], &mut random);
         if uniform(&mut random) >= lost {
-            columns[0].push(time);
-            columns[1].push(motion[1][row]);
-            columns[2].push(motion[2][row]);
+            let values = [time, motion[1][row], motion[2][row]];
+            (columns.iter_mut().zip(values)).for_each(|(column, value)| column.push(value));
         }
     }
     columns
@@ -141,10 +132,26 @@ fn identified(columns: &[Vec<f64>; 3], sample_time: Option<f64>) -> Result<Outco
 #[derive(Debug, Default)]
 struct Count {
     all: u32,
+    even: u32,
     inside: u32,
     converged: u32,
     far: u32,
     worst: f64,
+    widest: f64,
+}
+
+impl Count {
+    fn add(&mut self, found: &Outcome, rms: f64) {
+        let [b, interval] = found.b.unwrap_or([f64::NAN, f64::INFINITY]);
+        let off = (b - 1.0).abs();
+        self.all += 1;
+        self.even += u32::from(found.log.found.clock == Clock::Even);
+        self.converged += u32::from(found.is_converged);
+        self.inside += u32::from(off <= interval || off.is_nan());
+        self.far += u32::from(off > 0.01 && rms < 0.3);
+        self.worst = self.worst.max(off);
+        self.widest = self.widest.max(interval);
+    }
 }
 
 fn campaign(seeds: u64, sizes: &[f64], losses: &[f64]) -> Count {
@@ -155,50 +162,28 @@ fn campaign(seeds: u64, sizes: &[f64], losses: &[f64]) -> Count {
         Deviation::Late,
         Deviation::Queued,
     ] {
-        for lost in losses {
-            for rms in sizes {
-                let mut count = Count::default();
-                let (mut even, mut widest) = (0, 0.0_f64);
-                for seed in 0..seeds {
-                    let motion = moved(seed);
-                    let mut last = f64::NEG_INFINITY;
-                    let mut stamps = |time: f64, random: &mut SplitMix64| {
-                        let late = time + STEP * deviation.draw(*rms, random);
-                        last = match deviation {
-                            Deviation::Queued => late.max(last + 1e-2 * STEP),
-                            _ => late,
-                        };
-                        last
+        for (lost, rms) in losses
+            .iter()
+            .flat_map(|lost| sizes.iter().map(move |rms| (*lost, *rms)))
+        {
+            let mut count = Count::default();
+            for seed in 0..seeds {
+                let motion = moved(seed);
+                let mut last = f64::NEG_INFINITY;
+                let mut stamps = |time: f64, random: &mut SplitMix64| {
+                    let late = time + STEP * deviation.draw(rms, random);
+                    last = match deviation {
+                        Deviation::Queued => late.max(last + 1e-2 * STEP),
+                        _ => late,
                     };
-                    let columns = stamped(&motion, seed + 100, &mut stamps, *lost);
-                    let found = identified(&columns, None).expect("a log");
-                    count.all += 1;
-                    even += u32::from(found.log.found.clock == Clock::Even);
-                    count.converged += u32::from(found.is_converged);
-                    let [b, interval] = found.b.unwrap_or([f64::NAN, f64::INFINITY]);
-                    let off = (b - 1.0).abs();
-                    count.inside += u32::from(off <= interval || off.is_nan());
-                    count.far += u32::from(off > 0.01 && *rms < 0.3);
-                    count.worst = count.worst.max(off);
-                    widest = widest.max(interval);
-                }
-                println!(
-                    "{:8} {rms:4} lost {:3.0} %: {even} even, {} inside, {} converged of {}, b off by {:.3} % at most, \
-                     interval {:.3} %",
-                    format!("{deviation:?}"),
-                    100.0 * lost,
-                    count.inside,
-                    count.converged,
-                    count.all,
-                    100.0 * count.worst,
-                    100.0 * widest
-                );
-                total.all += count.all;
-                total.inside += count.inside;
-                total.converged += count.converged;
-                total.far += count.far;
-                total.worst = total.worst.max(count.worst);
+                    last
+                };
+                let columns = stamped(&motion, seed + 100, &mut stamps, lost);
+                let found = identified(&columns, None).expect("a log");
+                count.add(&found, rms);
+                total.add(&found, rms);
             }
+            println!("{deviation:?} {rms}, lost {lost}: {count:?}");
         }
     }
     println!("{total:?}");
@@ -225,44 +210,34 @@ fn coarse_stamps_a_stated_sample_time_and_rows_late_by_a_sample() {
     let motion = moved(1);
     type Stamps<'a> = &'a mut dyn FnMut(f64, &mut SplitMix64) -> f64;
     let milliseconds = |time: f64| (1e3 * time).floor() / 1e3;
-    let cases: [(&str, Option<f64>, f64, f64, Stamps<'_>); 6] = [
+    let cases: [(&str, Option<f64>, f64, Stamps<'_>); 6] = [
         // Milliseconds cut to integers, of samples of 1 ms and of 1.003 ms.
-        ("whole ms", None, 0.0, 1.0, &mut |time, random| {
+        ("whole ms", None, 1.0, &mut |time, random| {
             milliseconds(time + 3e-4 * STEP * Deviation::Normal.draw(1.0, random))
         }),
-        ("whole ms of 1.003", None, 0.0, 1.003, &mut |time, _| {
+        ("whole ms of 1.003", None, 1.003, &mut |time, _| {
             milliseconds(1.003 * time)
         }),
-        ("steps of 5 ms", None, 0.0, 1.0, &mut |time, _| {
+        ("steps of 5 ms", None, 1.0, &mut |time, _| {
             (200.0 * time + 1e-9).floor() / 200.0
         }),
-        ("stated", Some(STEP), 0.0, 1.0, &mut |time, random| {
+        ("stated", Some(STEP), 1.0, &mut |time, random| {
             time + STEP * Deviation::Normal.draw(0.25, random)
         }),
-        (
-            "stated and 2 % fast",
-            Some(STEP),
-            0.0,
-            1.0,
-            &mut |time, _| 1.02 * time,
-        ),
-        ("a third late", None, 0.0, 1.0, &mut |time, random| {
+        ("stated, 2 % fast", Some(STEP), 1.0, &mut |time, _| {
+            1.02 * time
+        }),
+        ("a third late", None, 1.0, &mut |time, random| {
             time + STEP * Deviation::Third.draw(1.0, random)
         }),
     ];
-    for (name, stated, lost, rate, stamps) in cases {
-        let columns = stamped(&motion, 5, stamps, lost);
+    for (name, stated, rate, stamps) in cases {
+        let columns = stamped(&motion, 5, stamps, 0.0);
         let found = identified(&columns, stated).unwrap_or_else(|why| panic!("{name}: {why}"));
-        println!(
-            "{name}: {:?} {:?} {:?}",
-            found.log.found, found.log.sample_time, found.b
-        );
         assert_eq!(found.log.found.clock, Clock::Even, "{name}");
         assert_eq!(found.log.found.bridged, 0, "{name}");
-        assert!(
-            (found.log.sample_time / STEP / rate - 1.0).abs() < 1e-4,
-            "{name}"
-        );
+        let off = found.log.sample_time / STEP / rate - 1.0;
+        assert!(off.abs() < 1e-4, "{name}");
         // b of samples that are longer is smaller by the square.
         let [b, _] = found.b.unwrap_or_else(|| panic!("{name}: no b"));
         assert!((b * rate * rate - 1.0).abs() < 0.01, "{name}: {b}");
@@ -278,16 +253,12 @@ fn the_jitter_that_is_reported_is_that_of_the_stamps() {
                 |time: f64, random: &mut SplitMix64| time + STEP * deviation.draw(rms, random);
             let columns = stamped(&motion, 3, &mut stamps, 0.01);
             let (_, log) = read(&columns, None).expect("a log");
-            let jitter = log.found.jitter.rms;
-            assert!(
-                (jitter / rms - 1.0).abs() < 0.1,
-                "{deviation:?} {rms}: {jitter}"
-            );
             let lost = (motion[0].len() - columns[0].len()) as f64;
-            let bridged = log.found.bridged as f64;
+            let [jitter, bridged] = [log.found.jitter.rms / rms, log.found.bridged as f64 / lost];
+            assert!((jitter - 1.0).abs() < 0.1, "{deviation:?} {rms}: {jitter}");
             assert!(
-                (bridged / lost - 1.0).abs() < 0.1,
-                "{deviation:?} {rms}: {bridged} of {lost}"
+                (bridged - 1.0).abs() < 0.1,
+                "{deviation:?} {rms}: {bridged}"
             );
         }
     }

@@ -6,13 +6,9 @@ use host_sim::simulate;
 use identifier_log::RecordedSamples;
 use identifier_log::analysis::Seen;
 
-/// The analysis of a servo under a controller that answers the sensor's noise, with its reference or without.
-fn seen(excitation: &str, counts: u32, has_reference: bool) -> Seen {
-    seen_every(1, excitation, counts, has_reference)
-}
-
-/// The same of one in `every` sample.
-fn seen_every(every: usize, excitation: &str, counts: u32, has_reference: bool) -> Seen {
+/// The analysis of one in `every` sample of a servo under a controller that answers the sensor's noise, with its reference
+/// or without.
+fn seen(every: usize, excitation: &str, counts: u32, has_reference: bool) -> Seen {
     let of = |sample_time: f64| scenario(excitation, counts, sample_time);
     let mut recorded = RecordedSamples::default();
     let mut place = 0;
@@ -49,8 +45,8 @@ fn scenario(excitation: &str, counts: u32, sample_time: f64) -> Scenario {
 #[test]
 fn a_log_that_does_not_tell_where_its_model_starts_has_no_response() {
     let excitation = "kind = \"prbs\", amplitude = 0.5, hold = 0.08";
-    let all = [(4, 200), (8, 200), (8, 500)]
-        .map(|(every, counts)| seen_every(every, excitation, counts, true));
+    let all =
+        [(4, 200), (8, 200), (8, 500)].map(|(every, counts)| seen(every, excitation, counts, true));
     let without: Vec<_> = all.iter().filter(|seen| seen.free_run.is_none()).collect();
     assert!(!without.is_empty());
     for seen in without {
@@ -65,16 +61,11 @@ fn the_measured_response_is_the_models_wherever_it_is_drawn() {
     for counts in [500, 1000, 2000, 5000, 20_000] {
         for excitation in [noise, binary] {
             for has_reference in [true, false] {
-                let seen = seen(excitation, counts, has_reference);
+                let seen = seen(1, excitation, counts, has_reference);
                 assert_eq!(seen.has_reference, has_reference);
                 let off = |measured: f64, model: f64| 20.0 * (measured / model).log10().abs();
                 let worst = seen.response.iter().map(|one| off(one.measured, one.model));
                 let worst = worst.fold(0.0, f64::max);
-                println!(
-                    "{counts} counts, {excitation}, reference {has_reference}: {} lines to {:.0} rad/s, {worst:.2} dB",
-                    seen.response.len(),
-                    seen.response.last().map_or(0.0, |one| one.frequency)
-                );
                 assert!(worst < 2.0, "{:?}", seen.response);
                 assert!(seen.response.len() >= 5);
             }
@@ -100,9 +91,5 @@ fn friction_is_that_of_the_servo() {
         ahead += usize::from(is_sharp && one.velocity > 0.0);
         back += usize::from(is_sharp && one.velocity < 0.0);
     }
-    assert!(
-        ahead >= 5 && back >= 5,
-        "{ahead} {back}: {:?}",
-        seen.friction
-    );
+    assert!(ahead >= 5 && back >= 5, "{:?}", seen.friction);
 }

@@ -222,10 +222,8 @@ mod tests {
             (0.0004, "0.001 or 0.002"),
             (0.29999, "0.299 or 0.3"),
         ] {
-            let refused = every
-                .check("hold", other)
-                .expect_err("no multiple")
-                .to_string();
+            let refused = every.check("hold", other).expect_err("no multiple");
+            let refused = refused.to_string();
             assert!(refused.contains("a whole multiple of 0.001"), "{refused}");
             assert!(refused.ends_with(neighbours), "{refused}");
         }
@@ -239,10 +237,8 @@ mod tests {
         for (value, shown) in [(1e300, "1e300"), (-2.5e-7, "-2.5e-7"), (1234.5, "1234.5")] {
             let refused = Allowed::Between(0.0, 1.0).check("x", value);
             let refused = refused.expect_err("out of range").to_string();
-            assert!(
-                refused.starts_with(&std::format!("x = {shown} ")),
-                "{refused}"
-            );
+            let expected = std::format!("x = {shown} ");
+            assert!(refused.starts_with(&expected), "{refused}");
         }
     }
 }

@@ -53,30 +53,18 @@ mod tests {
 
     use super::{MAX_LENGTH, each, from_fn};
 
-    fn visited<const N: usize>() -> Vec<usize> {
+    fn each_is_visited<const N: usize>() {
         let mut visited = Vec::new();
         each::<N>(|i| visited.push(i));
-        visited
+        assert!(visited.iter().copied().eq(0..N), "{N}: {visited:?}");
     }
 
     #[test]
     fn every_index_is_visited_once_in_order_however_long_the_loop() {
-        let lengths = [
-            visited::<0>(),
-            visited::<1>(),
-            visited::<2>(),
-            visited::<3>(),
-            visited::<4>(),
-            visited::<5>(),
-            visited::<MAX_LENGTH>(),
-            visited::<{ MAX_LENGTH + 1 }>(),
-            visited::<12>(),
-        ];
-        for visited in lengths {
-            assert!(visited.iter().copied().eq(0..visited.len()), "{visited:?}");
+        macro_rules! loops {
+            ($($length:expr),*) => {$(each_is_visited::<{ $length }>();)*};
         }
-        assert_eq!(visited::<MAX_LENGTH>().len(), MAX_LENGTH);
-        assert_eq!(visited::<12>().len(), 12);
+        loops!(0, 1, 2, 3, 4, 5, MAX_LENGTH, MAX_LENGTH + 1, 12);
     }
 
     #[test]

@@ -269,77 +269,57 @@ mod tests {
         axis: AxisKind::Rotary,
     };
 
-    fn assert_close(quantity: Quantity, value: f64, error: f64) {
-        let Quantity {
-            value: found,
-            std_error,
-            ..
-        } = quantity;
-        assert!((found - value).abs() < 1e-12 * value.abs(), "{quantity:?}");
-        let is_close = std_error.is_some_and(|found| (found - error).abs() < 1e-12);
-        assert!(is_close, "{quantity:?}");
+    #[track_caller]
+    fn assert_close(found: impl Into<Option<Quantity>>, value: f64, error: f64) {
+        let quantity: Quantity = found.into().expect("estimated");
+        let off = quantity.value - value;
+        assert!(off.abs() < 1e-12 * value.abs(), "{quantity:?}");
+        let off = quantity.std_error.expect("known") - error;
+        assert!(off.abs() < 1e-12, "{quantity:?}");
     }
 
     #[test]
     fn a_torque_constant_gives_the_inertia_and_every_torque() {
         let servo = SERVO.scaled(Scale::TorqueConstant(0.4)).expect("allowed");
         // J = K/b; a, c and d are per inertia; the error of b is in all of them.
+        let error = |own: f64, value: f64| (own * 0.002).hypot(value * 0.000_02);
         assert_close(servo.inertia, 0.002, 0.000_02);
-        assert_close(
-            servo.viscous,
-            0.001,
-            (0.05_f64 * 0.002).hypot(0.5 * 0.000_02),
-        );
-        let coulomb = servo.coulomb.expect("estimated");
-        assert_close(coulomb, 0.016, (0.4_f64 * 0.002).hypot(8.0 * 0.000_02));
-        let load = servo.load.expect("estimated");
-        assert_close(load, -0.008, (0.2_f64 * 0.002).hypot(4.0 * 0.000_02));
-        assert_eq!(
-            [servo.inertia.unit, servo.viscous.unit, coulomb.unit],
-            ["kg·m²", "N·m·s/rad", "N·m"]
-        );
+        assert_close(servo.viscous, 0.001, error(0.05, 0.5));
+        assert_close(servo.coulomb, 0.016, error(0.4, 8.0));
+        assert_close(servo.load, -0.008, error(0.2, 4.0));
+        let units = [Some(servo.inertia), Some(servo.viscous), servo.coulomb];
+        let units = units.map(|quantity| quantity.map(|quantity| quantity.unit));
+        assert_eq!(units, ["kg·m²", "N·m·s/rad", "N·m"].map(Some));
     }
 
     #[test]
     fn an_inertia_gives_the_torque_constant() {
         let servo = SERVO.scaled(Scale::Inertia(0.002)).expect("allowed");
         assert_close(servo.torque_constant, 0.4, 0.004);
-        assert_close(servo.coulomb.expect("estimated"), 0.016, 0.4 * 0.002);
+        assert_close(servo.coulomb, 0.016, 0.4 * 0.002);
         assert_eq!(servo.inertia.std_error, None);
     }
 
     #[test]
     fn a_payload_that_takes_a_fifth_of_the_gain_is_a_fifth_of_the_inertia() {
-        let payload = |bare| Scale::Payload {
-            inertia: 0.001,
-            bare,
-        };
-        let servo = SERVO
-            .scaled(payload((250.0, Some(1.0))))
-            .expect("it made a difference");
+        let inertia = 0.001;
+        let with = |bare| SERVO.scaled(Scale::Payload { inertia, bare });
+        let servo = with((250.0, Some(1.0))).expect("it made a difference");
         // J = m b₀/(b₀ − b): derivatives by b and b₀ are m b₀ and m b over (b₀ − b)².
-        let error = 0.001 * (250.0_f64 * 2.0).hypot(200.0) / 2500.0;
-        assert_close(servo.inertia, 0.005, error);
-        assert_close(
-            servo.torque_constant,
-            1.0,
-            0.001 * (250.0_f64 * 250.0 * 2.0).hypot(200.0 * 200.0) / 2500.0,
-        );
-        let refused = SERVO
-            .scaled(payload((200.0, None)))
-            .expect_err("no difference");
-        assert!(refused.to_string().contains("larger payload"), "{refused}");
+        let error = |of_b: f64, of_bare: f64| 0.001 * (of_b * 2.0).hypot(of_bare) / 2500.0;
+        assert_close(servo.inertia, 0.005, error(250.0, 200.0));
+        let error = error(250.0 * 250.0, 200.0 * 200.0);
+        assert_close(servo.torque_constant, 1.0, error);
+        let refused = with((200.0, None)).expect_err("no difference").to_string();
+        assert!(refused.contains("larger payload"), "{refused}");
     }
 
     #[test]
     fn the_voltage_gains_are_ratios() {
         let gains = SERVO.voltage_gains().expect("a servo");
-        assert_close(
-            gains.ks.expect("estimated"),
-            0.04,
-            (0.4_f64 / 200.0).hypot(8.0 * 2.0 / 4e4),
-        );
-        assert_close(gains.kv, 0.0025, (0.05_f64 / 200.0).hypot(0.5 * 2.0 / 4e4));
+        let error = |own: f64, value: f64| (own / 200.0).hypot(value * 2.0 / 4e4);
+        assert_close(gains.ks, 0.04, error(0.4, 8.0));
+        assert_close(gains.kv, 0.0025, error(0.05, 0.5));
         assert_close(gains.ka, 0.005, 2.0 / 4e4);
         let kg = gains.kg.expect("estimated");
         assert!(kg.value > 0.0, "it holds a load that pulls down: {kg:?}");
@@ -354,38 +334,28 @@ mod tests {
             a: (0.0, Some(f64::INFINITY)),
             ..SERVO
         };
-        let servo = unknown.scaled(Scale::TorqueConstant(0.4)).expect("allowed");
+        let by_torque = |of: &Ratios| of.scaled(Scale::TorqueConstant(0.4)).expect("allowed");
+        let servo = by_torque(&unknown);
         assert_eq!(servo.coulomb.expect("estimated").std_error, None);
         assert_eq!(servo.load, None);
         assert_eq!(servo.viscous.std_error, Some(f64::INFINITY));
         assert_eq!(servo.torque_constant.std_error, None);
-        let of_unknown_gain = Ratios {
+        let servo = by_torque(&Ratios {
             b: (200.0, None),
             ..SERVO
-        };
-        let servo = of_unknown_gain
-            .scaled(Scale::TorqueConstant(0.4))
-            .expect("allowed");
-        let all = [
-            Some(servo.inertia),
-            Some(servo.viscous),
-            servo.coulomb,
-            servo.load,
-        ];
-        for scaled in all {
-            assert_eq!(scaled.expect("estimated").std_error, None);
+        });
+        let others = [servo.coulomb, servo.load].map(|quantity| quantity.expect("estimated"));
+        for scaled in [servo.inertia, servo.viscous].into_iter().chain(others) {
+            assert_eq!(scaled.std_error, None);
         }
     }
 
     #[test]
     fn what_is_no_scale_is_refused() {
         for number in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            SERVO
-                .scaled(Scale::TorqueConstant(number))
-                .expect_err("no constant");
-            SERVO
-                .scaled(Scale::Inertia(number))
-                .expect_err("no inertia");
+            for scale in [Scale::TorqueConstant(number), Scale::Inertia(number)] {
+                SERVO.scaled(scale).expect_err("no scale");
+            }
             let no_servo = Ratios {
                 b: (number, None),
                 ..SERVO

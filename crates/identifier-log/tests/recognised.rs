@@ -6,12 +6,14 @@ use identifier_log::log::Table;
 use identifier_log::recognise::{LogOptions, recognise};
 use identifier_log::scenario::Options;
 
+fn table() -> Table {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    Table::read(&folder.join("../../host-sim/logs/simulated-servo.csv.gz")).expect("a table")
+}
+
 #[test]
 fn a_log_is_taken_with_the_scenario_that_identify_saves() {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/logs/simulated-servo.csv.gz");
-    let table = Table::read(&path).expect("a table");
-    let recognised = recognise(&table, &LogOptions::default()).expect("a log");
+    let recognised = recognise(&table(), &LogOptions::default()).expect("a log");
     let text = recognised.scenario("log");
     let mut read = Options::parse("log.toml", &text).expect("allowed");
     let own = recognised.options().expect("allowed");
@@ -49,21 +51,19 @@ fn what_a_text_states_is_written_again() {
 /// A number that is stated beside a log has the range that its key has in a text.
 #[test]
 fn a_number_beyond_the_range_of_its_key_is_refused() {
-    for (key, set) in [
-        (
-            "physical.torque_constant",
-            (|of, value| of.physical.torque_constant = Some(value)) as Set,
-        ),
-        ("physical.inertia", |of, value| {
-            of.physical.inertia = Some(value)
-        }),
-        ("encoder.counts_per_rev", |of, value| {
-            of.counts_per_rev = Some(value)
-        }),
+    for key in [
+        "physical.torque_constant",
+        "physical.inertia",
+        "encoder.counts_per_rev",
     ] {
         let with = |value| {
             let mut options = Options::blank();
-            set(&mut options, value);
+            let stated = match key {
+                "physical.inertia" => &mut options.physical.inertia,
+                "physical.torque_constant" => &mut options.physical.torque_constant,
+                _ => &mut options.counts_per_rev,
+            };
+            *stated = Some(value);
             options.in_range()
         };
         for value in [-1.0, f64::NAN, f64::INFINITY] {
@@ -74,29 +74,23 @@ fn a_number_beyond_the_range_of_its_key_is_refused() {
     }
 }
 
-type Set = fn(&mut Options, f64);
-
 /// The page reads no table of keys: what would end in nonsense or a panic is refused by the options themselves.
 #[test]
 fn counts_and_limits_that_are_none_are_refused_by_every_door() {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host-sim/logs/simulated-servo.csv.gz");
-    let table = Table::read(&path).expect("a table");
-    let stated = |key: &str, value: f64| match key {
-        "inner.limit" => LogOptions {
+    let table = table();
+    for value in [-3.0, f64::NAN] {
+        let counts = LogOptions {
+            counts_per_rev: Some(value),
+            ..LogOptions::default()
+        };
+        let limit = LogOptions {
             goal: Some("reference_rad".to_owned()),
             kp: Some(1.0),
             limit: Some(value),
             ..LogOptions::default()
-        },
-        _ => LogOptions {
-            counts_per_rev: Some(value),
-            ..LogOptions::default()
-        },
-    };
-    for key in ["encoder.counts_per_rev", "inner.limit"] {
-        for value in [-3.0, f64::NAN] {
-            let recognised = recognise(&table, &stated(key, value)).expect("a log");
+        };
+        for (key, stated) in [("encoder.counts_per_rev", counts), ("inner.limit", limit)] {
+            let recognised = recognise(&table, &stated).expect("a log");
             let refused = recognised.options().expect_err(key);
             assert!(refused.to_string().contains(key), "{refused}");
         }

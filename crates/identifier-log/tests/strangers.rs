@@ -55,8 +55,15 @@ fn bare(columns: &[&[f64]]) -> Table {
     Table::of_text(Path::new("log"), std::io::Cursor::new(text)).expect("a table")
 }
 
-fn found(table: &Table, stated: &LogOptions) -> Recognised {
-    recognise(table, stated).expect("a log")
+fn found(table: &Table) -> Recognised {
+    recognise(table, &LogOptions::default()).expect("a log")
+}
+
+fn of_position(name: &str) -> LogOptions {
+    LogOptions {
+        position: Some(name.to_owned()),
+        ..LogOptions::default()
+    }
 }
 
 fn is(recognised: &Recognised, position: &str, command: &str) -> bool {
@@ -75,10 +82,7 @@ fn what_is_stated_is_not_asked() {
         Err(Unrecognised::Unknown(questions)) => questions.iter().map(|one| one.flag).collect(),
         Err(other) => panic!("{other}"),
     };
-    let position = LogOptions {
-        position: Some("temp".to_owned()),
-        ..LogOptions::default()
-    };
+    let position = of_position("temp");
     assert_eq!(open(&LogOptions::default()), ["position", "command"]);
     assert_eq!(open(&position), ["command"]);
     let both = LogOptions {
@@ -92,19 +96,15 @@ fn what_is_stated_is_not_asked() {
 fn a_velocity_without_a_name_is_told_by_its_motion_and_may_be_stated() {
     let [time, command, position, velocity] = servo(0);
     let by_motion = table(&[("t", &time), ("y", &velocity), ("u", &command)]);
-    assert!(
-        found(&by_motion, &LogOptions::default())
-            .settings
-            .is_velocity
-    );
+    assert!(found(&by_motion).settings.is_velocity);
     let stated = LogOptions {
         velocity: Some("y".to_owned()),
         ..LogOptions::default()
     };
     // Even where the motion is that of a position.
     let other = table(&[("t", &time), ("y", &position), ("u", &command)]);
-    assert!(!found(&other, &LogOptions::default()).settings.is_velocity);
-    let found = found(&other, &stated);
+    assert!(!found(&other).settings.is_velocity);
+    let found = recognise(&other, &stated).expect("a log");
     assert!(found.settings.is_velocity && is(&found, "y", "u"));
 }
 
@@ -114,10 +114,7 @@ fn a_position_under_much_damping_is_no_velocity() {
     for damping in [20.0, 60.0, 180.0] {
         let [time, command, position, _] = damped(damping, |row| 3.0 * noise(row / 60));
         let table = table(&[("t", &time), ("y", &position), ("u", &command)]);
-        assert!(
-            !found(&table, &LogOptions::default()).settings.is_velocity,
-            "{damping}"
-        );
+        assert!(!found(&table).settings.is_velocity, "{damping}");
     }
 }
 
@@ -125,10 +122,7 @@ fn a_position_under_much_damping_is_no_velocity() {
 fn a_time_that_begins_again_is_found_without_a_name() {
     let [time, command, position, _] = servo(0);
     let again: Vec<f64> = time.iter().map(|time| time % (STEP * 1000.0)).collect();
-    let found = found(
-        &bare(&[&again, &position, &command]),
-        &LogOptions::default(),
-    );
+    let found = found(&bare(&[&again, &position, &command]));
     assert_eq!(found.settings.time, Some(Column::Number(1)));
     assert_eq!(found.settings.position, Column::Number(2));
 }
@@ -139,15 +133,14 @@ fn an_acceleration_is_a_command_only_by_its_name() {
     let command: Vec<f64> = (0..ROWS).map(|row| 3.0 * noise(row / 60)).collect();
     let time: Vec<f64> = (0..ROWS).map(|row| STEP * row as f64).collect();
     let (mut q, mut v) = (0.0, 0.0);
-    let position = command.iter().map(|u| {
-        let at = q;
+    let mut position = Vec::new();
+    for u in &command {
+        position.push((1e5_f64 * q).round() / 1e5);
         q += STEP * (v + 0.5 * u * STEP);
         v += u * STEP;
-        (1e5_f64 * at).round() / 1e5
-    });
-    let position: Vec<f64> = position.collect();
+    }
     let of = |name| table(&[("t", &time), ("q", &position), (name, &command)]);
-    assert!(is(&found(&of("u"), &LogOptions::default()), "q", "u"));
+    assert!(is(&found(&of("u")), "q", "u"));
     assert!(recognise(&of("ch2"), &LogOptions::default()).is_err());
 }
 
@@ -176,22 +169,13 @@ fn a_joint_is_driven_by_its_own_command_and_the_others_are_listed() {
         ("leftTorque", &measured),
         ("rightPos", &position_right),
     ];
-    let found = found(&table(&columns), &LogOptions::default());
+    let found = found(&table(&columns));
     assert!(is(&found, "leftPos", "leftTorque") || is(&found, "rightPos", "rightTorque"));
-    let of_left = LogOptions {
-        position: Some("leftPos".to_owned()),
-        ..LogOptions::default()
-    };
-    assert!(is(
-        &recognise(&table(&columns), &of_left).expect("a log"),
-        "leftPos",
-        "leftTorque"
-    ));
-    let others = found
-        .findings
-        .iter()
-        .map(|of| of.text.matches("another servo: ").count());
-    assert_eq!(others.sum::<usize>(), 1, "{:?}", found.findings);
+    let left = recognise(&table(&columns), &of_position("leftPos")).expect("a log");
+    assert!(is(&left, "leftPos", "leftTorque"));
+    let findings = &found.findings;
+    let others = (findings.iter()).map(|of| of.text.matches("another servo: ").count());
+    assert_eq!(others.sum::<usize>(), 1, "{findings:?}");
 }
 
 /// A logger that writes eight rows to its card after every eight: a gap that comes again is no break.
@@ -199,22 +183,12 @@ fn a_joint_is_driven_by_its_own_command_and_the_others_are_listed() {
 fn a_gap_that_comes_again_and_again_is_bridged_and_one_that_does_not_is_none() {
     let [time, command, position, _] = servo(0);
     let kept = |is_kept: &dyn Fn(usize) -> bool| {
-        let of = |values: &[f64]| -> Vec<f64> {
-            let rows = values.iter().enumerate();
-            rows.filter(|(row, _)| is_kept(*row))
-                .map(|(_, value)| *value)
-                .collect()
-        };
-        let table = table(&[
-            ("t", &of(&time)),
-            ("q", &of(&position)),
-            ("u", &of(&command)),
-        ]);
-        let settings = found(&table, &LogOptions::default()).settings;
-        Log::new(&table, &settings, None)
-            .expect("a log")
-            .segments()
-            .len()
+        let rows = (0..ROWS).filter(|row| is_kept(*row));
+        let of = |values: &[f64]| rows.clone().map(|row| values[row]).collect::<Vec<_>>();
+        let [t, q, u] = [&time, &position, &command].map(|values| of(values));
+        let table = table(&[("t", &t), ("q", &q), ("u", &u)]);
+        let log = Log::new(&table, &found(&table).settings, None);
+        log.expect("a log").segments().len()
     };
     assert_eq!(kept(&|row| row % 14 < 8), 1);
     assert_eq!(kept(&|row| !(1000..1006).contains(&row)), 2);

@@ -133,12 +133,7 @@ mod tests {
 
     /// The positions of a servo that is driven to and fro for 10 s.
     fn positions(effects: &Effects, tolerance: f64, longest_step: f64) -> [f64; 10] {
-        let servo = ServoParameters {
-            a: 1.1,
-            b: 200.0,
-            coulomb: 12.0,
-            load: 5.0,
-        };
+        let servo = ServoParameters::new(1.1, 200.0, 12.0, 5.0);
         let mut motion = Motion::at_rest(&servo, effects, SAMPLE_TIME, 5);
         motion.integrator = Integrator::new(tolerance, longest_step);
         core::array::from_fn(|second| {
@@ -160,56 +155,24 @@ mod tests {
     #[test]
     fn halving_the_steps_changes_less_than_a_thousandth_of_a_count() {
         let count = core::f64::consts::TAU / 10_000.0;
-        let cases = [
-            Effects {
-                current_loop: 4e-4,
-                ..Effects::NONE
-            },
-            Effects {
-                asymmetry: -0.6,
-                gain_drift: 0.01,
-                ..Effects::NONE
-            },
-            Effects {
-                low_speed_friction: 8.0,
-                low_speed_velocity: 0.05,
-                ..Effects::NONE
-            },
-            Effects {
-                gravity: [-20.0, 5.0],
-                ..Effects::NONE
-            },
-            Effects {
-                ripple: [6.0, 3.0],
-                ripple_order: 140,
-                ..Effects::NONE
-            },
-            Effects {
-                resonance: 700.0,
-                inertia_ratio: 0.6,
-                ..Effects::NONE
-            },
-            Effects {
-                resonance: 300.0,
-                inertia_ratio: 0.4,
-                backlash: 0.004,
-                ..Effects::NONE
-            },
-            Effects {
-                resonance: 200.0,
-                inertia_ratio: 0.5,
-                load_friction: 15.0,
-                ..Effects::NONE
-            },
+        let cases: [fn(&mut Effects); 8] = [
+            |of| of.current_loop = 4e-4,
+            |of| (of.asymmetry, of.gain_drift) = (-0.6, 0.01),
+            |of| (of.low_speed_friction, of.low_speed_velocity) = (8.0, 0.05),
+            |of| of.gravity = [-20.0, 5.0],
+            |of| (of.ripple, of.ripple_order) = ([6.0, 3.0], 140),
+            |of| (of.resonance, of.inertia_ratio) = (700.0, 0.6),
+            |of| (of.resonance, of.inertia_ratio, of.backlash) = (300.0, 0.4, 0.004),
+            |of| (of.resonance, of.inertia_ratio, of.load_friction) = (200.0, 0.5, 15.0),
         ];
-        for effects in cases {
+        for change in cases {
+            let mut effects = Effects::NONE;
+            change(&mut effects);
             // The error of a step is proportional to the fifth power of its length.
             let coarse = positions(&effects, Integrator::TOLERANCE, SAMPLE_TIME);
             let fine = positions(&effects, Integrator::TOLERANCE / 32.0, SAMPLE_TIME / 2.0);
-            assert!(
-                coarse.iter().any(|position| position.abs() > 0.05),
-                "it moves: {coarse:?}"
-            );
+            let moves = coarse.iter().any(|position| position.abs() > 0.05);
+            assert!(moves, "{coarse:?}");
             for (coarse, fine) in coarse.iter().zip(fine) {
                 let difference = (coarse - fine).abs() / count;
                 assert!(difference < 1e-3, "{difference} counts: {effects:?}");

@@ -160,25 +160,15 @@ mod tests {
     #[test]
     fn a_servo_that_is_held_stays_however_late_its_commands_are() {
         const TIME: f64 = 1e-3;
-        let servo = ServoParameters {
-            a: 0.5,
-            b: 200.0,
-            coulomb: 0.0,
-            load: 50.0,
-        };
-        for effects in [
-            Effects::NONE,
-            Effects {
-                delay: 2.4e-3,
+        let servo = ServoParameters::new(0.5, 200.0, 0.0, 50.0);
+        let cases = [[0.0; 3], [2.4e-3, 0.0, 0.0], [1e-3, 5e-4, 0.03]];
+        for [delay, current_loop, dead_band] in cases {
+            let effects = Effects {
+                delay,
+                current_loop,
+                dead_band,
                 ..Effects::NONE
-            },
-            Effects {
-                delay: 1e-3,
-                current_loop: 5e-4,
-                dead_band: 0.03,
-                ..Effects::NONE
-            },
-        ] {
+            };
             let command = -50.0 / 200.0 - effects.dead_band;
             let at_rest = Servo::at_rest(&servo, &effects, TIME, 1).expect("allowed");
             let mut held = at_rest.clone().held_by(command);

@@ -201,16 +201,12 @@ mod tests {
         ] {
             let (scenario, response) = loop_of(controller);
             let [fall, rise] = response.figures(&scenario).gain_margins;
-            let stable = |factor: f64| {
-                let b = factor * response.b;
-                SampledLoop::new(&scenario.units(), &response.gains, &response.velocity)
-                    .is_stable(response.a, b)
-            };
+            let units = scenario.units();
+            let sampled = SampledLoop::new(&units, &response.gains, &response.velocity);
+            let stable = |factor: f64| sampled.is_stable(response.a, factor * response.b);
             let rise = rise.expect("sampling bounds every gain");
-            assert!(
-                rise > 1.0 && stable(0.999 * rise) && !stable(1.001 * rise),
-                "{rise}"
-            );
+            let is_edge = stable(0.999 * rise) && !stable(1.001 * rise);
+            assert!(rise > 1.0 && is_edge, "{rise}");
             if let Some(fall) = fall {
                 assert!(stable(1.001 * fall) && !stable(0.999 * fall), "{fall}");
             }

@@ -69,12 +69,8 @@ mod tests {
         let mut feedback = Feedback::<f64>::starting_at(start);
         for moved in 1..5_i32 {
             let motion = feedback.read(2.5, Measurement::Count(start.wrapping_add(moved)));
-            let found = [motion.error, motion.increment];
-            let moved = f64::from(moved);
-            assert_eq!(
-                found.map(f64::to_bits),
-                [2.5 - moved, 1.0].map(f64::to_bits)
-            );
+            let found = [motion.error, motion.increment].map(f64::to_bits);
+            assert_eq!(found, [2.5 - f64::from(moved), 1.0].map(f64::to_bits));
         }
     }
 

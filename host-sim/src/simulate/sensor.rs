@@ -64,10 +64,8 @@ mod tests {
         let sensor = Sensor::encoder(std::f64::consts::TAU, i32::MAX);
         assert_eq!(sensor.read(0.5), (Measurement::Count(i32::MAX), 0.0));
         assert_eq!(sensor.read(1.5), (Measurement::Count(i32::MIN), 1.0));
-        assert_eq!(
-            sensor.read(4_294_967_296.5),
-            (Measurement::Count(i32::MAX), 4_294_967_296.0)
-        );
+        let wrapped = (Measurement::Count(i32::MAX), 4_294_967_296.0);
+        assert_eq!(sensor.read(4_294_967_296.5), wrapped);
     }
 
     #[test]

@@ -132,13 +132,11 @@ mod tests {
         asked: Vec<(f64, Measurement)>,
     }
 
-    impl Constant {
-        fn new(command: f64, lasts: u64) -> Self {
-            Self {
-                command,
-                lasts,
-                asked: Vec::new(),
-            }
+    fn constant(command: f64, lasts: u64) -> Constant {
+        Constant {
+            command,
+            lasts,
+            asked: Vec::new(),
         }
     }
 
@@ -164,7 +162,8 @@ mod tests {
         }
     }
 
-    fn rig<'a>(servo: &ServoParameters, samples: u64, sensor: Sensor) -> SimulatedAxis<'a> {
+    /// An axis with a free servo, under a reference that grows by a count in each sample.
+    fn axis<'a>(samples: u64, sensor: Sensor) -> SimulatedAxis<'a> {
         let mut reference = 0.0;
         SimulatedAxis {
             sample_time: SAMPLE_TIME,
@@ -176,26 +175,20 @@ mod tests {
             }),
             sensor,
             sensor_errors: None,
-            servo: Servo::at_rest(servo, &Effects::NONE, SAMPLE_TIME, 1)
-                .expect("no effects are allowed"),
+            servo: Servo::at_rest(&FREE, &Effects::NONE, SAMPLE_TIME, 1).expect("allowed"),
             faults: None,
         }
     }
 
-    const FREE: ServoParameters = ServoParameters {
-        a: 0.0,
-        b: 257.7,
-        coulomb: 0.0,
-        load: 0.0,
-    };
+    const FREE: ServoParameters = ServoParameters::new(0.0, 257.7, 0.0, 0.0);
 
     #[test]
     fn a_constant_command_moves_a_free_servo_along_a_parabola() {
         let command = 0.25;
-        let mut closed = Constant::new(command, u64::MAX);
+        let mut closed = constant(command, u64::MAX);
         let mut seen = Vec::new();
         let ideal = Sensor::ideal::<f64>(1.0 / UNIT);
-        let run = rig(&FREE, 1000, ideal).run(&mut closed, &mut |sample, _| seen.push(*sample));
+        let run = axis(1000, ideal).run(&mut closed, &mut |sample, _| seen.push(*sample));
         assert_eq!(run.abort, None);
         assert_eq!(seen.len(), 1000);
         for (number, sample) in seen.iter().enumerate() {
@@ -203,15 +196,10 @@ mod tests {
             // A sample is observed before its command acts.
             let expected = FREE.b * command * time * time / 2.0;
             assert!((sample.time - time).abs() < 1e-12);
-            assert!(
-                (sample.position - expected).abs() < 1e-9 * (1.0 + expected),
-                "{sample:?}"
-            );
+            let off = sample.position - expected;
+            assert!(off.abs() < 1e-9 * (1.0 + expected), "{sample:?}");
             assert!((sample.reference - (number + 1) as f64 * UNIT).abs() < 1e-12);
-            assert_eq!(
-                sample.output_error.map(f64::to_bits),
-                Some((2.0 * UNIT).to_bits())
-            );
+            assert_eq!(sample.output_error, Some(2.0 * UNIT));
         }
         let (_, last) = closed.asked[999];
         let Measurement::Position(last) = last else {
@@ -222,9 +210,9 @@ mod tests {
 
     #[test]
     fn an_encoder_shows_the_last_count_passed_from_where_its_counter_starts() {
-        let mut closed = Constant::new(0.5, u64::MAX);
+        let mut closed = constant(0.5, u64::MAX);
         let encoder = Sensor::encoder(std::f64::consts::TAU / UNIT, i32::MAX);
-        rig(&FREE, 200, encoder).run(&mut closed, &mut |sample, closed| {
+        axis(200, encoder).run(&mut closed, &mut |sample, closed| {
             let counts = (sample.position / UNIT).round();
             let expected = i32::MAX.wrapping_add(counts as i32);
             let (_, measured) = closed.asked[closed.asked.len() - 1];
@@ -235,10 +223,10 @@ mod tests {
 
     #[test]
     fn a_loop_that_fails_ends_the_run_and_the_samples_before_it_count() {
-        let mut closed = Constant::new(1.0, 7);
+        let mut closed = constant(1.0, 7);
         let mut seen = 0;
         let ideal = Sensor::ideal::<f64>(1.0 / UNIT);
-        let run = rig(&FREE, 100, ideal).run(&mut closed, &mut |_, _| seen += 1);
+        let run = axis(100, ideal).run(&mut closed, &mut |_, _| seen += 1);
         assert_eq!(seen, 7);
         assert_eq!((run.samples, run.events.standing), (7, 7));
         assert_eq!(run.mu, Some(3.0));

@@ -362,37 +362,29 @@ mod tests {
     use proptest::prelude::*;
 
     /// With a filter of the reference, s, at 1 kHz, in counts of 1 mrad.
-    fn controller(
-        kp: f64,
-        kd: f64,
-        ki: f64,
-        filter: f64,
-    ) -> Controller<f32, LowPass<f32>, Shaped<f32>> {
+    fn controller(kp: f64, kd: f64, ki: f64, filter: f64) -> Controls {
         let units = Units::new(1e-3, 1e-3).expect("valid");
         let gains = Gains::new(kp, kd, ki).expect("valid");
         let velocity = LowPass::new(&units, 500.0).expect("valid");
         let filter = ReferenceFilter::new(&units, filter).expect("valid");
-        Controller::new(&units, &gains, &CommandLimit::NONE, velocity).with_shaping(Shaped::new(
-            filter,
-            FeedForward::NONE,
-            Notch::NONE,
-        ))
+        let shaped = Shaped::new(filter, FeedForward::NONE, Notch::NONE);
+        Controller::new(&units, &gains, &CommandLimit::NONE, velocity).with_shaping(shaped)
     }
+
+    type Controls = Controller<f32, LowPass<f32>, Shaped<f32>>;
 
     #[test]
     fn a_controller_with_other_gains_takes_over_in_the_middle_of_a_step_without_a_bump() {
         const STEP: f32 = 1000.0;
         const INCREMENT: f32 = 2.0;
         let mut position = 0.0;
-        let mut process = |of: &Controller<_, _, _>, state: &mut _| {
+        let mut process = |of: &Controls, state: &mut _| {
             position += INCREMENT;
-            of.process(state, STEP - position, INCREMENT)
-                .expect("in range")
+            let sample = of.process(state, STEP - position, INCREMENT);
+            sample.expect("in range")
         };
-        let (before, after) = (
-            controller(9.0, 0.19, 4.0, 0.05),
-            controller(12.0, 0.3, 60.0, 0.2),
-        );
+        let before = controller(9.0, 0.19, 4.0, 0.05);
+        let after = controller(12.0, 0.3, 60.0, 0.2);
         let mut state = ControlState::default();
         let mut last = process(&before, &mut state);
         for _ in 0..40 {
@@ -405,10 +397,8 @@ mod tests {
         let expected = last.error - INCREMENT + left / 200.0;
         assert!(left > 300.0 && (next.error - expected).abs() < 0.01 * left / 200.0);
         let moved = 12e-3 * (next.error - last.error);
-        assert!(
-            (next.command - last.command - moved).abs() < 1e-3,
-            "{last:?} {next:?}"
-        );
+        let bump = next.command - last.command - moved;
+        assert!(bump.abs() < 1e-3, "{last:?} {next:?}");
     }
 
     proptest! {

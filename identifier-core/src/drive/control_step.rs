@@ -94,7 +94,7 @@ mod tests {
     use crate::gradient::GradientIdentifier;
     use crate::measurement::velocity::BackwardDifference;
     use crate::parameters::Unknowns;
-    use crate::settings::{ControllerSettings, Settings};
+    use crate::settings::{ControllerSettings, Settings, diagonal};
 
     struct Sensor(Result<i32, &'static str>);
 
@@ -138,10 +138,7 @@ mod tests {
             ..Settings::new(1e-3, 1.0)
         };
         settings.identifier.initial.b = Some(100.0);
-        let mut gamma = [[0.0; 4]; 4];
-        gamma[0][0] = 1.0;
-        gamma[1][1] = 1.0;
-        settings.identifier.gamma = Some(gamma);
+        settings.identifier.gamma = Some(diagonal([1.0, 1.0, 0.0, 0.0]));
         settings.build().expect("valid")
     }
 
@@ -168,21 +165,19 @@ mod tests {
         let mut state = servo_loop.start(0);
         let before = state;
         let mut motor = Motor::default();
-        let mut step = |offset, sensor, motor: &mut Motor| {
+        let (mad, jumped) = (StepError::ErrorNotFinite, StepError::CountJumped);
+        for (offset, sensor, error) in [
+            (0.0, Err("lost"), ControlStepError::Sensor("lost")),
+            (f32::NAN, Ok(0), ControlStepError::Step(mad)),
+            (0.0, Ok(i32::MAX), ControlStepError::Step(jumped)),
+            (1.0, Ok(3), ControlStepError::Actuator("broken")),
+        ] {
+            motor.broken = offset > 0.5;
             let setpoint = Setpoint { count: 0, offset };
-            servo_loop
-                .control_step(&mut state, setpoint, &mut Sensor(sensor), motor)
-                .err()
-        };
-        let lost = step(0.0, Err("lost"), &mut motor);
-        assert_eq!(lost, Some(ControlStepError::Sensor("lost")));
-        let mad = step(f32::NAN, Ok(0), &mut motor);
-        assert_eq!(mad, Some(ControlStepError::Step(StepError::ErrorNotFinite)));
-        let jumped = step(0.0, Ok(i32::MAX), &mut motor);
-        assert_eq!(jumped, Some(ControlStepError::Step(StepError::CountJumped)));
-        motor.broken = true;
-        let broken = step(1.0, Ok(3), &mut motor);
-        assert_eq!(broken, Some(ControlStepError::Actuator("broken")));
+            let done =
+                servo_loop.control_step(&mut state, setpoint, &mut Sensor(sensor), &mut motor);
+            assert_eq!(done.err(), Some(error));
+        }
         assert_eq!((motor.held, motor.released), (None, 4));
         assert!(state == before);
     }

@@ -97,10 +97,8 @@ mod tests {
                 }
             }
             assert_eq!(period, length, "order {order}");
-            assert!(
-                (balance - 1.0).abs() < 1e-9,
-                "order {order}: one more high than low"
-            );
+            // One more high than low.
+            assert!((balance - 1.0_f64).abs() < 1e-9, "order {order}");
         }
     }
 

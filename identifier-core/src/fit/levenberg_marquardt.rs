@@ -150,17 +150,6 @@ mod tests {
         min_change: 1e-3,
     };
 
-    fn pass<const Q: usize>(
-        unknowns: [f64; Q],
-        equations: NormalEquations<f64, Q>,
-    ) -> Explanation<f64, Q> {
-        Explanation {
-            unknowns,
-            equations,
-            sums: (),
-        }
-    }
-
     /// Descends by passes of these costs, the unknown being the number of the pass. True for one that was the last.
     fn judged<const C: usize>(costs: [f64; C]) -> (Descent<f64, 1>, [bool; C]) {
         let mut descent = Descent::begin(&SETTINGS);
@@ -169,7 +158,11 @@ mod tests {
             let mut equations = NormalEquations::EMPTY;
             equations.add(&[0.0], cost.sqrt());
             number += 1.0;
-            let pass = pass([number], equations);
+            let pass = Explanation {
+                unknowns: [number],
+                equations,
+                sums: (),
+            };
             let next = descent.descend(&SETTINGS, pass, [true], [&[], &[]]);
             next.is_none()
         });
@@ -213,12 +206,12 @@ mod tests {
         let mut equations = NormalEquations::<f64, 2>::EMPTY;
         equations.add(&[1.0, 0.0], 9.0);
         equations.add(&[0.0, 1.0], 9.0);
-        let next = descent.descend(
-            &SETTINGS,
-            pass([1.0; 2], equations),
-            [true; 2],
-            [&[0.0], &[2.0]],
-        );
+        let pass = Explanation {
+            unknowns: [1.0; 2],
+            equations,
+            sums: (),
+        };
+        let next = descent.descend(&SETTINGS, pass, [true; 2], [&[0.0], &[2.0]]);
         let next = next.expect("a further pass");
         assert!((next[0] - 2.0).abs() < 1e-12 && next[1] > 5.0, "{next:?}");
     }
@@ -231,23 +224,13 @@ mod tests {
         for (regressor, error) in [([1.0, 1.0], 1.0), ([1.0, 0.9], 0.5)] {
             equations.add(&regressor, error);
         }
-        let free = bounded_step(&equations, &[0.0; 2], 0.0, [true; 2], &[-9.0; 2], &[9.0; 2]);
-        assert!(
-            (free[0] + 4.0).abs() < 1e-6 && (free[1] - 5.0).abs() < 1e-6,
-            "{free:?}"
-        );
-        let held = bounded_step(
-            &equations,
-            &[0.0; 2],
-            0.0,
-            [true; 2],
-            &[0.0, -9.0],
-            &[9.0; 2],
-        );
-        assert!(
-            held[0].abs() < 1e-12 && (held[1] - 1.45 / 1.81).abs() < 1e-6,
-            "{held:?}"
-        );
+        for (lowest, expected) in [(-9.0, [-4.0, 5.0]), (0.0, [0.0, 1.45 / 1.81])] {
+            let low = [lowest, -9.0];
+            let found = bounded_step(&equations, &[0.0; 2], 0.0, [true; 2], &low, &[9.0; 2]);
+            let off = [0, 1].map(|i| found[i] - expected[i]);
+            assert!(off.iter().all(|off| off.abs() < 1e-6), "{found:?}");
+            assert!(found[0] >= lowest - 1e-12);
+        }
     }
 
     #[test]

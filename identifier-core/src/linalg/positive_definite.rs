@@ -170,30 +170,17 @@ mod tests {
 
     #[test]
     fn refusals_name_the_entry() {
-        let asymmetric = PositiveDefinite::new([[1.0, 0.5], [0.4, 1.0]]);
-        assert!(matches!(
-            asymmetric,
-            Err(MatrixError::NotSymmetric {
-                row: 1,
-                column: 0,
-                ..
-            })
-        ));
-        let indefinite = PositiveDefinite::new([[1.0, 2.0], [2.0, 1.0]]);
-        assert!(matches!(
-            indefinite,
-            Err(MatrixError::NotPositiveDefinite { row: 1, .. })
-        ));
-        let nan = PositiveDefinite::diagonal([1.0, f64::NAN]);
-        assert!(matches!(
-            nan,
-            Err(MatrixError::NotFinite {
-                row: 1,
-                column: 1,
-                ..
-            })
-        ));
-        assert!(PositiveDefinite::diagonal([0.0, 1.0]).is_err());
+        let place = |built| match built {
+            Err(MatrixError::NotSymmetric { row, column, .. }) => ("asymmetric", row, column),
+            Err(MatrixError::NotPositiveDefinite { row, .. }) => ("indefinite", row, row),
+            Err(MatrixError::NotFinite { row, column, .. }) => ("not finite", row, column),
+            other => panic!("{other:?}"),
+        };
+        let (full, diagonal) = (PositiveDefinite::new, PositiveDefinite::diagonal);
+        assert_eq!(place(full([[1.0, 0.5], [0.4, 1.0]])), ("asymmetric", 1, 0));
+        assert_eq!(place(full([[1.0, 2.0], [2.0, 1.0]])), ("indefinite", 1, 1));
+        assert_eq!(place(diagonal([1.0, f64::NAN])), ("not finite", 1, 1));
+        assert_eq!(place(diagonal([0.0, 1.0])), ("indefinite", 0, 0));
     }
 
     proptest! {

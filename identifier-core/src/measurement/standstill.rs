@@ -150,14 +150,12 @@ mod tests {
             for _ in 0..3 {
                 assert!(!standstill.is_still(&mut slipping, -5.0));
                 assert!(!standstill.is_at_rest(&mut resting, -1.0));
-                let waited = (0..10_000)
-                    .position(|_| {
-                        let is_still = standstill.is_still(&mut slipping, 0.0);
-                        assert_eq!(standstill.is_at_rest(&mut resting, 0.0), is_still);
-                        is_still
-                    })
-                    .expect("it stands");
-                let time = waited as f64 * sample_time;
+                let waited = (0..10_000).position(|_| {
+                    let is_still = standstill.is_still(&mut slipping, 0.0);
+                    assert_eq!(standstill.is_at_rest(&mut resting, 0.0), is_still);
+                    is_still
+                });
+                let time = waited.expect("it stands") as f64 * sample_time;
                 let off = (time - Standstill::<f32>::PATIENCE).abs();
                 assert!(off <= sample_time, "{time}");
             }
@@ -170,10 +168,8 @@ mod tests {
         let standstill = Standstill::<f32>::new(&units, &FullScales::NONE);
         let mut rest = Rest::NONE;
         let stood = |rest: &mut Rest<f32>, increment: &dyn Fn(u32) -> f32| {
-            (0..20_000)
-                .skip(200)
-                .filter(|&k| standstill.is_still(rest, increment(k)))
-                .count()
+            let is_still = |k: &u32| standstill.is_still(rest, increment(*k));
+            (200..20_000).filter(is_still).count()
         };
         // Three counts forth and back, three times a second.
         let slips = stood(&mut rest, &|k| match k % 333 {

@@ -237,10 +237,8 @@ mod tests {
     /// Settled response to a ramp must be its slope.
     fn ramp_response<V: VelocityEstimate<f64>>(estimate: V) -> f64 {
         let mut state = V::State::default();
-        (0..1000)
-            .map(|_| estimate.process(&mut state, 0.25))
-            .last()
-            .expect("samples")
+        let velocities = (0..1000).map(|_| estimate.process(&mut state, 0.25));
+        velocities.last().expect("samples")
     }
 
     #[test]

@@ -274,9 +274,12 @@ mod tests {
             b: 100.0 * factor,
             delay: 2.5e-3,
         };
-        // Nearly any distance from −1 is allowed here, so that the winding alone decides.
-        let mut walk =
-            FrequencySweep::begin(SampledResponse::new(&DESIGN, &servo, 1e-3), 0.05e-3, 100.0);
+        end(SampledResponse::new(&DESIGN, &servo, 1e-3))
+    }
+
+    /// Nearly any distance from −1 is allowed here, so that the winding alone decides.
+    fn end(response: SampledResponse) -> Progress {
+        let mut walk = FrequencySweep::begin(response, 0.05e-3, 100.0);
         loop {
             match walk.work() {
                 Progress::Continues => {}
@@ -313,20 +316,12 @@ mod tests {
         };
         let sampled = SampledServo::new(&servo, Some(&mode), 1e-3);
         let response = SampledResponse::around(&DESIGN, sampled, 1e-3);
-        let mut walk = FrequencySweep::begin(response, 0.05e-3, 100.0);
-        let end = loop {
-            match walk.work() {
-                Progress::Continues => {}
-                end => break end,
-            }
-        };
-        let mut largest = 0.0_f64;
-        for place in 0..400_000 {
+        let sensitivity = |place| {
             let nu = 1e-3 * libm::exp(2.4e-5 * f64::from(place));
-            let distance = (response.at(nu).gain() + 1.0).power();
-            largest = largest.max(1.0 / libm::sqrt(distance));
-        }
-        (end, largest)
+            1.0 / libm::sqrt((response.at(nu).gain() + 1.0).power())
+        };
+        let largest = (0..400_000).map(sensitivity).fold(0.0, f64::max);
+        (end(response), largest)
     }
 
     #[test]
@@ -341,11 +336,7 @@ mod tests {
                 panic!("{hertz} Hz is stable");
             };
             let off = margins.sensitivity / largest - 1.0;
-            assert!(
-                off.abs() < 0.03,
-                "{hertz} Hz: {} {largest}",
-                margins.sensitivity
-            );
+            assert!(off.abs() < 0.03, "{hertz} Hz: {off} of {largest}");
         }
         // Beyond the delay's phase its peak is above one.
         let (end, _) = resonant(220.0, 0.004, 2.0);

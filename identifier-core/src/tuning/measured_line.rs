@@ -81,39 +81,24 @@ mod tests {
         let settings = TuningSettings::new(SAMPLE_TIME, 0.0, 10.0, 0.1);
         let servo = IdentifiedServo::known(ServoParameters::new(0.2, 200.0, 0.0, 0.0), SAMPLE_TIME);
         let tuning = settings.tune(&servo).expect("gains");
-        let at = |factor: f64, part: f64| {
+        // The response of the servo, turned: with the phase of a delay the gain brings the loop next to −1.
+        let disproves = |angle: f64, part: f64| {
             let frequency = 2.0 * tuning.bandwidth;
-            let gain = Complex {
-                re: -factor * 200.0 / (frequency * frequency),
-                im: 0.0,
-            };
-            let deviation = part * libm::sqrt(gain.power());
-            MeasuredLine {
-                frequency,
-                gain,
-                deviation,
+            let size = 200.0 / (frequency * frequency);
+            let turned = Complex {
+                re: 0.0,
+                im: -angle,
             }
-            .disproves(&tuning, SAMPLE_TIME, 1.8)
+            .exponential();
+            let line = MeasuredLine {
+                frequency,
+                gain: turned.scaled(-size),
+                deviation: part * size,
+            };
+            line.disproves(&tuning, SAMPLE_TIME, 1.8)
         };
-        // The response of the servo, and the gain that brings the loop next to −1: the margin's, with the phase of a delay.
-        assert!(!at(1.0, 0.001));
-        let worst = |part| {
-            (1..40).any(|turn| {
-                let angle = f64::from(turn) * 0.05;
-                let frequency = 2.0 * tuning.bandwidth;
-                let size = 200.0 / (frequency * frequency);
-                let gain = Complex {
-                    re: -size * angle.cos(),
-                    im: size * angle.sin(),
-                };
-                MeasuredLine {
-                    frequency,
-                    gain,
-                    deviation: part * size,
-                }
-                .disproves(&tuning, SAMPLE_TIME, 1.8)
-            })
-        };
+        assert!(!disproves(0.0, 0.001));
+        let worst = |part| (1..40).any(|turn| disproves(f64::from(turn) * 0.05, part));
         assert!(worst(0.001));
         assert!(!worst(0.5));
     }
@@ -124,8 +109,9 @@ mod tests {
         let square = mode.frequency * mode.frequency - omega * omega;
         let damped = number(square, 2.0 * mode.damping * mode.frequency * omega);
         let sum = number(mode.ratio, 0.0) / damped + number(-1.0 / (omega * omega), 0.0);
-        let angle = 1.5 * omega * SAMPLE_TIME;
-        sum * number(libm::cos(angle), -libm::sin(angle)).scaled(b)
+        sum * number(0.0, -1.5 * omega * SAMPLE_TIME)
+            .exponential()
+            .scaled(b)
     }
 
     #[test]
@@ -143,55 +129,37 @@ mod tests {
         let settings = TuningSettings::new(SAMPLE_TIME, 1e-5, 10.0, 0.1);
         let tuner = Tuner::for_response(&settings, &servo, Some(&resonance)).expect("a servo");
         let mut state = tuner.start();
-        let tuning = loop {
-            if let Some(found) = tuner.work(&mut state) {
-                break found.expect("gains");
-            }
-        };
+        let tuning = core::iter::from_fn(|| Some(tuner.work(&mut state)));
+        let tuning = tuning.flatten().next().expect("it ends").expect("gains");
         for omega in [20.0, 100.0, 500.0, 850.0, 900.0, 950.0] {
             let gain = two_masses(100.0, &mode, omega);
-            let line = |gain, deviation| MeasuredLine {
-                frequency: omega,
-                gain,
-                deviation,
+            let of = |frequency, gain, deviation| {
+                let line = MeasuredLine {
+                    frequency,
+                    gain,
+                    deviation,
+                };
+                line.sensitivity(&tuning, SAMPLE_TIME)
             };
-            let [here, none] = line(gain, 0.0)
-                .sensitivity(&tuning, SAMPLE_TIME)
-                .expect("below half of the sampling frequency");
+            let beyond = 1.01 * core::f64::consts::PI / SAMPLE_TIME;
+            assert_eq!(of(beyond, Complex::ONE, 0.0), None);
+            let line = |gain, deviation| of(omega, gain, deviation).expect("below half");
+            let [here, none] = line(gain, 0.0);
             let [identified, worst] = tuner.sensitivity(&tuning, omega).expect("likewise");
-            assert!(
-                (here / identified - 1.0).abs() < 0.01,
-                "{omega}: {here} {identified}"
-            );
-            assert!(
-                none.abs() < f64::EPSILON && worst >= identified,
-                "{omega}: {worst}"
-            );
+            let off = here / identified - 1.0;
+            assert!(off.abs() < 0.01, "{omega}: {here} {identified}");
+            assert!(none.abs() < f64::EPSILON && worst >= identified, "{omega}");
             // The gain moved by a deviation in any direction: the largest change.
             let size = 1e-4 * libm::sqrt(gain.power());
             let moved = |k: i32| {
-                let angle = 0.02 * f64::from(k) * core::f64::consts::PI;
-                let by = Complex {
-                    re: libm::cos(angle),
-                    im: libm::sin(angle),
-                };
-                let other = line(gain + by.scaled(size), 0.0).sensitivity(&tuning, SAMPLE_TIME);
-                other.map_or(f64::NAN, |[value, _]| (value - here).abs())
+                let im = 0.02 * f64::from(k) * core::f64::consts::PI;
+                let by = Complex { re: 0.0, im }.exponential().scaled(size);
+                (line(gain + by, 0.0)[0] - here).abs()
             };
             let largest = (0..100).map(moved).fold(0.0, f64::max);
-            let [_, deviation] = line(gain, size)
-                .sensitivity(&tuning, SAMPLE_TIME)
-                .expect("likewise");
-            assert!(
-                (deviation / largest - 1.0).abs() < 0.01,
-                "{omega}: {deviation} {largest}"
-            );
+            let [_, deviation] = line(gain, size);
+            let off = deviation / largest - 1.0;
+            assert!(off.abs() < 0.01, "{omega}: {deviation} {largest}");
         }
-        let beyond = MeasuredLine {
-            frequency: 1.01 * core::f64::consts::PI / SAMPLE_TIME,
-            gain: Complex::ONE,
-            deviation: 0.0,
-        };
-        assert_eq!(beyond.sensitivity(&tuning, SAMPLE_TIME), None);
     }
 }

@@ -77,10 +77,7 @@ mod tests {
     /// The sum over the images of the held command (Poisson), which the sampled response is.
     fn images(mode: &Mode, delay: f64, frequency: f64, time: f64) -> Complex {
         let j = Complex { re: 0.0, im: 1.0 };
-        let exponential = |angle: f64| Complex {
-            re: libm::cos(angle),
-            im: libm::sin(angle),
-        };
+        let exponential = |angle: f64| j.scaled(angle).exponential();
         let mut sum = j.scaled(0.0);
         for image in -300..=300 {
             let at = frequency + f64::from(image) * TAU / time;
@@ -105,11 +102,8 @@ mod tests {
             };
             let sampled = SampledMode::new(&mode, part, time);
             for at in [10.0, 35.0, 170.0, 310.0, 480.0] {
-                let angle = TAU * at * time;
-                let z = Complex {
-                    re: libm::cos(angle),
-                    im: libm::sin(angle),
-                };
+                let im = TAU * at * time;
+                let z = Complex { re: 0.0, im }.exponential();
                 let own = sampled.at(z - Complex::ONE).scaled(time * time) / z;
                 let exact = images(&mode, part * time, TAU * at, time);
                 let off = libm::sqrt((own - exact).power() / exact.power());

@@ -161,11 +161,8 @@ mod tests {
         let settings = TuningSettings::new(TIME, 1e-6, 10.0, 0.1);
         let tuner = Tuner::new(&settings, &servo).expect("a servo");
         let mut state = tuner.start();
-        loop {
-            if let Some(found) = tuner.work_with(&mut state, lines, true) {
-                return found.expect("gains");
-            }
-        }
+        let found = core::iter::from_fn(|| Some(tuner.work_with(&mut state, lines, true)));
+        found.flatten().next().expect("it ends").expect("gains")
     }
 
     /// The largest |S| about a resonance.
@@ -175,10 +172,10 @@ mod tests {
         let half = TAU / (2.0 * TIME);
         let image = half - libm::fabs(half - mode.frequency);
         let near = (-400..=400).map(|place| image * (1.0 + 1e-4 * f64::from(place)));
+        let of = |nu| 1.0 / libm::sqrt((response.at(nu).gain() + 1.0).power());
         near.filter_map(|omega| nu_at(omega, TIME))
-            .fold(0.0, |largest, nu| {
-                (1.0 / libm::sqrt((response.at(nu).gain() + 1.0).power())).max(largest)
-            })
+            .map(of)
+            .fold(0.0, f64::max)
     }
 
     fn mode(hertz: f64, ratio: f64) -> Mode {

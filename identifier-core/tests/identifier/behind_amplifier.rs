@@ -69,15 +69,10 @@ fn errors<I: FromSettings + Identify<f64>>(
 ) -> [f64; 3] {
     let runs = on_all_cores(4, |seed| {
         let (found, _) = found::<I>(&settings(declared), effects, seed, time);
-        [
-            (found.a - TRUTH.a).abs(),
-            (found.b / TRUTH.b - 1.0).abs(),
-            (found.coulomb / TRUTH.coulomb - 1.0).abs(),
-        ]
+        let b = found.b / TRUTH.b - 1.0;
+        [found.a - TRUTH.a, b, found.coulomb / TRUTH.coulomb - 1.0].map(f64::abs)
     });
-    runs.into_iter().fold([0.0; 3], |most, run| {
-        core::array::from_fn(|i| run[i].max(most[i]))
-    })
+    [0, 1, 2].map(|i| runs.iter().map(|run| run[i]).fold(0.0, f64::max))
 }
 
 fn check<I: FromSettings + Identify<f64>>(law: &str, time: f64) {
@@ -89,16 +84,9 @@ fn check<I: FromSettings + Identify<f64>>(law: &str, time: f64) {
         println!("{law}, {name}: declared {with:.4?}, undeclared {undeclared:.4?}");
         // a 1/s, b and c relative: largest increase of the errors by the effect.
         let most = [0.1, 0.005, 0.03];
-        for i in 0..3 {
-            assert!(
-                with[i] < without[i] + most[i],
-                "{law}, {name}: {with:?} {without:?}"
-            );
-        }
-        assert!(
-            (0..3).any(|i| undeclared[i] > without[i] + 2.0 * most[i]),
-            "{law}, {name}: undeclared {undeclared:?}"
-        );
+        let within = (0..3).all(|i| with[i] < without[i] + most[i]);
+        let spoils = (0..3).any(|i| undeclared[i] > without[i] + 2.0 * most[i]);
+        assert!(within && spoils, "{law}, {name}");
     }
 }
 
@@ -114,27 +102,18 @@ fn gauss_newton_finds_the_servo_behind_its_amplifier() {
 
 #[test]
 fn a_declared_delay_that_is_estimated_counts_once() {
-    let delay = 1.6e-3;
-    let effects = Effects {
-        delay,
-        ..Effects::NONE
-    };
+    let [(_, effects, mut terms), ..] = effects();
     for declared in [0.0, 1e-3, 2.5e-3] {
-        let terms = TermSettings {
-            delay: declared,
-            demanded: Terms::NONE.with(Term::Delay),
-            ..TermSettings::NONE
-        };
+        terms.delay = declared;
+        terms.demanded = Terms::NONE.with(Term::Delay);
         let mut settings = settings(&terms);
         settings.identifier.known.load = false;
         let (found, total) =
             found::<GaussNewtonIdentifier<f64, Unknowns<5>, 5>>(&settings, &effects, 1, 20.0);
-        let total = total.expect("it has a delay");
-        assert!((total / delay - 1.0).abs() < 0.02, "{declared}: {total}");
-        assert!(
-            (found.b / TRUTH.b - 1.0).abs() < 0.005,
-            "{declared}: {found:?}"
-        );
+        let total = total.expect("it has a delay") / effects.delay;
+        assert!((total - 1.0).abs() < 0.02, "{declared}: {total}");
+        let b = found.b / TRUTH.b;
+        assert!((b - 1.0).abs() < 0.005, "{declared}: {b}");
     }
 }
 
@@ -145,31 +124,18 @@ fn declarations_without_effect_are_refused_by_name() {
         let built = settings(&declared).build::<I>();
         built.err().expect("refused").to_string()
     }
-    let delay = TermSettings {
-        delay: 1.6e-3,
-        ..TermSettings::NONE
-    };
-    let current_loop = TermSettings {
-        current_loop: 1e-3,
-        ..TermSettings::NONE
-    };
-    for (answer, beginning) in [
-        (refusal::<Gradient>(delay), "delay is declared"),
-        (refusal::<GaussNewton>(delay), "delay is declared"),
-        (
-            refusal::<Gradient>(current_loop),
-            "current_loop is declared",
-        ),
-        (
-            refusal::<GaussNewton>(current_loop),
-            "current_loop is declared",
-        ),
-        (
-            refusal::<BareGaussNewton>(current_loop),
-            "current_loop is declared",
-        ),
+    let [(_, _, delay), _, _] = effects();
+    let mut current_loop = TermSettings::NONE;
+    current_loop.current_loop = 1e-3;
+    for answer in [refusal::<Gradient>(delay), refusal::<GaussNewton>(delay)] {
+        assert!(answer.starts_with("delay is declared"), "{answer}");
+    }
+    for answer in [
+        refusal::<Gradient>(current_loop),
+        refusal::<GaussNewton>(current_loop),
+        refusal::<BareGaussNewton>(current_loop),
     ] {
-        assert!(answer.starts_with(beginning), "{answer}");
+        assert!(answer.starts_with("current_loop is declared"), "{answer}");
     }
     type Change = fn(&mut TermSettings);
     let rows: [(Change, &str); 4] = [

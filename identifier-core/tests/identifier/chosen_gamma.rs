@@ -25,9 +25,8 @@ fn errors(sample_time: f64, amplitude: f64, limit: f64) -> Vec<f64> {
         for _ in 0..(60.0 / sample_time) as u32 {
             let offset = prbs.process(&mut dither);
             let step = servo_loop.process(&mut state, 0, offset, servo.count());
-            servo
-                .plant
-                .advance(step.expect("possible").control.command.into());
+            let command = step.expect("possible").control.command;
+            servo.plant.advance(command.into());
         }
         let found = servo_loop.estimates(&state).expect("estimates");
         (found.b / truth.b - 1.0).abs()

@@ -9,7 +9,9 @@ use identifier_core::identifier::{
     MachineEstimates, PreparedServo, ServoLoop,
 };
 use identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
-use identifier_core::parameters::{AbLoad, IdentifiedServo, Parameter, ServoParameters, Unknowns};
+use identifier_core::parameters::{
+    AbLoad, IdentifiedServo, Parameter, ParameterSet, ServoParameters, Unknowns,
+};
 use identifier_core::settings::{FromSettings, diagonal};
 use identifier_core::{GradientLoop, Settings};
 
@@ -69,10 +71,10 @@ fn in_order(of: ServoParameters) -> [f64; 4] {
     [of.a, of.b, of.coulomb, of.load]
 }
 
-fn run_floating<I>(settings: &Settings, servo_loop: &ServoLoop<f32, LowPass<f32>, I>) -> Vec<u64>
-where
-    I: Identify<f32> + MachineEstimates<f32>,
-{
+fn run_floating<I: Identify<f32> + MachineEstimates<f32>>(
+    settings: &Settings,
+    servo_loop: &ServoLoop<f32, LowPass<f32>, I>,
+) -> Vec<u64> {
     let mut state = servo_loop.start(0);
     bits(settings, |setpoint, count| {
         let step = servo_loop.process(&mut state, setpoint, 0.0, count);
@@ -82,21 +84,16 @@ where
         let machine = identifier.machine_estimates(state.identification());
         for (parameter, si) in Parameter::ALL.into_iter().zip(estimates) {
             let found = f64::from(machine.get(parameter)) * identifier.machine_unit(parameter);
-            assert!(
-                (found - si).abs() <= 1e-6 * si.abs(),
-                "{parameter:?}: {found}, {si}"
-            );
+            let off = found - si;
+            assert!(off.abs() <= 1e-6 * si.abs(), "{parameter:?}: {found}, {si}");
         }
         (step.expect("in range").control.command.into(), estimates)
     })
 }
 
-fn run_fixed<S, const P: usize>(
-    settings: &Settings,
-    servo_loop: &ServoLoop<Word, LowPass<Word>, GradientIdentifier<Word, LowPass<Word>, S, P>>,
-) -> Vec<u64>
+fn run_fixed<const P: usize>(settings: &Settings, servo_loop: &FixedLoop<P>) -> Vec<u64>
 where
-    S: identifier_core::parameters::ParameterSet<P>,
+    Unknowns<P>: ParameterSet<P>,
 {
     let mut state = servo_loop.start(0);
     bits(settings, |setpoint, count| {
@@ -105,12 +102,10 @@ where
         let estimates = in_order(shown(identifier, state.identification()));
         let machine = identifier.machine_estimates(state.identification());
         for (parameter, si) in Parameter::ALL.into_iter().zip(estimates) {
-            let off =
-                machine.get(parameter).to_num::<f64>() - si / identifier.machine_unit(parameter);
-            assert!(
-                off.abs() <= 2.0 * Word::DELTA.to_num::<f64>(),
-                "{parameter:?}: {off}"
-            );
+            let found = machine.get(parameter).to_num::<f64>();
+            let off = found - si / identifier.machine_unit(parameter);
+            let most = 2.0 * Word::DELTA.to_num::<f64>();
+            assert!(off.abs() <= most, "{parameter:?}: {off}");
         }
         let command = step.expect("in range").control.command;
         (identifier.command(command), estimates)
@@ -159,13 +154,10 @@ fn every_other_configuration_is_the_same_after_it_was_written() {
 /// is.
 #[test]
 fn a_recursion_starts_from_constants() {
-    type Constant = (
-        GaussNewtonLoop<GaussNewtonRecursion<f32, Unknowns<4>, 4>>,
-        PreparedServo<f32>,
-    );
+    type Loop = GaussNewtonLoop<GaussNewtonRecursion<f32, Unknowns<4>, 4>>;
+    type Constant = (Loop, PreparedServo<f32>);
     let settings = settings(1);
-    let built: GaussNewtonLoop<GaussNewtonRecursion<f32, Unknowns<4>, 4>> =
-        settings.build().expect("valid");
+    let built: Loop = settings.build().expect("valid");
     let servo = IdentifiedServo {
         unexplained: 2e-4,
         ..IdentifiedServo::known(TRUTH, 0.0).with_errors([0.1, 1.0, 0.3, 0.0, 0.3])
@@ -178,7 +170,7 @@ fn a_recursion_starts_from_constants() {
     let written: &'static [u32] = words_of(&(built, prepared)).leak();
     let constants = Constants::<Constant>::new(written).expect("written so");
     let (read, known) = constants.build();
-    let run = |servo_loop: &GaussNewtonLoop<GaussNewtonRecursion<f32, Unknowns<4>, 4>>, start| {
+    let run = |servo_loop: &Loop, start| {
         let mut state = servo_loop.start(0);
         *state.identification_mut() = start;
         let identifier = servo_loop.identifier();
@@ -224,20 +216,17 @@ fn words_that_were_not_written_so_are_refused() {
             assert_eq!(refusal(&changed), ConstantsError::Changed, "{one} {other}");
         }
     }
-    assert_eq!(
-        refusal(&[&written[..], &[0]].concat()),
-        ConstantsError::Changed
-    );
+    let longer = [&written[..], &[0]].concat();
+    assert_eq!(refusal(&longer), ConstantsError::Changed);
     assert_eq!(refusal(&[]), ConstantsError::Changed);
 
-    let other = |check: Result<(), ConstantsError>| assert_eq!(check, Err(ConstantsError::Type));
-    other(Constants::<GradientLoop<f64, 2>>::check(&written));
-    other(Constants::<GradientLoop<f32, 3>>::check(&written));
-    other(Constants::<
-        GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>,
-    >::check(&written));
+    fn assert_other<T: Configuration>(words: &[u32]) {
+        assert_eq!(Constants::<T>::check(words), Err(ConstantsError::Type));
+    }
+    type Alone<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
+    assert_other::<GradientLoop<f64, 2>>(&written);
+    assert_other::<GradientLoop<f32, 3>>(&written);
+    assert_other::<Alone<Unknowns<2>, 2>>(&written);
     let three = words_of(&both::<GradientLoop<f32, 3>>(&settings(2)).0);
-    other(Constants::<
-        ServoLoop<f32, LowPass<f32>, GradientIdentifier<f32, LowPass<f32>, AbLoad, 3>>,
-    >::check(&three));
+    assert_other::<ServoLoop<f32, LowPass<f32>, Alone<AbLoad, 3>>>(&three);
 }

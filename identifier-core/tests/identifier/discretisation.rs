@@ -1,16 +1,13 @@
 //! Why the sampled model loop must be the sampled real loop: the textbook's discretisation beside the core's matched
 //! one. `literal_loop` holds the core to the equations themselves.
 
-use crate::support::certified;
+use crate::support::{certified, learn_as_the_paper, paper_noise};
 use identifier_core::Settings;
 use identifier_core::control::{ControlState, Controller};
-use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{ServoParameters, Unknowns};
-use identifier_core::settings::diagonal;
 use virtual_servo::Plant;
-use virtual_servo::excitation::BandLimitedWhiteNoise;
 
 /// The paper's servo.
 const SERVO: ServoParameters = ServoParameters::new(0.2174, 257.7, 0.0, 0.0);
@@ -29,15 +26,14 @@ const LEAST_B: f64 = 110.0;
 /// The mean of [â, b̂] over the last quarter of a run on the paper's servo, its encoder ideal. `sample` is a sample of
 /// a loop: from reference and position, rad, it gives the command and the estimates.
 fn tail_mean(duration: f64, mut sample: impl FnMut(f64, f64) -> (f64, [f64; 2])) -> [f64; 2] {
-    let units = certified().units().expect("valid");
-    let noise = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, 1_212_121).expect("valid");
-    let mut reference = Excitation::<f64>::start(&noise);
+    let settings = certified();
+    let mut reference = paper_noise(&settings, 1_212_121);
     let mut plant = Plant::at_rest(&SERVO, T);
     let samples = (duration / T).round() as usize;
     let mut sum = [0.0; 2];
     for k in 0..samples {
-        let wanted: f64 = noise.process(&mut reference);
-        let (command, estimates) = sample(wanted * units.position_unit(), plant.position);
+        let wanted = reference() * settings.resolution;
+        let (command, estimates) = sample(wanted, plant.position);
         plant.advance(command);
         if 4 * k >= 3 * samples {
             sum = [0, 1].map(|i| sum[i] + estimates[i] / (samples / 4) as f64);
@@ -81,12 +77,7 @@ fn matched() -> impl FnMut(f64, f64) -> (f64, [f64; 2]) {
         resolution: 1e-5,
         ..certified()
     };
-    let learning = &mut settings.identifier;
-    learning.initial.b = Some(INITIAL_B);
-    learning.bounds.a = Some(BOUNDS[0]);
-    learning.bounds.b = Some(BOUNDS[1]);
-    learning.gamma = Some(diagonal([GAMMA[0], GAMMA[1], 0.0, 0.0]));
-    learning.mu = Some(MU);
+    learn_as_the_paper(&mut settings);
     let controller: Controller<f64, LowPass<f64>> = settings.build().expect("valid");
     let identifier: GradientIdentifier<f64, LowPass<f64>, Unknowns<2>, 2> =
         settings.build().expect("certified");
@@ -112,14 +103,8 @@ fn textbook_discretisation_is_biased_and_the_matched_one_is_not() {
     let by_textbook = tail_mean(120.0, textbook());
     let by_the_core = tail_mean(240.0, matched());
     println!("true {a:.4} {b:.2}, textbook {by_textbook:.4?}, matched {by_the_core:.4?}");
-    assert!(
-        by_textbook[0] > 4.0 * a,
-        "the textbook's â is several times too large"
-    );
-    assert!(
-        by_textbook[1] < 0.95 * b,
-        "the textbook's b̂ is some 8 % too small"
-    );
+    assert!(by_textbook[0] > 4.0 * a, "â is several times too large");
+    assert!(by_textbook[1] < 0.95 * b, "b̂ is some 8 % too small");
     assert!((by_the_core[0] - a).abs() < 1e-4);
     assert!((by_the_core[1] / b - 1.0).abs() < 1e-6);
 }

@@ -1,12 +1,11 @@
 //! The fixed-point loop: the same as that of double precision on the same measurements, safe under any
 //! input, and refused by name where fixed point does not suffice.
 
-use crate::support::{Bench, certified, shown};
+use crate::support::{Bench, certified, paper_noise, shown};
 use fixed::types::I16F16;
 use identifier_core::GradientLoop;
 use identifier_core::control::{Controller, Setpoint, Shaped};
 use identifier_core::error::{Allowed, StepError};
-use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedLoop, Word};
 use identifier_core::identifier::{Event, GradientIdentifier, Identify, ServoLoop};
 use identifier_core::measurement::{
@@ -17,7 +16,6 @@ use identifier_core::settings::{
     ControllerSettings, RangeSettings, Settings, SettingsError, diagonal,
 };
 use proptest::prelude::*;
-use virtual_servo::excitation::BandLimitedWhiteNoise;
 
 /// The paper's loop with a box and a limit.
 fn settings() -> Settings {
@@ -68,54 +66,31 @@ fn side_by_side<S: ParameterSet<P>, const P: usize>(
         settings.build().expect("valid");
     let words: ServoLoop<Word, LowPass<Word>, GradientIdentifier<Word, LowPass<Word>, S, P>> =
         settings.build().expect("it fits");
+    let (identifier, controller) = (words.identifier(), words.controller());
     let start = i32::MAX - 500;
     let mut bench = Bench::new(servo, settings, start);
-    let units = settings.units().expect("valid");
-    let reference = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, 1_212_121).expect("valid");
-    let mut wanted = Excitation::<f64>::start(&reference);
+    let mut wanted = paper_noise(settings, 1_212_121);
     let (mut exact_state, mut state) = (exact.start(start), words.start(start));
     let mut distances = [(); 3].map(|()| Distance::default());
     for _ in 0..(seconds / settings.sample_time) as u64 {
-        let next: f64 = reference.process(&mut wanted);
-        let Setpoint {
-            count: setpoint,
-            offset,
-        } = Setpoint::from_counts(f64::from(start) + next);
+        let setpoint = Setpoint::from_counts(f64::from(start) + wanted());
         // The same reference to the last bit.
-        let part = f64::from(setpoint.wrapping_sub(start)) + offset.to_num::<f64>();
+        let part = f64::from(setpoint.count.wrapping_sub(start)) + setpoint.offset.to_num::<f64>();
         let count = bench.count();
-        let step = exact
-            .process(&mut exact_state, start, part, count)
-            .expect("in reach");
-        let found = words
-            .process(&mut state, setpoint, offset, count)
-            .expect("in reach");
-        let controller = words.controller();
+        let step = exact.process(&mut exact_state, start, part, count);
+        let step = step.expect("in reach");
+        let found = words.process(&mut state, setpoint.count, setpoint.offset, count);
+        let found = found.expect("in reach");
         let [velocity, command, output_error] = &mut distances;
-        velocity.add(
-            step.control.velocity,
-            controller.velocity(found.control.velocity),
-        );
-        command.add(
-            step.control.command,
-            controller.command(found.control.command),
-        );
-        output_error.add(
-            step.seen.output_error,
-            words.identifier().output_error(&found.seen),
-        );
-        bench.plant.advance(step.control.command);
+        let (own, of_words) = (step.control, found.control);
+        velocity.add(own.velocity, controller.velocity(of_words.velocity));
+        command.add(own.command, controller.command(of_words.command));
+        let error = identifier.output_error(&found.seen);
+        output_error.add(step.seen.output_error, error);
+        bench.plant.advance(own.command);
     }
-    let estimates = [
-        exact
-            .identifier()
-            .estimates(exact_state.identification())
-            .expect("estimates"),
-        words
-            .identifier()
-            .estimates(state.identification())
-            .expect("estimates"),
-    ];
+    let estimates = [exact.estimates(&exact_state), words.estimates(&state)];
+    let estimates = estimates.map(|found| found.expect("estimates"));
     (distances, estimates)
 }
 
@@ -125,27 +100,26 @@ const WITH_FRICTION: ServoParameters = ServoParameters::new(0.2174, 257.7, 10.0,
 
 #[test]
 fn on_the_same_measurements_fixed_and_floating_point_agree() {
-    let servo = ServoParameters {
-        load: 20.0,
-        ..SERVO
-    };
+    let servo = ServoParameters::new(SERVO.a, SERVO.b, 0.0, 20.0);
     let ([velocity, command, output_error], [exact, found]) =
         side_by_side::<Unknowns<2>, 2>(&settings(), &servo, 20.0);
     let decibel = [velocity, command, output_error].map(|distance| distance.decibel());
     println!("velocity, command, output error: {decibel:.0?} dB; {exact:?} {found:?}");
     assert!(decibel[0] > 145.0 && decibel[1] > 135.0 && decibel[2] > 75.0);
     assert!((exact.b / servo.b - 1.0).abs() < 2e-3, "{exact:?}");
-    assert_alike(&exact, &found, 1e-4);
-}
-
-#[test]
-fn with_friction_fixed_and_floating_point_agree() {
-    let (_, [exact, found]) = side_by_side::<Unknowns<3>, 3>(&settings(), &WITH_FRICTION, 20.0);
-    assert_alike(&exact, &found, 2e-3);
-    let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings(), &WITH_FRICTION, 20.0);
-    assert_alike(&exact, &found, 2e-3);
-    let (_, [exact, found]) = side_by_side::<AbLoad, 3>(&settings(), &WITH_FRICTION, 20.0);
-    assert_alike(&exact, &found, 2e-3);
+    assert_alike([exact, found], 1e-4);
+    let friction = |(_, estimates)| assert_alike(estimates, 2e-3);
+    friction(side_by_side::<Unknowns<3>, 3>(
+        &settings(),
+        &WITH_FRICTION,
+        20.0,
+    ));
+    friction(side_by_side::<Unknowns<4>, 4>(
+        &settings(),
+        &WITH_FRICTION,
+        20.0,
+    ));
+    friction(side_by_side::<AbLoad, 3>(&settings(), &WITH_FRICTION, 20.0));
 }
 
 /// Without a box the guard follows the estimate; under a limit that acts the words of the correction
@@ -158,43 +132,39 @@ fn without_a_range_and_under_a_limit_fixed_and_floating_point_agree() {
     identifier.parameter_range = None;
     identifier.bounds.b = Some([5.0, 1000.0]);
     identifier.mu = Some(10.0);
-    let servo = ServoParameters {
-        load: 40.0,
-        ..SERVO
-    };
-    let (_, [exact, found]) = side_by_side::<Unknowns<2>, 2>(&settings, &servo, 20.0);
-    println!("{exact:?} {found:?}");
-    assert!((exact.load - 40.0).abs() < 0.5, "{exact:?}");
-    assert_alike(&exact, &found, 1e-3);
+    let servo = ServoParameters::new(SERVO.a, SERVO.b, 0.0, 40.0);
+    let (_, estimates) = side_by_side::<Unknowns<2>, 2>(&settings, &servo, 20.0);
+    let off = estimates[0].load - 40.0;
+    assert!(off.abs() < 0.5, "{estimates:?}");
+    assert_alike(estimates, 1e-3);
 }
 
-fn assert_alike(exact: &ServoParameters, found: &ServoParameters, tolerance: f64) {
-    for (exact, found, size) in [
-        (exact.a, found.a, 10.0),
-        (exact.b, found.b, exact.b),
-        (exact.coulomb, found.coulomb, 10.0),
-        (exact.load, found.load, 20.0),
+fn assert_alike(estimates: [ServoParameters; 2], tolerance: f64) {
+    for (of, size) in [
+        (Parameter::A, 10.0),
+        (Parameter::B, estimates[0].b),
+        (Parameter::Coulomb, 10.0),
+        (Parameter::Load, 20.0),
     ] {
-        assert!(
-            (found - exact).abs() < tolerance * size,
-            "{exact} in double precision, {found} in words"
-        );
+        let [exact, found] = estimates.each_ref().map(|found| of.value_in(found));
+        let off = (found - exact).abs();
+        assert!(off < tolerance * size, "{exact} in words {found}");
     }
 }
 
 #[test]
 fn fast_loops_fit_and_give_the_same_estimates() {
     for sample_time in [2.5e-5, 1e-4, 2.5e-4] {
-        let mut settings = Settings {
-            sample_time,
-            cutoff: 500.0,
-            ..settings()
-        };
-        let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings, &WITH_FRICTION, 5.0);
-        assert_alike(&exact, &found, 5e-3);
-        settings.identifier.gamma = Some(diagonal([0.2, 110.0, 10.0, 10.0]));
-        let (_, [exact, found]) = side_by_side::<Unknowns<4>, 4>(&settings, &WITH_FRICTION, 5.0);
-        assert_alike(&exact, &found, 5e-3);
+        for gamma in [[20.0, 1000.0, 100.0, 100.0], [0.2, 110.0, 10.0, 10.0]] {
+            let mut settings = Settings {
+                sample_time,
+                cutoff: 500.0,
+                ..settings()
+            };
+            settings.identifier.gamma = Some(diagonal(gamma));
+            let (_, estimates) = side_by_side::<Unknowns<4>, 4>(&settings, &WITH_FRICTION, 5.0);
+            assert_alike(estimates, 5e-3);
+        }
     }
 }
 
@@ -245,14 +215,12 @@ fn nothing_is_learnt_from_a_servo_at_rest() {
         assert_eq!(seen.event, Event::Standing);
     }
     let large = identifier.command_word(5.0);
-    let reported = (0..200)
-        .position(|_| {
-            let seen = identifier.process(&mut state, 0, large).expect("in reach");
-            seen.event == Event::NotFollowing
-        })
-        .expect("it is reported");
+    let reported = (0..200).position(|_| {
+        let seen = identifier.process(&mut state, 0, large).expect("in reach");
+        seen.event == Event::NotFollowing
+    });
     // Not before the servo has had a tenth of a second to move.
-    assert_eq!(reported, 100);
+    assert_eq!(reported, Some(100));
     let after = identifier.estimates(&state).expect("estimates");
     assert!((after.b - before.b).abs() < 1e-9 && (after.coulomb - before.coulomb).abs() < 1e-9);
 }
@@ -277,11 +245,10 @@ fn an_impossible_increment_is_refused_and_the_state_unchanged() {
 
 type Words = GradientIdentifier<Word, LowPass<Word>, Unknowns<3>, 3>;
 
-/// The ranges as they follow from the settings, changed.
-fn with_ranges(settings: &mut Settings, change: fn(&mut RangeSettings)) {
-    let mut ranges = RangeSettings::from_settings(settings).expect("a controller");
-    change(&mut ranges);
-    settings.identifier.ranges = Some(ranges);
+/// The ranges as they follow from the settings.
+fn ranges(settings: &mut Settings) -> &mut RangeSettings {
+    let ranges = RangeSettings::from_settings(settings).expect("a controller");
+    settings.identifier.ranges.insert(ranges)
 }
 
 #[test]
@@ -290,54 +257,46 @@ fn settings_out_of_range_are_refused_with_a_value_that_fits() {
         settings.identifier.gamma = Some(diagonal([20.0, b, 100.0, 100.0]));
     }
     type Change = fn(&mut Settings);
-    let rows: [(Change, [&str; 2]); 10] = [
-        (
-            |s| with_ranges(s, |ranges| ranges.error = 1e6),
-            ["ranges.error = 1000000", "at most 42165"],
-        ),
-        (
-            |s| with_ranges(s, |ranges| ranges.command = 5.0),
-            ["ranges.command = 5", "at least 10"],
-        ),
-        (|s| gamma(s, 1e12), ["gamma = 1e12", "at most"]),
-        (|s| gamma(s, 1e-11), ["gamma = 1e-11", "at least"]),
-        (
-            |s| {
-                let gamma = s.identifier.gamma.as_mut().expect("given");
-                (gamma[0][1], gamma[1][0]) = (1.0, 1.0);
-            },
-            ["gamma", "diagonal"],
-        ),
-        (
-            |s| s.controller = Some(ControllerSettings::pid(9.0, 0.19, 1e-7).limited(10.0)),
-            ["sample_time = 0.001", "at least"],
-        ),
-        (
-            |s| s.identifier.bounds.a = Some([0.0, 300.0]),
-            ["bounds.a = 300", "250"],
-        ),
-        (
-            |s| s.identifier.bounds.coulomb = None,
-            ["bounds.coulomb", "required"],
-        ),
-        (
-            |s| s.identifier.parameter_range = None,
-            ["bounds.b", "required"],
-        ),
-        (
-            |s| {
-                s.controller = None;
-                s.identifier.correction = Some([9.0, 0.19, 4.0]);
-            },
-            ["ranges", "required"],
-        ),
+    fn pid(settings: &mut Settings) -> &mut ControllerSettings {
+        settings.controller.as_mut().expect("it has one")
+    }
+    let rows: [(&str, Change); 10] = [
+        ("ranges.error = 1000000 … at most 42165", |s| {
+            ranges(s).error = 1e6
+        }),
+        ("ranges.command = 5 … at least 10", |s| {
+            ranges(s).command = 5.0
+        }),
+        ("gamma = 1e12 … at most", |s| gamma(s, 1e12)),
+        ("gamma = 1e-11 … at least", |s| gamma(s, 1e-11)),
+        ("gamma … diagonal", |s| {
+            let gamma = s.identifier.gamma.as_mut().expect("given");
+            (gamma[0][1], gamma[1][0]) = (1.0, 1.0);
+        }),
+        ("sample_time = 0.001 … at least", |s| pid(s).ki = 1e-7),
+        ("bounds.a = 300 … 250", |s| {
+            s.identifier.bounds.a = Some([0.0, 300.0])
+        }),
+        ("bounds.coulomb … required", |s| {
+            s.identifier.bounds.coulomb = None
+        }),
+        ("bounds.b … required", |s| {
+            s.identifier.parameter_range = None
+        }),
+        ("ranges … required", |s| {
+            s.controller = None;
+            s.identifier.correction = Some([9.0, 0.19, 4.0]);
+        }),
     ];
-    for (change, parts) in rows {
+    for (parts, change) in rows {
         let mut settings = settings();
         change(&mut settings);
         let built: Result<Words, SettingsError> = settings.build();
         let answer = built.expect_err("it does not fit").to_string();
-        assert!(parts.iter().all(|part| answer.contains(part)), "{answer}");
+        assert!(
+            parts.split(" … ").all(|part| answer.contains(part)),
+            "{answer}"
+        );
     }
 }
 
@@ -369,10 +328,8 @@ fn the_value_that_a_refusal_names_is_accepted() {
                 "ranges.velocity" => ranges.velocity = named,
                 "ranges.command" => ranges.command = named,
                 "gamma" => {
-                    let injected = gamma
-                        .iter_mut()
-                        .find(|entry| entry.to_bits() == refused.value.to_bits());
-                    *injected.expect("an entry of gamma") = named;
+                    let is_it = |entry: &&mut f64| entry.to_bits() == refused.value.to_bits();
+                    *gamma.iter_mut().find(is_it).expect("an entry of gamma") = named;
                 }
                 other => panic!("{other}"),
             }
@@ -394,10 +351,7 @@ where
     S: ParameterSet<P>,
 {
     let words: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>, Shaped<Word>> =
-        match settings.build() {
-            Ok(words) => words,
-            Err(refused) => return Err(TestCaseError::reject(refused.to_string())),
-        };
+        (settings.build()).map_err(|refused| TestCaseError::reject(refused.to_string()))?;
     let [low, high] = settings.controller.expect("it has one").limit;
     let identifier = words.identifier();
     let mut state = words.start(0);

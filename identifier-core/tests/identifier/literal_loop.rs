@@ -1,94 +1,65 @@
 //! The loop driven by the command that acted against the paper's (5)–(7), (9) and (11), written down
 //! here once more, in absolute positions and with a PID of the model's own.
 
-use crate::support::{Bench, Draw};
+use crate::support::{Bench, Draw, paper_noise};
 use identifier_core::GradientLoop;
-use identifier_core::excitation::Excitation;
-use identifier_core::identifier::Identify;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::{ControllerSettings, Settings, diagonal};
-use virtual_servo::excitation::BandLimitedWhiteNoise;
 
-/// The paper's equations, sampled: every quantity in SI and double precision.
-struct Literal {
+/// The paper's equations, sampled: every quantity in SI and double precision. A sample takes reference, measured position and
+/// its velocity estimate, and gives ε, â and b̂.
+fn literal(
     settings: Settings,
     mu: f64,
     gamma: [f64; 2],
-    /// â and b̂.
-    theta: [f64; 2],
-    position: f64,
-    velocity: f64,
-    increment: f64,
-    integral: f64,
-    /// u_e over the sample just passed.
-    command: f64,
-    /// Low-pass filters: q̇_e, u_e.
-    filtered: [f64; 2],
-    /// When the servo moved last, and where it was, s and rad.
-    moved: (f64, f64),
-    time: f64,
-}
-
-impl Literal {
-    fn new(settings: &Settings, mu: f64, gamma: [f64; 2], theta: [f64; 2]) -> Self {
-        Self {
-            settings: *settings,
-            mu,
-            gamma,
-            theta,
-            position: 0.0,
-            velocity: 0.0,
-            increment: 0.0,
-            integral: 0.0,
-            command: 0.0,
-            filtered: [0.0; 2],
-            moved: (-1.0, 0.0),
-            time: 0.0,
-        }
-    }
-
-    /// One sample: reference, measured position and its velocity estimate. Answers with ε.
-    fn sample(&mut self, reference: f64, measured: f64, measured_velocity: f64) -> f64 {
-        let t = self.settings.sample_time;
-        let ControllerSettings { kp, kd, ki, .. } = self.settings.controller.expect("ours");
-        let decay = -(-self.settings.cutoff * t).exp_m1();
-        let [velocity, command] = &mut self.filtered;
-        *velocity += decay * (self.increment / t - *velocity);
-        *command += decay * (self.command - *command);
-        let phi = [*velocity, -*command];
-        let output_error = measured - self.position;
-        let y = self.mu * output_error + (measured_velocity - *velocity);
+    mut theta: [f64; 2],
+) -> impl FnMut(f64, f64, f64) -> [f64; 3] {
+    let t = settings.sample_time;
+    let ControllerSettings { kp, kd, ki, .. } = settings.controller.expect("ours");
+    let decay = -(-settings.cutoff * t).exp_m1();
+    let b_min = settings.identifier.parameter_range.expect("a box").b[0];
+    // q_e, q̇_e, the last increment and ∫e_e.
+    let [mut position, mut velocity, mut increment, mut integral] = [0.0; 4];
+    // u_e over the sample just passed, and low-pass filters of q̇_e and u_e.
+    let (mut command, mut filtered) = (0.0, [0.0; 2]);
+    // When the servo moved last, and where it was, s and rad.
+    let (mut moved, mut time) = ((-1.0, 0.0_f64), 0.0);
+    move |reference, measured, measured_velocity| {
+        filtered[0] += decay * (increment / t - filtered[0]);
+        filtered[1] += decay * (command - filtered[1]);
+        let phi = [filtered[0], -filtered[1]];
+        let output_error = measured - position;
+        let y = mu * output_error + (measured_velocity - filtered[0]);
         // (11), with the guard of the sampled law.
-        let b_min = self.settings.identifier.parameter_range.expect("a box").b[0];
-        let strength = t * (0..2).map(|i| self.gamma[i] * phi[i] * phi[i]).sum::<f64>();
+        let strength = t * (0..2).map(|i| gamma[i] * phi[i] * phi[i]).sum::<f64>();
         let slowed = (0.05 * b_min * kd / strength).min(1.0);
         // A servo that has not moved for 0.1 s is at rest, and nothing is learnt from it.
-        if (measured - self.moved.1).abs() > 0.5 * self.settings.resolution {
-            self.moved = (self.time, measured);
+        if (measured - moved.1).abs() > 0.5 * settings.resolution {
+            moved = (time, measured);
         }
-        let is_still = self.time - self.moved.0 > 0.1 + 0.5 * t;
-        self.time += t;
+        let is_still = time - moved.0 > 0.1 + 0.5 * t;
+        time += t;
         for i in (0..2).filter(|_| !is_still) {
-            self.theta[i] -= slowed * t * self.gamma[i] * phi[i] * y;
+            theta[i] -= slowed * t * gamma[i] * phi[i] * y;
         }
-        self.theta[0] = self.theta[0].max(0.0);
+        theta[0] = theta[0].max(0.0);
         // (6): the same PID on e_e = q_d − q_e.
-        let error = reference - self.position;
-        self.command = kp * error - kd * *velocity + ki * self.integral;
-        self.integral += t * error;
+        let error = reference - position;
+        command = kp * error - kd * filtered[0] + ki * integral;
+        integral += t * error;
         // (5) over the sample, exactly.
-        let [a, b] = self.theta;
+        let [a, b] = theta;
         let x = a * t;
         let h2 = if x < 1e-3 {
             0.5 - x / 6.0 + x * x / 24.0 - x * x * x / 120.0
         } else {
             (x + (-x).exp_m1()) / (x * x)
         };
-        let acceleration = b * self.command - a * self.velocity;
-        self.increment = t * self.velocity + h2 * t * t * acceleration;
-        self.velocity += (1.0 - x * h2) * t * acceleration;
-        self.position += self.increment;
-        output_error
+        let acceleration = b * command - a * velocity;
+        increment = t * velocity + h2 * t * t * acceleration;
+        velocity += (1.0 - x * h2) * t * acceleration;
+        position += increment;
+        [output_error, a, b]
     }
 }
 
@@ -120,40 +91,31 @@ fn where_no_limit_acts_it_is_the_papers_loop() {
         let servo = ServoParameters::new(a, b, 0.0, load);
         let start = random.uniform(-2e9, 2e9) as i32;
         let mut bench = Bench::new(&servo, &settings, start);
-        let units = settings.units().expect("valid");
-        let reference = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, seed).expect("valid");
-        let mut wanted = Excitation::<f64>::start(&reference);
+        let mut wanted = paper_noise(&settings, seed);
         let mut state = servo_loop.start(start);
-        let mut literal = Literal::new(&settings, identifier.mu(), gamma, [0.0, guess]);
-        let mut measured = 0.0;
-        let mut measured_velocity = 0.0;
+        let mut literal = literal(settings, identifier.mu(), gamma, [0.0, guess]);
+        let (mut measured, mut measured_velocity, mut theta) = (0.0, 0.0, [0.0; 2]);
         let decay = -(-settings.cutoff * sample_time).exp_m1();
         for _ in 0..(60.0 / sample_time) as u64 {
-            let offset: f64 = reference.process(&mut wanted);
-            let count = bench.count();
-            let step = servo_loop
-                .process(&mut state, start, offset, count)
-                .expect("in reach");
+            let (offset, count) = (wanted(), bench.count());
+            let step = servo_loop.process(&mut state, start, offset, count);
+            let step = step.expect("in reach");
             let now = f64::from(count.wrapping_sub(start)) * settings.resolution;
             measured_velocity += decay * ((now - measured) / sample_time - measured_velocity);
             measured = now;
-            let output_error =
-                literal.sample(offset * settings.resolution, measured, measured_velocity);
+            let [output_error, a, b] =
+                literal(offset * settings.resolution, measured, measured_velocity);
+            theta = [a, b];
             let own = step.seen.output_error * settings.resolution;
             furthest = furthest.max((own - output_error).abs());
             bench.plant.advance(step.control.command);
         }
-        let found = identifier
-            .estimates(state.identification())
-            .expect("estimates");
-        let apart = [found.a - literal.theta[0], found.b - literal.theta[1]];
+        let found = servo_loop.estimates(&state).expect("estimates");
+        let apart = [found.a - theta[0], found.b - theta[1]].map(f64::abs);
+        let alike = apart[0] < 1e-9 * (1.0 + found.a) && apart[1] < 1e-9 * found.b;
         assert!(
-            apart[0].abs() < 1e-9 * (1.0 + found.a) && apart[1].abs() < 1e-9 * found.b,
-            "servo {seed}: estimates {apart:?} apart"
-        );
-        assert!(
-            furthest < 1e-9,
-            "servo {seed}: output errors {furthest:e} rad apart"
+            alike && furthest < 1e-9,
+            "servo {seed}: {apart:?}, {furthest:e}"
         );
         learnt += u32::from((found.b / b - 1.0).abs() < 0.5 * (guess / b - 1.0).abs());
     }

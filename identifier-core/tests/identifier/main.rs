@@ -13,8 +13,6 @@ mod fixed_servo_loop;
 mod gradient;
 mod halves;
 mod literal_loop;
-mod many_turns;
-mod recursion_from_first_fit;
 mod refusals;
 mod robustness;
 mod shown_estimates;

@@ -2,10 +2,13 @@
 
 use core::f64::consts::{PI, TAU};
 use identifier_core::Settings;
+use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{Identify, Update};
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
-use virtual_servo::excitation::NormalSource;
+use identifier_core::settings::diagonal;
+use rayon::prelude::*;
+use virtual_servo::excitation::{BandLimitedWhiteNoise, NormalSource};
 use virtual_servo::{Effects, Encoder, Plant, Servo as TrueServo};
 
 /// A source of random draws.
@@ -138,135 +141,102 @@ pub(crate) enum Kind {
     Relay,
 }
 
-/// A controller in SI, written plainly.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Controller {
-    kind: Kind,
-    servo: Servo,
-    integral: f64,
-    velocity: f64,
-    last_position: f64,
-    last_reference: f64,
-    last_reference_velocity: f64,
-    output: f64,
-}
-
-impl Controller {
-    pub(crate) fn new(kind: Kind, servo: &Servo) -> Self {
-        Self {
-            kind,
-            servo: *servo,
-            integral: 0.0,
-            velocity: 0.0,
-            last_position: 0.0,
-            last_reference: 0.0,
-            last_reference_velocity: 0.0,
-            output: 1.0,
-        }
-    }
-
-    pub(crate) fn command(&mut self, reference: f64, position: f64) -> f64 {
-        let Servo {
-            sample_time,
-            limit,
-            bandwidth,
-            ..
-        } = self.servo;
-        let b = self.servo.parameters.b;
-        let omega = bandwidth;
-        let smooth = (-8.0 * omega * sample_time).exp();
-        let raw = (position - self.last_position) / sample_time;
-        self.last_position = position;
-        self.velocity = smooth * self.velocity + (1.0 - smooth) * raw;
-        let reference_velocity = (reference - self.last_reference) / sample_time;
-        self.last_reference = reference;
-        let reference_acceleration =
-            (reference_velocity - self.last_reference_velocity) / sample_time;
-        self.last_reference_velocity = reference_velocity;
+/// A controller in SI, written plainly: from a reference and a position to a command.
+pub(crate) fn controller(kind: Kind, servo: &Servo) -> impl FnMut(f64, f64) -> f64 + use<> {
+    let Servo {
+        sample_time,
+        limit,
+        bandwidth: omega,
+        ..
+    } = *servo;
+    let (b, hysteresis) = (servo.parameters.b, 2.0 * servo.count());
+    let smooth = (-8.0 * omega * sample_time).exp();
+    let kp = 2.0 * omega * omega / b;
+    let kd = 2.4 * omega / b;
+    let ki = 0.5 * omega * omega * omega / b;
+    let (mut integral, mut velocity, mut output) = (0.0, 0.0, 1.0_f64);
+    let [mut last_position, mut last_reference, mut last_rate] = [0.0; 3];
+    let rate = move |now: f64, last: &mut f64| (now - std::mem::replace(last, now)) / sample_time;
+    move |reference: f64, position: f64| {
+        velocity = smooth * velocity + (1.0 - smooth) * rate(position, &mut last_position);
+        let reference_velocity = rate(reference, &mut last_reference);
+        let reference_acceleration = rate(reference_velocity, &mut last_rate);
         let error = reference - position;
-        let (kp, kd, ki) = (
-            2.0 * omega * omega / b,
-            2.4 * omega / b,
-            0.5 * omega * omega * omega / b,
-        );
-        match self.kind {
+        match kind {
             Kind::Pid => {
-                let wanted = kp * error - kd * self.velocity + ki * self.integral;
+                let wanted = kp * error - kd * velocity + ki * integral;
                 let command = wanted.clamp(-limit, limit);
                 if (wanted - command) * error <= 0.0 {
-                    self.integral += sample_time * error;
+                    integral += sample_time * error;
                 }
                 command
             }
             Kind::Cascade => {
                 let wanted_velocity = 0.6 * omega * error + 0.9 * reference_velocity;
-                let velocity_error = wanted_velocity - self.velocity;
+                let velocity_error = wanted_velocity - velocity;
                 let forward = 0.5 / b * reference_acceleration;
                 let forward = forward.clamp(-0.5 * limit, 0.5 * limit);
                 let wanted =
-                    2.0 * omega / b * velocity_error + omega * omega / b * self.integral + forward;
+                    2.0 * omega / b * velocity_error + omega * omega / b * integral + forward;
                 let command = wanted.clamp(-limit, limit);
                 if (wanted - command) * velocity_error <= 0.0 {
-                    self.integral += sample_time * velocity_error;
+                    integral += sample_time * velocity_error;
                 }
                 command
             }
             Kind::PiD => {
                 let wanted = kp * (0.6 * reference - position)
-                    + ki * self.integral
-                    + kd * (0.2 * reference_velocity - self.velocity);
+                    + ki * integral
+                    + kd * (0.2 * reference_velocity - velocity);
                 let command = wanted.clamp(-limit, limit);
                 // Back-calculation.
-                self.integral += sample_time * (error + (command - wanted) / (2.0 * kp) * omega);
+                integral += sample_time * (error + (command - wanted) / (2.0 * kp) * omega);
                 command
             }
             Kind::Relay => {
-                let switching = error - self.velocity / omega;
-                let hysteresis = 2.0 * self.servo.count();
-                if switching * self.output < -hysteresis {
-                    self.output = -self.output;
+                let switching = error - velocity / omega;
+                if switching * output < -hysteresis {
+                    output = -output;
                 }
-                self.output * limit
+                output * limit
             }
         }
     }
 }
 
 /// A reference: noise held for a time, smoothed a little so that no jump is infinitely steep.
-#[derive(Debug, Clone)]
-pub(crate) struct Reference {
-    draw: NormalSource,
-    amplitude: f64,
-    hold: u32,
-    left: u32,
-    level: f64,
-    value: f64,
-    pole: f64,
+fn reference(servo: &Servo, amplitude: f64, seed: u32) -> impl FnMut() -> f64 + use<> {
+    let mut draw = NormalSource::new(seed | 1);
+    let hold = (PI / servo.bandwidth / servo.sample_time).round().max(2.0) as u32;
+    let pole = (-4.0 * servo.bandwidth * servo.sample_time).exp();
+    let (mut left, mut level, mut value) = (0, 0.0, 0.0);
+    move || {
+        if left == 0 {
+            left = hold;
+            level = amplitude * draw.next_normal();
+        }
+        left -= 1;
+        value = pole * value + (1.0 - pole) * level;
+        value
+    }
 }
 
-impl Reference {
-    pub(crate) fn new(servo: &Servo, amplitude: f64, seed: u32) -> Self {
-        let hold = (PI / servo.bandwidth / servo.sample_time).round().max(2.0);
-        Self {
-            draw: NormalSource::new(seed | 1),
-            amplitude,
-            hold: hold as u32,
-            left: 0,
-            level: 0.0,
-            value: 0.0,
-            pole: (-4.0 * servo.bandwidth * servo.sample_time).exp(),
-        }
-    }
+/// The paper's noise as a reference, counts.
+pub(crate) fn paper_noise(settings: &Settings, seed: u32) -> impl FnMut() -> f64 + use<> {
+    let units = settings.units().expect("valid");
+    let noise = BandLimitedWhiteNoise::new(&units, 0.005, 0.1, seed).expect("valid");
+    let mut state = Excitation::<f64>::start(&noise);
+    move || noise.process(&mut state)
+}
 
-    pub(crate) fn next(&mut self) -> f64 {
-        if self.left == 0 {
-            self.left = self.hold;
-            self.level = self.amplitude * self.draw.next_normal();
-        }
-        self.left -= 1;
-        self.value = self.pole * self.value + (1.0 - self.pole) * self.level;
-        self.value
-    }
+/// Learns as the paper does from (0, 50), within wide bounds.
+pub(crate) fn learn_as_the_paper(settings: &mut Settings) {
+    let learning = &mut settings.identifier;
+    learning.initial.b = Some(50.0);
+    learning.bounds.a = Some([0.0, 100.0]);
+    learning.bounds.b = Some([5.0, 5000.0]);
+    learning.gamma = Some(diagonal([0.2, 110.0, 0.0, 0.0]));
+    learning.mu = Some(10.0);
 }
 
 /// A servo with its controller, sample by sample: the inputs of an identifier.
@@ -274,11 +244,11 @@ pub(crate) struct Loop {
     pub(crate) servo: Servo,
     pub(crate) plant: Plant,
     encoder: Encoder,
-    controller: Controller,
-    reference: Reference,
+    controller: Box<dyn FnMut(f64, f64) -> f64>,
+    reference: Box<dyn FnMut() -> f64>,
     count: i64,
-    pub(crate) saturated: u64,
-    pub(crate) samples: u64,
+    saturated: u64,
+    samples: u64,
     /// A load on top, changed from outside, rad/s².
     pub(crate) extra_load: f64,
     /// True if the amplifier is on.
@@ -294,8 +264,8 @@ impl Loop {
             servo: *servo,
             plant,
             encoder,
-            controller: Controller::new(kind, servo),
-            reference: Reference::new(servo, amplitude, servo.seed),
+            controller: Box::new(controller(kind, servo)),
+            reference: Box::new(reference(servo, amplitude, servo.seed)),
             count: encoder.read(plant.position),
             saturated: 0,
             samples: 0,
@@ -310,8 +280,7 @@ impl Loop {
         let increment = (count - self.count) as f64;
         self.count = count;
         let position = count as f64 * self.servo.count();
-        let reference = self.reference.next();
-        let command = self.controller.command(reference, position);
+        let command = (self.controller)((self.reference)(), position);
         self.saturated += u64::from(command.abs() >= self.servo.limit);
         self.samples += 1;
         let acting = if self.powered { command } else { 0.0 };
@@ -338,16 +307,15 @@ pub(crate) fn beside_pid<N: Copy, I: Identify<N>>(
     let mut plant = TrueServo::at_rest(&servo.parameters, effects, servo.sample_time, servo.seed)
         .expect("sound");
     let encoder = Encoder::new(servo.counts_per_rev);
-    let mut controller = Controller::new(Kind::Pid, servo);
-    let mut reference = Reference::new(servo, amplitude, servo.seed + 3);
+    let mut controller = controller(Kind::Pid, servo);
+    let mut reference = reference(servo, amplitude, servo.seed + 3);
     let mut count = encoder.read(plant.position());
     for _ in 0..samples {
         let now = encoder.read(plant.position());
         let moved = (now - std::mem::replace(&mut count, now)) as i32;
-        let command = controller.command(reference.next(), now as f64 * servo.count());
-        identifier
-            .process(&mut state, moved, told(command))
-            .expect("ordinary samples");
+        let command = controller(reference(), now as f64 * servo.count());
+        let seen = identifier.process(&mut state, moved, told(command));
+        seen.expect("ordinary samples");
         identifier.work(&mut state, u32::MAX);
         plant.advance(command);
     }
@@ -364,84 +332,59 @@ pub(crate) fn amplitude_for(kind: Kind, servo: &Servo, part: f64) -> f64 {
         for _ in 0..(3.0 / servo.sample_time) as u32 {
             run.sample();
         }
-        if run.saturation() < part {
-            low = middle;
+        *(if run.saturation() < part {
+            &mut low
         } else {
-            high = middle;
-        }
+            &mut high
+        }) = middle;
     }
     (low * high).sqrt()
 }
 
-/// An ordinary servo.
-pub(crate) fn ordinary_servo(seed: u32) -> Servo {
-    let mut draw = Draw::new(seed);
-    let limit = draw.between(1.0, 30.0);
-    let authority = draw.between(100.0, 10_000.0);
+/// A drawn servo. The ranges are those of the limit, the authority, the sample time, the counts per revolution, the bandwidth
+/// and the friction; there is none in `rough`'s part of zero. The load is a share of the authority.
+fn drawn(mut draw: Draw, seed: u32, ranges: [[f64; 2]; 6], rough: &[f64], load: f64) -> Servo {
+    let [limits, authorities, times, counts, bandwidths, frictions] = ranges;
+    let limit = draw.between(limits[0], limits[1]);
+    let authority = draw.between(authorities[0], authorities[1]);
     let b = authority / limit;
-    let sample_time = draw.between(0.25e-3, 1e-3);
-    let counts_per_rev = draw.between(2000.0, 65_536.0).round();
-    // Coarse encoders are for quick motions: the loop must see some counts.
-    let bandwidth = draw.between(10.0, 60.0);
+    let sample_time = draw.between(times[0], times[1]);
+    let counts_per_rev = draw.between(counts[0], counts[1]).round();
+    let bandwidth = draw.between(bandwidths[0], bandwidths[1]);
     let a = draw.between(0.05, 10.0);
-    let friction = draw.one_of(&[0.0, 1.0]) * draw.between(0.003, 0.1) * authority;
-    let load = draw.uniform(-0.3, 0.3) * authority;
+    let friction = draw.one_of(rough) * draw.between(frictions[0], frictions[1]) * authority;
+    let load = draw.uniform(-load, load) * authority;
     Servo {
         parameters: ServoParameters::new(a, b, friction, load),
         counts_per_rev,
         sample_time,
         limit,
-        bandwidth,
+        bandwidth: bandwidth.min(0.15 / sample_time),
         offset: draw.uniform(0.0, 1.0) * TAU / counts_per_rev,
         seed,
     }
+}
+
+/// An ordinary servo. Coarse encoders are for quick motions: the loop must see some counts.
+pub(crate) fn ordinary_servo(seed: u32) -> Servo {
+    let [limit, authority] = [[1.0, 30.0], [100.0, 10_000.0]];
+    let [time, counts, bandwidth] = [[0.25e-3, 1e-3], [2000.0, 65_536.0], [10.0, 60.0]];
+    let ranges = [limit, authority, time, counts, bandwidth, [0.003, 0.1]];
+    drawn(Draw::new(seed), seed, ranges, &[0.0, 1.0], 0.3)
 }
 
 /// A servo with friction, low gains, a coarse encoder and a small limit, at any sample rate: what
 /// workshops have.
 pub(crate) fn humble_servo(seed: u32) -> Servo {
-    let mut draw = Draw::new(seed ^ 0x5a5a);
-    let limit = draw.between(0.5, 24.0);
-    let authority = draw.between(30.0, 3000.0);
-    let b = authority / limit;
-    let sample_time = draw.between(50e-6, 4e-3);
-    let counts_per_rev = draw.between(200.0, 8192.0).round();
-    let bandwidth = draw.between(3.0, 40.0).min(0.15 / sample_time);
-    let a = draw.between(0.05, 10.0);
-    let friction = draw.between(0.005, 0.15) * authority;
-    let load = draw.uniform(-0.2, 0.2) * authority;
-    Servo {
-        parameters: ServoParameters::new(a, b, friction, load),
-        counts_per_rev,
-        sample_time,
-        limit,
-        bandwidth,
-        offset: draw.uniform(0.0, 1.0) * TAU / counts_per_rev,
-        seed,
-    }
+    let [limit, authority] = [[0.5, 24.0], [30.0, 3000.0]];
+    let [time, counts, bandwidth] = [[50e-6, 4e-3], [200.0, 8192.0], [3.0, 40.0]];
+    let ranges = [limit, authority, time, counts, bandwidth, [0.005, 0.15]];
+    drawn(Draw::new(seed ^ 0x5a5a), seed, ranges, &[1.0], 0.2)
 }
 
 /// Runs jobs on the machine's cores.
-pub(crate) fn on_all_cores<T: Send, F: Fn(u32) -> T + Sync>(count: u32, job: F) -> Vec<T> {
-    let next = std::sync::atomic::AtomicU32::new(0);
-    let results = std::sync::Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                    if i >= count {
-                        break;
-                    }
-                    let result = job(i);
-                    results.lock().expect("no job panics").push((i, result));
-                }
-            });
-        }
-    });
-    let mut results = results.into_inner().expect("no job panics");
-    results.sort_by_key(|(i, _)| *i);
-    results.into_iter().map(|(_, result)| result).collect()
+pub(crate) fn on_all_cores<T: Send>(count: u32, job: impl Fn(u32) -> T + Sync + Send) -> Vec<T> {
+    (0..count).into_par_iter().map(job).collect()
 }
 
 /// The value below which a part of the values lie.
@@ -450,6 +393,14 @@ pub(crate) fn quantile(values: &[f64], part: f64) -> f64 {
     sorted.sort_by(f64::total_cmp);
     let index = ((sorted.len() - 1) as f64 * part).round() as usize;
     sorted.get(index).copied().unwrap_or(f64::NAN)
+}
+
+/// Prints the quantiles of a figure over some runs.
+pub(crate) fn report<T>(name: &str, runs: &[T], figure: impl Fn(&T) -> f64) -> [f64; 4] {
+    let values: Vec<f64> = runs.iter().map(figure).collect();
+    let quantiles = [0.5, 0.9, 0.95, 1.0].map(|part| quantile(&values, part));
+    println!("  {name}: median, 90 %, 95 %, worst {quantiles:9.5?}");
+    quantiles
 }
 
 /// The part of the values for which something holds, per cent.

@@ -4,14 +4,13 @@
 use identifier_core::control::Gains;
 use identifier_core::interval::Interval;
 use identifier_core::measurement::Transfer;
-use identifier_core::stability::ParameterRange;
-use identifier_core::stability::SampledLoop;
+use identifier_core::stability::{ParameterRange, SampledLoop};
 use identifier_core::units::Units;
 
 /// Points of the grid along each side of the box.
 const GRID: u32 = 17;
 
-/// A loop, or a correction, that is searched.
+/// A loop, or a correction, that is searched, and the box that it is for.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DenseSearch {
     pub(crate) units: Units,
@@ -19,12 +18,18 @@ pub(crate) struct DenseSearch {
     pub(crate) velocity: Transfer,
     /// Factor on every b, to measure the distance of a verdict from its edge.
     pub(crate) gain: f64,
+    pub(crate) range: ParameterRange,
 }
 
 impl DenseSearch {
+    /// The loop under test.
+    pub(crate) fn sampled(&self) -> SampledLoop {
+        SampledLoop::new(&self.units, &self.gains, &self.velocity)
+    }
+
     /// The first servo (a, b) on the grid over a box that is not stable.
-    pub(crate) fn check(&self, parameter_range: &ParameterRange) -> Option<(f64, f64)> {
-        let (a, b) = (parameter_range.a(), parameter_range.b());
+    pub(crate) fn check(&self) -> Option<(f64, f64)> {
+        let (a, b) = (self.range.a(), self.range.b());
         let ratio = (b.max() / b.min()).powf(1.0 / f64::from(GRID - 1));
         let mut gain = b.min();
         for _ in 0..GRID {
@@ -39,12 +44,10 @@ impl DenseSearch {
     }
 
     /// The factor by which b_max may grow.
-    pub(crate) fn gain_margin(&self, parameter_range: &ParameterRange) -> f64 {
+    pub(crate) fn gain_margin(&self) -> f64 {
         let stable = |factor: f64| {
-            (0..GRID).all(|i| {
-                let a = on_grid(parameter_range.a(), i);
-                self.is_stable(a, factor * parameter_range.b().max())
-            })
+            let b = factor * self.range.b().max();
+            (0..GRID).all(|i| self.is_stable(on_grid(self.range.a(), i), b))
         };
         let mut margin = 1.0;
         while margin < 2.0 * SampledLoop::AMPLE_GAIN_MARGIN && stable(margin * 1.05) {
@@ -82,19 +85,41 @@ impl DenseSearch {
 
     /// True if the sampled loop around one servo is stable.
     pub(crate) fn is_stable(&self, a: f64, b: f64) -> bool {
-        let Self {
-            units,
-            gains,
-            velocity,
-            gain,
-        } = self;
-        is_schur(characteristic_polynomial(
-            units,
-            gains,
-            velocity,
-            a,
-            gain * b,
-        ))
+        is_schur(self.characteristic_polynomial(a, b))
+    }
+
+    /// The closed loop's characteristic polynomial in δ and its degree.
+    ///
+    /// The servo held over a sample is b T² (h₁ + h₂ δ)/(δ (δ + x h₁)) with x = a T, h₁ and h₂ as in
+    /// `ZeroOrderHoldStep`; the velocity filter on the increment is
+    /// n(z) δ/(z (z − p)); the integral is 1/δ. Without integral action that last factor cancels.
+    fn characteristic_polynomial(&self, a: f64, b: f64) -> (Polynomial, usize) {
+        let (rate, b) = (self.units.rate(), self.gain * b);
+        let x = a * rate;
+        let exact = (x + (-x).exp_m1()) / (x * x);
+        let h2 = if x.abs() < 1e-4 { 0.5 - x / 6.0 } else { exact };
+        let h1 = 1.0 - x * h2;
+        let gain = b * rate * rate;
+        let kd = self.gains.kd() / rate;
+        let ki = self.gains.ki() * rate;
+
+        let z = [1.0, 1.0];
+        let delta = [0.0, 1.0];
+        let servo = [gain * h1, gain * h2];
+        let filter = [1.0 - self.velocity.pole, 1.0];
+        let [constant, linear] = self.velocity.numerator;
+        let derivative = [constant + linear, linear];
+
+        let open = product(&[z, delta, [x * h1, 1.0], filter]);
+        let proportional = scaled(self.gains.kp(), product(&[z, filter, servo]));
+        let damping = scaled(kd, product(&[delta, derivative, servo]));
+        let without_integral = sum(open, sum(proportional, damping));
+        if ki > 0.0 {
+            let integral = scaled(ki, product(&[z, filter, servo]));
+            (sum(times(without_integral, delta), integral), DEGREE)
+        } else {
+            (without_integral, DEGREE - 1)
+        }
     }
 }
 
@@ -108,48 +133,6 @@ const DEGREE: usize = 5;
 
 /// Coefficients, lowest power first.
 type Polynomial = [f64; DEGREE + 1];
-
-/// The closed loop's characteristic polynomial in δ and its degree.
-///
-/// The servo held over a sample is b T² (h₁ + h₂ δ)/(δ (δ + x h₁)) with x = a T, h₁ and h₂ as in
-/// `ZeroOrderHoldStep`; the velocity filter on the increment is
-/// n(z) δ/(z (z − p)); the integral is 1/δ. Without integral action that last factor cancels.
-fn characteristic_polynomial(
-    units: &Units,
-    gains: &Gains,
-    velocity: &Transfer,
-    a: f64,
-    b: f64,
-) -> (Polynomial, usize) {
-    let x = a * units.rate();
-    let h2 = if x.abs() < 1e-4 {
-        0.5 - x / 6.0
-    } else {
-        (x + (-x).exp_m1()) / (x * x)
-    };
-    let h1 = 1.0 - x * h2;
-    let gain = b * units.rate() * units.rate();
-    let kd = gains.kd() / units.rate();
-    let ki = gains.ki() * units.rate();
-
-    let z = [1.0, 1.0];
-    let delta = [0.0, 1.0];
-    let servo = [gain * h1, gain * h2];
-    let filter = [1.0 - velocity.pole, 1.0];
-    let [constant, linear] = velocity.numerator;
-    let derivative = [constant + linear, linear];
-
-    let open = product(&[z, delta, [x * h1, 1.0], filter]);
-    let proportional = scaled(gains.kp(), product(&[z, filter, servo]));
-    let damping = scaled(kd, product(&[delta, derivative, servo]));
-    let without_integral = sum(open, sum(proportional, damping));
-    if ki > 0.0 {
-        let integral = scaled(ki, product(&[z, filter, servo]));
-        (sum(times(without_integral, delta), integral), DEGREE)
-    } else {
-        (without_integral, DEGREE - 1)
-    }
-}
 
 fn times(polynomial: Polynomial, [constant, linear]: [f64; 2]) -> Polynomial {
     std::array::from_fn(|k| {
@@ -197,18 +180,15 @@ fn is_hurwitz(p: &Polynomial, degree: usize) -> bool {
     };
     let (mut upper, mut lower) = (row(0), row(1));
     for _ in 0..degree {
-        let positive = upper[0] > 0.0 && lower[0] > 0.0;
-        if !positive {
+        // A NaN is not positive either.
+        if !(upper[0] > 0.0 && lower[0] > 0.0) {
             return false;
         }
         let ratio = upper[0] / lower[0];
-        let next = std::array::from_fn(|k| {
-            if k < DEGREE {
-                upper[k + 1] - ratio * lower[k + 1]
-            } else {
-                0.0
-            }
-        });
+        let mut next = [0.0; DEGREE + 1];
+        for k in 0..DEGREE {
+            next[k] = upper[k + 1] - ratio * lower[k + 1];
+        }
         (upper, lower) = (lower, next);
     }
     upper[0] > 0.0

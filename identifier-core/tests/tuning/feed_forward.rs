@@ -1,9 +1,11 @@
 //! Steps along a reference model, with feed-forward, against those that the filter of the reference shapes.
 
+use std::f64::consts::TAU;
+
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::tuning::{Goal, Tuning, TuningSettings};
 
-use crate::support::{Bench, Candidate, candidates, identified, quantile, step, tuned};
+use crate::support::{Candidate, bench, candidates, identified, quantile, step, tuned};
 
 /// The n-th of a sequence that fills the unit cube evenly (Kronecker's, with the roots of x⁷ = x + 1).
 fn draw<const N: usize>(n: u32) -> [f64; N] {
@@ -28,11 +30,7 @@ fn servo(n: u32) -> (IdentifiedServo, TuningSettings) {
     let error = between(0.001, 0.03, error);
     let sample_time = 1.0 / between(250.0, 20_000.0, rate);
     let counts = between(4000.0, 131_072.0, counts);
-    let resolution = if n.is_multiple_of(2) {
-        0.0
-    } else {
-        std::f64::consts::TAU / counts
-    };
+    let resolution = f64::from(n % 2) * TAU / counts;
     let parameters = ServoParameters::new(a, b, 0.02 * friction * LIMIT * b, 0.0);
     let errors = [error * (a + 1.0), error * b, error * sample_time];
     let step = between(0.01, 0.5, step).max(40.0 * resolution);
@@ -49,11 +47,9 @@ fn servo(n: u32) -> (IdentifiedServo, TuningSettings) {
 /// The rise time, s, and the overshoot of a step after the integral has held this part of the friction.
 fn stepped(tuning: &Tuning, settings: &TuningSettings, of: &Candidate, held: f64) -> (f64, f64) {
     let ServoParameters { b, coulomb, .. } = of.0;
-    let mut bench = Bench::new(tuning, settings, of, held * coulomb / b);
-    let measure = step(&mut bench, settings, 25.0 / tuning.bandwidth);
-    let rise = measure
-        .rise()
-        .map_or(f64::INFINITY, |rise| rise * settings.sample_time);
+    let bench = bench(tuning, settings, of, held * coulomb / b);
+    let measure = step(bench, settings, 25.0 / tuning.bandwidth);
+    let rise = measure.rise().unwrap_or(f64::INFINITY) * settings.sample_time;
     (rise, measure.overshoot())
 }
 
@@ -122,14 +118,11 @@ fn a_step_along_the_model_rises_faster_and_overshoots_as_little() {
 /// The integral may hold it already.
 #[test]
 fn friction_that_may_be_too_large_is_not_compensated() {
-    let (mut servo, settings) = (0..)
-        .map(servo)
-        .find(|(servo, settings)| {
-            tuned(settings, servo)
-                .0
-                .is_ok_and(|tuning| tuning.feed_forward.is_some())
-        })
-        .expect("one of them is led");
+    let is_led = |(servo, settings): &(_, _)| {
+        let tuning = tuned(settings, servo).0;
+        tuning.is_ok_and(|tuning| tuning.feed_forward.is_some())
+    };
+    let (mut servo, settings) = (0..).map(servo).find(is_led).expect("one of them is led");
     let error = 0.3 * servo.parameters.b;
     servo.covariance[IdentifiedServo::COULOMB][IdentifiedServo::COULOMB] = error * error;
     let tuning = tuned(&settings, &servo).0.expect("the same loop");

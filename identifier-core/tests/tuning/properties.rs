@@ -1,9 +1,10 @@
 //! Properties of the gains of every servo.
 
+use std::f64::consts::{PI, TAU};
+
 use identifier_core::control::Gains;
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::IdentifiedServo;
-use identifier_core::parameters::ServoParameters;
+use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::stability::SampledLoop;
 use identifier_core::tuning::{
     Goal, PredictedResponse, Tuner, Tuning, TuningError, TuningSettings,
@@ -12,15 +13,11 @@ use identifier_core::units::Units;
 use proptest::prelude::*;
 
 use crate::support::{
-    Bench, Candidate, candidates, identified, loop_gain, sensitivity, step, tuned,
+    Candidate, bench, candidates, identified, loop_gain, sensitivity, step, tuned,
 };
 
 /// A servo and the demands on its loop.
-#[derive(Debug, Clone, Copy)]
-struct Case {
-    servo: IdentifiedServo,
-    settings: TuningSettings,
-}
+type Case = (IdentifiedServo, TuningSettings);
 
 fn between(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low.ln()..high.ln()).prop_map(f64::exp)
@@ -39,7 +36,10 @@ fn case() -> impl Strategy<Value = Case> {
     let drive = (
         between(250.0, 20_000.0),
         0.0..3.0,
-        prop_oneof![Just(0.0), between(1000.0, 131_072.0)],
+        prop_oneof![
+            Just(0.0),
+            between(1000.0, 131_072.0).prop_map(|counts| TAU / counts)
+        ],
     );
     let goal = prop_oneof![
         2 => Just(Goal::Stiffest),
@@ -48,51 +48,36 @@ fn case() -> impl Strategy<Value = Case> {
     ];
     let shape = (between(0.02, 0.5), any::<bool>());
     (servo, drive, goal, shape).prop_map(
-        |((b, a, friction, error), (rate, delay, counts), goal, (part, feed_forward))| {
+        |((b, a, friction, error), (rate, delay, resolution), goal, (part, feed_forward))| {
             let limit = 10.0;
             let sample_time = 1.0 / rate;
             let parameters = ServoParameters::new(a, b, friction * limit * b, 0.0);
-            let resolution = if counts > 0.0 {
-                std::f64::consts::TAU / counts
-            } else {
-                0.0
-            };
             let errors = [error * (a + 1.0), error * b, error * sample_time];
-            Case {
-                servo: identified(parameters, delay * sample_time, errors),
-                settings: TuningSettings {
-                    goal,
-                    feed_forward,
-                    ..TuningSettings::new(
-                        sample_time,
-                        resolution,
-                        limit,
-                        part.max(12.0 * resolution),
-                    )
-                },
-            }
+            let step = part.max(12.0 * resolution);
+            let settings = TuningSettings {
+                goal,
+                feed_forward,
+                ..TuningSettings::new(sample_time, resolution, limit, step)
+            };
+            (
+                identified(parameters, delay * sample_time, errors),
+                settings,
+            )
         },
     )
 }
 
 /// The goal, or a fifth less than the largest possible.
-fn within_reach(case: &Case) -> Option<(TuningSettings, Tuning)> {
-    let (result, slices) = tuned(&case.settings, &case.servo);
+fn within_reach((servo, mut settings): Case) -> Option<(TuningSettings, Tuning)> {
+    let (mut result, slices) = tuned(&settings, &servo);
     assert!(slices < 20_000, "{slices}");
+    if let Err(TuningError::TooFast { most, .. }) = result {
+        settings.goal = Goal::Bandwidth(0.8 * most);
+        result = tuned(&settings, &servo).0;
+    }
     match result {
-        Ok(tuning) => Some((case.settings, tuning)),
-        Err(TuningError::TooFast { most, .. }) => {
-            let settings = TuningSettings {
-                goal: Goal::Bandwidth(0.8 * most),
-                ..case.settings
-            };
-            match tuned(&settings, &case.servo) {
-                (Ok(tuning), _) => Some((settings, tuning)),
-                // A slower step may end where friction holds it.
-                (Err(TuningError::DoesNotArrive), _) => None,
-                (Err(error), _) => panic!("0.8 of {most} is refused: {error}"),
-            }
-        }
+        Ok(tuning) => Some((settings, tuning)),
+        // A slower step may end where friction holds it.
         Err(TuningError::DoesNotArrive) => None,
         Err(error) => panic!("{error:?}"),
     }
@@ -109,16 +94,11 @@ fn is_stable(tuning: &Tuning, settings: &TuningSettings, candidate: &Candidate) 
         command: f64::INFINITY,
         ..*settings
     };
-    let mut bench = Bench::new(tuning, &ideal, &(frictionless, candidate.1), 0.0);
-    let samples = (60.0 / (tuning.bandwidth * settings.sample_time)) as u64;
-    let mut late = 0.0_f64;
-    for k in 0..samples {
-        let (position, _) = bench.advance(1.0);
-        if k > samples * 9 / 10 {
-            late = late.max((position - 1.0).abs());
-        }
-    }
-    late < 1e-3
+    let mut bench = bench(tuning, &ideal, &(frictionless, candidate.1), 0.0);
+    let samples = (60.0 / (tuning.bandwidth * settings.sample_time)) as usize;
+    let positions: Vec<f64> = (0..samples).map(|_| bench(1.0)).collect();
+    let mut late = positions[samples * 9 / 10 + 1..].iter();
+    late.all(|position| (position - 1.0).abs() < 1e-3)
 }
 
 proptest! {
@@ -126,20 +106,20 @@ proptest! {
 
     #[test]
     fn every_possible_servo_keeps_the_margins_and_is_stable(case in case()) {
-        if let Some((settings, tuning)) = within_reach(&case) {
+        if let Some((settings, tuning)) = within_reach(case) {
             let mut worst = 0.0_f64;
-            for candidate in candidates(&case.servo) {
+            for candidate in candidates(&case.0) {
                 prop_assert!(is_stable(&tuning, &settings, &candidate), "{candidate:?} {tuning:?}");
                 worst = worst.max(sensitivity(&tuning, settings.sample_time, &candidate));
             }
             prop_assert!(worst < 1.002 * settings.max_sensitivity, "{worst} {tuning:?}");
             let predicted = tuning.predicted_response.sensitivity;
             prop_assert!((worst / predicted - 1.0).abs() < 0.005, "{worst} {tuning:?}");
-            let tuner = Tuner::new(&settings, &case.servo).expect("it tuned");
+            let tuner = Tuner::new(&settings, &case.0).expect("it tuned");
             let omega = 3.0 * tuning.bandwidth;
             let [identified, largest] = tuner.sensitivity(&tuning, omega).expect("below π/T");
-            let (re, im) = loop_gain(&tuning, settings.sample_time, &candidates(&case.servo)[0], omega);
-            prop_assert!((identified * (1.0 + re).hypot(im) - 1.0).abs() < 1e-5, "{identified}");
+            let distance = loop_gain(&tuning, settings.sample_time, &candidates(&case.0)[0], omega) + 1.0;
+            prop_assert!((identified * distance.power().sqrt() - 1.0).abs() < 1e-5, "{identified}");
             prop_assert!(identified <= largest && largest < 1.002 * predicted, "{largest} {predicted}");
             prop_assert!(tuning.predicted_response.noise <= settings.max_noise * settings.command);
         }
@@ -148,21 +128,21 @@ proptest! {
     /// At the gain margins L is −1 over the factor.
     #[test]
     fn gain_margins_are_where_the_loop_crosses(case in case()) {
-        let known = IdentifiedServo { covariance: [[0.0; 5]; 5], ..case.servo };
-        if let Some((settings, tuning)) = within_reach(&Case { servo: known, ..case }) {
+        let known = IdentifiedServo { covariance: [[0.0; 5]; 5], ..case.0 };
+        if let Some((settings, tuning)) = within_reach((known, case.1)) {
             let candidate = (known.parameters, known.delay);
             let (mut lower, mut upper) = (0.0_f64, 50.0_f64);
-            let mut before: Option<(f64, f64)> = None;
-            let nyquist = std::f64::consts::PI / settings.sample_time;
+            let mut before: Option<f64> = None;
+            let nyquist = PI / settings.sample_time;
             let low = tuning.bandwidth / 80.0;
             for i in 0..=20_000 {
                 let omega = low * (0.999 * nyquist / low).powf(f64::from(i) / 20_000.0);
                 let here = loop_gain(&tuning, settings.sample_time, &candidate, omega);
-                if before.is_some_and(|before| (before.1 > 0.0) != (here.1 > 0.0)) && here.0 < 0.0 {
-                    let factor = -1.0 / here.0;
+                let crosses = before.replace(here.im).is_some_and(|im| (im > 0.0) != (here.im > 0.0));
+                if crosses && here.re < 0.0 {
+                    let factor = -1.0 / here.re;
                     if factor < 1.0 { lower = lower.max(factor) } else { upper = upper.min(factor) }
                 }
-                before = Some(here);
             }
             let [fall, rise] = tuning.predicted_response.gain_margins;
             prop_assert!((fall - lower).abs() < 0.02 * lower + 1e-9, "{fall} {lower} {tuning:?}");
@@ -174,8 +154,8 @@ proptest! {
     /// not beyond.
     #[test]
     fn without_delay_the_polynomial_agrees(case in case()) {
-        let known = IdentifiedServo { covariance: [[0.0; 5]; 5], delay: 0.0, ..case.servo };
-        if let Some((settings, tuning)) = within_reach(&Case { servo: known, ..case }) {
+        let known = IdentifiedServo { covariance: [[0.0; 5]; 5], delay: 0.0, ..case.0 };
+        if let Some((settings, tuning)) = within_reach((known, case.1)) {
             let units = Units::new(settings.sample_time, 1.0).expect("valid");
             let gains = Gains::new(tuning.kp, tuning.kd, tuning.ki).expect("valid");
             let filter = LowPass::<f64>::new(&units, tuning.cutoff).expect("valid").transfer();
@@ -196,18 +176,17 @@ proptest! {
     /// The tolerances of the trial on the axis: rise time within 15 %, overshoot within 3 points.
     #[test]
     fn the_prediction_is_kept(case in case(), corner in 0_usize..7, friction in -1.0..1.0) {
-        if let Some((settings, tuning)) = within_reach(&case) {
+        if let Some((settings, tuning)) = within_reach(case) {
             let predicted_response = tuning.predicted_response;
-            let candidates = candidates(&case.servo);
+            let candidates = candidates(&case.0);
             let duration = 30.0 / tuning.bandwidth;
             let steps = |candidate: &Candidate, held: f64| {
-                let mut bench = Bench::new(&tuning, &settings, candidate, held);
-                step(&mut bench, &settings, duration)
+                step(bench(&tuning, &settings, candidate, held), &settings, duration)
             };
             let nominal = steps(&candidates[0], 0.0);
             let rise = nominal.rise().expect("it rises") * settings.sample_time;
             prop_assert!((rise / predicted_response.rise_time - 1.0).abs() < 0.15, "{rise} {predicted_response:?}");
-            let ServoParameters { b, coulomb, .. } = case.servo.parameters;
+            let ServoParameters { b, coulomb, .. } = case.0.parameters;
             let held = steps(&candidates[0], friction * coulomb / b);
             let between = held.rise().map_or(f64::INFINITY, |rise| rise * settings.sample_time);
             let least = 0.85 * predicted_response.quickest_rise_time.min(predicted_response.rise_time);

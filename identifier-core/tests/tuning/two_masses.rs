@@ -6,7 +6,7 @@ use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::tuning::{Mode, Resonance, StepMeasure, Tuner, Tuning, TuningSettings};
 use virtual_servo::Effects;
 
-use crate::support::{Bench, identified, step};
+use crate::support::{bench_of, identified, step, worked};
 
 /// Resonances, Hz, with damping and the load's inertia over the motor's.
 fn modes() -> impl Iterator<Item = Mode> {
@@ -38,28 +38,25 @@ fn tuned(mode: Mode, coulomb: f64, settings: &TuningSettings) -> (Tuner, Tuning,
         errors: [0.01, 0.2],
     };
     let tuner = Tuner::for_response(settings, &servo(coulomb), Some(&resonance)).expect("valid");
-    let (mut state, mut slices) = (tuner.start(), 0);
-    loop {
-        slices += 1;
-        if let Some(tuning) = tuner.work(&mut state) {
-            return (tuner, tuning.expect("gains"), slices);
-        }
-    }
+    let (tuning, slices) = worked(&tuner);
+    (tuner, tuning.expect("gains"), slices)
 }
 
 /// The loop around a servo that has the mode.
-fn bench(mode: Mode, coulomb: f64, settings: &TuningSettings, tuning: &Tuning) -> Bench {
-    let IdentifiedServo {
-        parameters, delay, ..
-    } = servo(coulomb);
+fn bench(
+    mode: Mode,
+    servo: &IdentifiedServo,
+    settings: &TuningSettings,
+    tuning: &Tuning,
+) -> impl FnMut(f64) -> f64 + use<> {
     let effects = Effects {
-        delay,
+        delay: servo.delay,
         resonance: mode.frequency,
         resonance_damping: Some(mode.damping),
         inertia_ratio: mode.ratio / (1.0 + mode.ratio),
         ..Effects::NONE
     };
-    Bench::of(tuning, settings, &parameters, &effects, 0.0)
+    bench_of(tuning, settings, &servo.parameters, &effects, 0.0)
 }
 
 /// With and without the notch, and never with a reference model.
@@ -90,7 +87,7 @@ fn the_predicted_step_is_that_of_two_masses() {
         let (tuner, tuning, _) = tuned(mode, 0.0, &settings);
         let one_mass = Tuner::new(&settings, &servo(0.0)).expect("valid");
         let [steps, of_one] = [&tuner, &one_mass].map(|by| by.step(&tuning).expect("valid"));
-        let mut bench = bench(mode, 0.0, &settings, &tuning);
+        let mut bench = bench(mode, &servo(0.0), &settings, &tuning);
         let duration = 20.0 / tuning.bandwidth;
         let (mut off, mut off_of_one, mut now) = (0.0_f64, 0.0_f64, 0);
         // Slow loops are predicted with samples of up to 0.025/ω, the others with their own.
@@ -100,7 +97,7 @@ fn the_predicted_step_is_that_of_two_masses() {
             let sample = (predicted.time / settings.sample_time).round() as u32;
             let mut position = 0.0;
             while now <= sample {
-                position = bench.advance(settings.step).0;
+                position = bench(settings.step);
                 now += 1;
             }
             off = off.max((predicted.position - position).abs() / settings.step);
@@ -122,24 +119,14 @@ fn the_prediction_of_two_masses_with_friction_is_kept() {
     for mode in modes() {
         for coulomb in [5.0, 20.0, 50.0] {
             let (_, tuning, _) = tuned(mode, coulomb, &settings);
-            let predicted_response = &tuning.predicted_response;
-            let mut bench = bench(mode, coulomb, &settings, &tuning);
-            let measure: StepMeasure<f64> = step(&mut bench, &settings, 25.0 / tuning.bandwidth);
-            let rise = measure.rise().map(|rise| rise * settings.sample_time);
-            println!(
-                "{:.0} Hz ratio {} c {coulomb}: rise {rise:?} of {:.4}, overshoot {:.3} of {:.3}",
-                mode.frequency / TAU,
-                mode.ratio,
-                predicted_response.rise_time,
-                measure.overshoot(),
-                predicted_response.overshoot
-            );
-            assert!(
-                measure.overshoot() < predicted_response.overshoot + 0.03,
-                "{mode:?}"
-            );
-            let rise = rise.expect("it rises") / predicted_response.rise_time;
+            let predicted = &tuning.predicted_response;
+            let bench = bench(mode, &servo(coulomb), &settings, &tuning);
+            let measure: StepMeasure<f64> = step(bench, &settings, 25.0 / tuning.bandwidth);
+            let beyond = measure.overshoot() - predicted.overshoot;
+            let rise = measure.rise().expect("it rises") * settings.sample_time;
+            let rise = rise / predicted.rise_time;
             assert!((rise - 1.0).abs() < 0.15, "{mode:?} {coulomb}: {rise}");
+            assert!(beyond < 0.03, "{mode:?} {coulomb}: {beyond}");
         }
     }
 }
@@ -161,28 +148,20 @@ fn viscous_friction_that_is_uncertain_damps_no_mode() {
     };
     let settings = TuningSettings::new(1e-4, 0.0, 10.0, 0.2);
     let tuner = Tuner::for_response(&settings, &known, Some(&resonance)).expect("valid");
-    let mut state = tuner.start();
-    let tuning = core::iter::repeat_with(|| tuner.work(&mut state)).find_map(|found| found);
-    let tuning = tuning.expect("it ends").expect("gains");
-    let effects = Effects {
-        delay: known.delay,
-        resonance: mode.frequency,
-        resonance_damping: Some(mode.damping),
-        inertia_ratio: 0.6,
-        ..Effects::NONE
-    };
-    let mut bench = Bench::of(&tuning, &settings, &truth, &effects, 0.0);
+    let tuning = worked(&tuner).0.expect("gains");
+    let mut bench = bench(
+        mode,
+        &identified(truth, 2.5e-4, [0.0; 3]),
+        &settings,
+        &tuning,
+    );
     let mut farthest = [0.0_f64; 3];
     for second in &mut farthest {
         for _ in 0..20_000 {
-            let off = bench.advance(settings.step).0 - settings.step;
+            let off = bench(settings.step) - settings.step;
             *second = second.max(off.abs());
         }
     }
     let [_, first, then] = farthest;
-    println!(
-        "{:.1} rad/s, {first:.6} and then {then:.6}",
-        tuning.bandwidth
-    );
     assert!(then < 1e-4 * settings.step, "{first} {then}");
 }

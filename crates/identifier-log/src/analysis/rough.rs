@@ -127,17 +127,12 @@ mod tests {
     use crate::verdict::{Motion, UnknownEvidence};
 
     fn answer(b: f64, error: f64) -> RoughAnswer {
-        let zero = ServoParameters {
-            a: 0.0,
-            b: 0.0,
-            coulomb: 0.0,
-            load: 0.0,
-        };
+        let of = |b| ServoParameters::new(0.0, b, 0.0, 0.0);
         RoughAnswer {
             scales: Vec::new(),
             surest: Some(RoughServo {
-                servo: ServoParameters { b, ..zero },
-                std_errors: ServoParameters { b: error, ..zero },
+                servo: of(b),
+                std_errors: of(error),
                 time: 0.05,
                 explained: 0.99,
             }),
@@ -152,23 +147,14 @@ mod tests {
             counts_travelled: 1e4,
         };
         let mut evidence = Evidence::from_motion(motion);
-        evidence.add(
-            Unknown::B,
-            UnknownEvidence {
-                estimate: own,
-                std_error: Some(error),
-                ..UnknownEvidence::at(own)
-            },
-        );
+        let mut of_b = UnknownEvidence::at(own);
+        (of_b.estimate, of_b.std_error) = (own, Some(error));
+        evidence.add(Unknown::B, of_b);
         let verdict = Verdict::on(&evidence);
-        let stands = rough.instead(&verdict, &evidence);
-        stands.map(|(rough, verdict)| {
-            assert_eq!(
-                (verdict.status, verdict.reason.code()),
-                (Status::Partial, 50)
-            );
-            rough.servo.b
-        })
+        let (rough, verdict) = rough.instead(&verdict, &evidence)?;
+        let found = (verdict.status, verdict.reason.code());
+        assert_eq!(found, (Status::Partial, 50));
+        Some(rough.servo.b)
     }
 
     #[test]

@@ -343,6 +343,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use virtual_servo::excitation::NormalSource;
 
     const TIME: f64 = 1e-3;
     const LAG: f64 = 4e-3;
@@ -361,19 +362,13 @@ mod tests {
     /// The response of that integrator under white commands, measured with white noise of a deviation, rad, beside a model
     /// that is exact.
     fn found(noise: f64) -> Vec<FoundResponse> {
-        let mut state = 1_u64;
-        let mut uniform = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            ((state >> 33) as f64 / (1_u64 << 31) as f64 - 0.5) * 12_f64.sqrt()
-        };
+        let mut white = NormalSource::new(1);
         let [mut position, mut velocity, mut acting] = [0.0; 3];
         let pole = (-TIME / LAG).exp();
         let (mut samples, mut errors) = (Vec::new(), Vec::new());
         for k in 0..24_000 {
-            let command = DEVIATION * uniform();
-            let error = noise * uniform();
+            let command = DEVIATION * white.next_normal();
+            let error = noise * white.next_normal();
             samples.push(Logged {
                 position: position + error,
                 command,

@@ -115,10 +115,8 @@ mod tests {
         for k in 0..20_000 {
             let phase = 0.05 * f64::from(k);
             let place = amplitude * (phase.sin() + 0.3 * (0.37 * phase).cos());
-            meter.add(
-                0.01 * (place + noise * source.next_normal()).round(),
-                k == 0,
-            );
+            let count = (place + noise * source.next_normal()).round();
+            meter.add(0.01 * count, k == 0);
         }
         meter.noise()
     }
@@ -127,21 +125,16 @@ mod tests {
     fn noise_of_a_motion_is_found_within_five_per_cent_beside_rounding() {
         for noise in [0.0, 0.5, 1.0, 3.0, 10.0_f64] {
             let found = recorded(3000.0, noise).moving_counts.expect("it moves");
-            let with_rounding = noise.hypot(12.0_f64.sqrt().recip());
-            assert!(
-                (found / with_rounding - 1.0).abs() < 0.05,
-                "{noise}: {found}"
-            );
+            let off = found / noise.hypot(12.0_f64.sqrt().recip()) - 1.0;
+            assert!(off.abs() < 0.05, "{noise}: {found}");
         }
     }
 
     #[test]
     fn what_stands_has_the_noise_of_standstill_and_none_of_motion() {
         let still = recorded(0.0, 0.0);
-        assert_eq!(
-            (still.standstill_counts, still.moving_counts),
-            (Some(0.0), None)
-        );
+        let found = (still.standstill_counts, still.moving_counts);
+        assert_eq!(found, (Some(0.0), None));
         let noisy = recorded(0.0, 2.0).standstill_counts.expect("it stands");
         assert!((noisy - 2.0).abs() < 0.1, "{noisy}");
     }

@@ -400,18 +400,14 @@ mod tests {
         (commands, positions)
     }
 
-    fn log(times: &[f64], positions: Vec<f64>, commands: Vec<f64>) -> Log {
+    fn log(times: &[f64], positions: &[f64], commands: &[f64]) -> Log {
         read(times, positions, commands).expect("a log")
     }
 
-    fn read(times: &[f64], positions: Vec<f64>, commands: Vec<f64>) -> Result<Log, LogError> {
-        let of = |name: &str, column: Vec<f64>| (name.to_owned(), column);
-        let columns = vec![
-            of("t", times.to_vec()),
-            of("q", positions),
-            of("u", commands),
-        ];
-        let table = Table::of_columns("log", columns).expect("one length");
+    fn read(times: &[f64], positions: &[f64], commands: &[f64]) -> Result<Log, LogError> {
+        let columns = [("t", times), ("q", positions), ("u", commands)];
+        let columns = columns.map(|(name, column)| (name.to_owned(), column.to_vec()));
+        let table = Table::of_columns("log", columns.to_vec()).expect("one length");
         let mut settings = LogSettings::with_position(Column::named("q"));
         settings.time = Some(Column::named("t"));
         settings.command = Some(Column::named("u"));
@@ -427,19 +423,17 @@ mod tests {
         for part in [0.1, 0.25] {
             // Each step is longer or shorter, as of a loop that waits: the stamps are true.
             let mut time = 0.0;
-            let uneven: Vec<f64> = (0..ROWS)
-                .map(|row| {
-                    time += STEP * (1.0 + part * noise(row));
-                    time
-                })
-                .collect();
+            let mut uneven = even();
+            for (row, stamp) in uneven.iter_mut().enumerate() {
+                time += STEP * (1.0 + part * noise(row));
+                *stamp = time;
+            }
             let (commands, positions) = moved(&uneven);
-            let found = log(&uneven, positions.clone(), commands);
+            let found = log(&uneven, &positions, &commands);
             assert_eq!(found.found.clock, Clock::Stamped, "{part}");
             for row in found.rows().iter().step_by(37) {
-                let after = uneven
-                    .partition_point(|time| *time <= row.time)
-                    .min(ROWS - 1);
+                let after = uneven.partition_point(|time| *time <= row.time);
+                let after = after.min(ROWS - 1);
                 let (low, high) = (positions[after - 1], positions[after]);
                 let off = (low.min(high) - row.position).max(row.position - low.max(high));
                 assert!(off < 1e-3, "{off}");
@@ -449,7 +443,7 @@ mod tests {
             let late: Vec<f64> = (even().iter().enumerate())
                 .map(|(row, time)| time + part * STEP * noise(row))
                 .collect();
-            let found = log(&late, positions.clone(), commands);
+            let found = log(&late, &positions, &commands);
             assert_eq!(found.found.clock, Clock::Even, "{part}");
             assert_eq!(found.rows().len(), ROWS);
             assert!((found.rows()[500].position - positions[500]).abs() < 1e-12);
@@ -460,12 +454,9 @@ mod tests {
     fn a_few_single_positions_far_from_the_others_are_left_out_and_many_are_a_fault() {
         let (commands, positions) = moved(&even());
         let with = |every: usize| {
-            let far = |(row, position): (usize, &f64)| match row % every {
-                7 => position + 30.0,
-                _ => *position,
-            };
-            let far = positions.iter().enumerate().map(far).collect();
-            read(&even(), far, commands.clone())
+            let mut far = positions.clone();
+            (far.iter_mut().skip(7).step_by(every)).for_each(|position| *position += 30.0);
+            read(&even(), &far, &commands)
         };
         let found = with(500).expect("a log");
         assert_eq!((found.found.spikes, found.found.bridged), (4, 4));
@@ -480,20 +471,14 @@ mod tests {
     fn stamps_that_are_cut_to_a_coarse_grid_are_rows_one_after_the_other() {
         let (commands, positions) = moved(&even());
         for grid in [3.0, 5.0, 10.0, 50.0].map(|steps| steps * STEP) {
-            let cut: Vec<f64> = even()
-                .iter()
-                .map(|time| (time / grid).round() * grid)
-                .collect();
-            let found = log(&cut, positions.clone(), commands.clone());
-            assert_eq!(
-                (found.rows().len(), found.segments().len()),
-                (ROWS, 1),
-                "{grid}"
-            );
+            let cut = even().into_iter().map(|time| (time / grid).round() * grid);
+            let found = log(&cut.collect::<Vec<_>>(), &positions, &commands);
+            let shape = (found.rows().len(), found.segments().len());
+            assert_eq!(shape, (ROWS, 1), "{grid}");
             assert!((found.sample_time / STEP - 1.0).abs() < 0.01, "{grid}");
-            let same =
-                |(row, position): (&crate::log::Row, &f64)| (row.position - position).abs() < 1e-12;
-            assert!(found.rows().iter().zip(&positions).all(same), "{grid}");
+            let mut both = found.rows().iter().zip(&positions);
+            let same = both.all(|(row, position)| (row.position - position).abs() < 1e-12);
+            assert!(same, "{grid}");
         }
     }
 
@@ -507,7 +492,7 @@ mod tests {
             of_command.extend([commands[row], f64::NAN]);
             of_position.extend([f64::NAN, positions[row]]);
         }
-        let found = log(&times, of_position, of_command);
+        let found = log(&times, &of_position, &of_command);
         assert!((found.sample_time / STEP - 1.0).abs() < 1e-6);
         for (row, sample) in found.rows().iter().zip(0..).take(ROWS - 1) {
             assert!((row.position - positions[sample]).abs() < 1e-9);
@@ -522,16 +507,10 @@ mod tests {
     fn a_gap_and_a_time_that_begins_again_are_breaks() {
         let (commands, positions) = moved(&even());
         let mut times = even();
-        for time in &mut times[700..] {
-            *time += 0.3;
-        }
-        for time in &mut times[1400..] {
-            *time -= 2.0;
-        }
-        let found = log(&times, positions, commands);
-        let begins: Vec<usize> = (0..found.rows().len())
-            .filter(|row| found.rows()[*row].begins)
-            .collect();
-        assert_eq!(begins, [0, 700, 1400]);
+        times[700..].iter_mut().for_each(|time| *time += 0.3);
+        times[1400..].iter_mut().for_each(|time| *time -= 2.0);
+        let found = log(&times, &positions, &commands);
+        let begins = (0..found.rows().len()).filter(|row| found.rows()[*row].begins);
+        assert_eq!(begins.collect::<Vec<_>>(), [0, 700, 1400]);
     }
 }

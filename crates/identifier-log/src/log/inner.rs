@@ -169,7 +169,8 @@ mod tests {
         let [a, b] = [4.0, 20.0];
         let loop_time = inner.sample_time.expect("stated");
         let [mut q, mut w, mut filtered, mut last] = [0.3, 0.0, 0.0, 0.3];
-        let [mut goals, mut positions, mut velocities, mut commands] = [const { Vec::new() }; 4];
+        let [mut goals, mut positions, mut velocities] = [const { Vec::new() }; 3];
+        let mut commands = vec![0.0; 400];
         for sample in 0..400 * rows {
             let time = loop_time * (sample - sample % rows) as f64;
             let goal = (3.0 * time).sin() + 0.3 * (17.0 * time).sin();
@@ -187,7 +188,6 @@ mod tests {
                 goals.push(goal);
                 positions.push(q);
                 velocities.push(w);
-                commands.push(0.0);
             }
             let spring = inner.kp * (goal - q);
             let [low, high] = inner.limit;
@@ -213,21 +213,17 @@ mod tests {
                     q += loop_time * w;
                 }
             }
-            *commands.last_mut().expect("one") += command / rows as f64;
+            commands[sample / rows] += command / rows as f64;
         }
         let mut settings = LogSettings::with_position(Column::named("position"));
         settings.reference = Some(Column::named("goal"));
         settings.velocity = velocity.then(|| Column::named("velocity"));
         settings.sample_time = Some(loop_time * rows as f64);
         settings.inner = Some(*inner);
-        let of = |name: &str, column: Vec<f64>| (name.to_owned(), column);
-        let columns = vec![
-            of("goal", goals),
-            of("position", positions),
-            of("velocity", velocities),
-        ];
-        let columns = Table::of_columns("log", columns).expect("one length");
-        (settings, columns, commands)
+        let columns = [goals, positions, velocities];
+        let names = ["goal", "position", "velocity"].map(str::to_owned);
+        let columns = Table::of_columns("log", names.into_iter().zip(columns).collect());
+        (settings, columns.expect("one length"), commands)
     }
 
     /// The largest difference between the log's commands and the true ones of a simulation, as a part of the largest of
@@ -238,23 +234,18 @@ mod tests {
         let log = log.expect("it is sound");
         let found = log.rows();
         assert_eq!(found.len(), truth.len());
-        let is_drive = inner.integrator == Integrator::None;
         let size = truth.iter().fold(0.0, |most, u| f64::max(most, u.abs()));
         // The motion before the first row and behind the last is not known.
-        let pairs = found
-            .iter()
-            .zip(&truth)
-            .enumerate()
-            .skip(2)
-            .take(truth.len() - 5);
-        let off = pairs.map(|(place, (row, own))| {
+        let off = (2..truth.len() - 3).map(|place| {
             // A semi-implicit step's command acts from half a step before it.
-            let expected = match is_drive {
-                true => *own,
-                false if rows == 1 => 0.5 * (own + truth[place + 1]),
-                false => *own,
+            let own = truth[place];
+            let expected = match inner.integrator {
+                Integrator::Euler | Integrator::Implicit if rows == 1 => {
+                    0.5 * (own + truth[place + 1])
+                }
+                _ => own,
             };
-            (row.command.expect("computed") - expected).abs()
+            (found[place].command.expect("computed") - expected).abs()
         });
         off.fold(0.0, f64::max) / size
     }
@@ -279,34 +270,30 @@ mod tests {
             cutoff: Some(300.0),
             ..drive
         };
-        for loop_ in [
-            drive,
-            limited,
-            inner(Integrator::Euler),
-            inner(Integrator::Implicit),
+        for (loop_, velocity, most) in [
+            (drive, false, 1e-12),
+            (drive, true, 1e-12),
+            (limited, false, 1e-12),
+            // The filter's state at the first row is taken from its slope.
+            (filtered, false, 0.05),
+            (inner(Integrator::Euler), false, 1e-12),
+            (inner(Integrator::Implicit), false, 1e-12),
         ] {
-            let off = difference(&loop_, 1, false);
-            assert!(off < 1e-12, "{loop_:?}: {off:e}");
+            let off = difference(&loop_, 1, velocity);
+            assert!(off < most, "{loop_:?} {velocity}: {off:e}");
         }
-        // The filter's state at the first row is taken from its slope.
-        let off = difference(&filtered, 1, false);
-        assert!(off < 0.05, "{off:e}");
-        let off = difference(&drive, 1, true);
-        assert!(off < 1e-12, "measured velocity: {off:e}");
     }
 
     #[test]
     fn a_loop_between_the_rows_is_computed_from_the_motion_there() {
-        for integrator in [Integrator::None, Integrator::Euler, Integrator::Implicit] {
-            let fast = inner(integrator);
+        for (integrator, allowed) in [
+            (Integrator::None, 2e-3),
             // The edge of a goal lies half a step of the loop away from that of the row.
-            let allowed = if integrator == Integrator::None {
-                2e-3
-            } else {
-                0.02
-            };
+            (Integrator::Euler, 0.02),
+            (Integrator::Implicit, 0.02),
+        ] {
             for velocity in [false, true] {
-                let off = difference(&fast, 5, velocity);
+                let off = difference(&inner(integrator), 5, velocity);
                 assert!(off < allowed, "{integrator:?} {velocity}: {off:e}");
             }
         }

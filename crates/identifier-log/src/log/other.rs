@@ -115,14 +115,12 @@ mod tests {
             (b"\x89PNG", None),
         ] {
             let found = fault("a b/log".as_ref(), bytes);
-            let command = |extra| format!("'./crates/identifier-py{extra}'");
             assert_eq!(found.is_some(), extra.is_some(), "{bytes:?}");
-            let named = extra.zip(found.as_ref());
-            assert!(
-                named.is_none_or(|(extra, text)| text.contains(&command(extra))
-                    && text.contains("python -m servo_id identify \"a b/log\"")),
-                "{found:?}"
-            );
+            if let Some((extra, text)) = extra.zip(found) {
+                let package = format!("'./crates/identifier-py{extra}'");
+                let run = "python -m servo_id identify \"a b/log\"";
+                assert!(text.contains(&package) && text.contains(run), "{text}");
+            }
         }
     }
 
@@ -131,7 +129,7 @@ mod tests {
         let named = |text: &str| of_text("log.csv".as_ref(), text.as_bytes());
         for (text, name) in [
             (
-                "{\n  \"law\": \"fit\",\n  \"status\": \"converged\"",
+                "{\n\"law\": \"fit\",\n\"status\": \"converged\"",
                 "a result",
             ),
             ("{\"t\": [0.0], \"q\": [0.0]}", "JSON"),
@@ -139,19 +137,11 @@ mod tests {
             ("# a servo\n[plant]\na = 1.0\n", "a scenario"),
             ("[log]\nposition = \"q\"\n", "a scenario"),
         ] {
-            let found = named(text);
-            assert!(
-                found.as_ref().is_some_and(|found| found.contains(name)),
-                "{text}: {found:?}"
-            );
+            let found = named(text).unwrap_or_else(|| panic!("{text}"));
+            assert!(found.contains(name), "{text}: {found}");
         }
-        for text in [
-            "[s],[rad],[V]\n0,0,0\n",
-            "t,q,u\n0,0,0\n",
-            "[Header]\nkey = 1\n",
-            "0 0 0\n",
-        ] {
-            assert_eq!(named(text), None, "{text}");
+        for begin in ["[s],[rad],[V]", "t,q,u", "[Header]\nkey = 1", "0 0 0"] {
+            assert_eq!(named(&format!("{begin}\n0,0,0\n")), None, "{begin}");
         }
     }
 }

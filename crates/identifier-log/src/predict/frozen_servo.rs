@@ -135,56 +135,41 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
-    use virtual_servo::{Effects, Plant, Servo};
+    use virtual_servo::{Effects, Servo};
 
-    const SERVO: ServoParameters = ServoParameters {
-        a: 0.2174,
-        b: 257.7,
-        load: 20.0,
-        coulomb: 10.0,
-    };
+    const SERVO: ServoParameters = ServoParameters::new(0.2174, 257.7, 10.0, 20.0);
 
-    fn command(k: i64) -> f64 {
-        if k < 0 {
-            return 0.0;
+    /// How far it is from the servo of the simulator, which was written apart from the core's model.
+    fn apart(frozen: &FrozenServo, effects: &Effects, samples: u32) -> f64 {
+        let mut state = frozen.start(0.0, 0.0, 0.0);
+        let mut servo = Servo::at_rest(&SERVO, effects, 1e-3, 1).expect("valid");
+        let mut most: f64 = 0.0;
+        for k in 0..samples {
+            let command = 0.3 * libm::sin(7e-3 * f64::from(k)) - 0.08;
+            frozen.advance(&mut state, command);
+            servo.advance(command);
+            most = most.max((state.position - servo.position()).abs());
         }
-        let time = 1e-3 * k as f64;
-        0.3 * libm::sin(7.0 * time) - 0.08
+        assert!(servo.position().abs() > 0.1, "{}", servo.position());
+        most
     }
 
-    /// The servo of the simulator, which was written apart from the core's model.
     #[test]
     fn it_moves_as_the_simulated_servo_does() {
         let frozen = FrozenServo::new(&SERVO, 1e-3).expect("valid");
-        let (mut state, mut plant) = (frozen.start(0.0, 0.0, 0.0), Plant::at_rest(&SERVO, 1e-3));
-        let mut most: f64 = 0.0;
-        for k in 0..20_000 {
-            frozen.advance(&mut state, command(k));
-            plant.advance(command(k));
-            most = most.max((state.position - plant.position).abs());
-        }
-        assert!(plant.position.abs() > 0.1, "{}", plant.position);
+        let most = apart(&frozen, &Effects::NONE, 20_000);
         assert!(most < 1e-6, "{most}");
-    }
-
-    /// A delay is declared or found, and what is found counts.
-    #[test]
-    fn a_whole_delay_is_the_same_motion_later() {
-        let late = FrozenServo::new(&SERVO, 1e-3).expect("valid");
+        // A delay is declared or found, and what is found counts.
         let declared = TermSettings {
             delay: 3e-3,
             ..TermSettings::NONE
         };
-        for (found, delay) in [(None, 3), (Some((Unknown::Delay, 5e-3)), 5)] {
-            let late = late.with_terms(&declared, found);
-            let mut state = late.start(0.0, 0.0, 0.0);
-            let mut plant = Plant::at_rest(&SERVO, 1e-3);
-            let mut most: f64 = 0.0;
-            for k in 0..5_000 {
-                late.advance(&mut state, command(k));
-                plant.advance(command(k - delay));
-                most = most.max((state.position - plant.position).abs());
-            }
+        for (found, delay) in [(None, 3e-3), (Some((Unknown::Delay, 5e-3)), 5e-3)] {
+            let late = Effects {
+                delay,
+                ..Effects::NONE
+            };
+            let most = apart(&frozen.with_terms(&declared, found), &late, 5000);
             assert!(most < 1e-6, "{most}");
         }
     }
@@ -192,58 +177,28 @@ mod tests {
     /// A command within the dead band gives no current; a lagging current within it would not act.
     #[test]
     fn a_declared_dead_band_comes_before_the_current_loop() {
-        let declared = TermSettings {
-            dead_band: 0.1,
-            current_loop: 5e-3,
-            ..TermSettings::NONE
-        };
-        let effects = Effects {
-            dead_band: 0.1,
-            current_loop: 5e-3,
-            ..Effects::NONE
-        };
-        let frozen = FrozenServo::new(&SERVO, 1e-3)
-            .expect("valid")
-            .with_terms(&declared, []);
-        let mut state = frozen.start(0.0, 0.0, 0.0);
-        let mut servo = Servo::at_rest(&SERVO, &effects, 1e-3, 1).expect("valid");
-        let mut most: f64 = 0.0;
-        for k in 0..5_000 {
-            frozen.advance(&mut state, command(k));
-            servo.advance(command(k));
-            most = most.max((state.position - servo.position()).abs());
-        }
-        assert!(servo.position().abs() > 0.1, "{}", servo.position());
+        let mut declared = TermSettings::NONE;
+        (declared.dead_band, declared.current_loop) = (0.1, 5e-3);
+        let mut effects = Effects::NONE;
+        (effects.dead_band, effects.current_loop) = (0.1, 5e-3);
+        let frozen = FrozenServo::new(&SERVO, 1e-3).expect("valid");
+        let most = apart(&frozen.with_terms(&declared, []), &effects, 5000);
         assert!(most < 1e-3, "{most}");
     }
 
     #[test]
     fn gravity_is_of_the_angle_where_the_servo_is() {
-        let mass = ServoParameters {
-            a: 0.0,
-            b: 1.0,
-            load: 0.0,
-            coulomb: 0.0,
-        };
-        let hanging = FrozenServo::new(&mass, 1e-3)
-            .expect("valid")
-            .with_terms(&TermSettings::NONE, [(Unknown::GravitySine, -25.0)]);
+        let mass = FrozenServo::new(&ServoParameters::new(0.0, 1.0, 0.0, 0.0), 1e-3);
+        let gravity = [(Unknown::GravitySine, -25.0)];
+        let hanging = (mass.expect("valid")).with_terms(&TermSettings::NONE, gravity);
         // A pendulum: 5 rad/s for small oscillations about any whole turn.
         let mut state = hanging.start(3.0 * TAU + 0.01, 0.0, 0.0);
-        let period = TAU / 5.0;
-        for _ in 0..(period / 1e-3) as u32 {
-            hanging.advance(&mut state, 0.0);
+        for (periods, place) in [(1.0, 0.01), (0.5, -0.01)] {
+            for _ in 0..(periods * TAU / 5.0 / 1e-3) as u32 {
+                hanging.advance(&mut state, 0.0);
+            }
+            let off = state.position - 3.0 * TAU - place;
+            assert!(off.abs() < 1e-4, "{state:?}");
         }
-        assert!(
-            (state.position - 3.0 * TAU - 0.01).abs() < 1e-4,
-            "{state:?}"
-        );
-        for _ in 0..(0.5 * period / 1e-3) as u32 {
-            hanging.advance(&mut state, 0.0);
-        }
-        assert!(
-            (state.position - 3.0 * TAU + 0.01).abs() < 1e-4,
-            "{state:?}"
-        );
     }
 }

@@ -50,37 +50,41 @@ pub(super) fn open_loop(scenario: &Options, servo: &FoundServo, rows: &[Row]) ->
 #[cfg(test)]
 mod tests {
     use identifier_core::parameters::{ServoParameters, Unknown};
-    use virtual_servo::{Effects, Plant, Servo};
+    use virtual_servo::{Effects, Servo};
 
     use super::*;
     use crate::experiment::TermEstimate;
     use crate::predict::FrozenServo;
 
-    const SERVO: ServoParameters = ServoParameters {
-        a: 2.0,
-        b: 250.0,
-        load: 15.0,
-        coulomb: 10.0,
-    };
+    const SERVO: ServoParameters = ServoParameters::new(2.0, 250.0, 10.0, 15.0);
 
-    /// The motion of the simulator's servo under a command of several tones, from sample 700 on, in two segments.
-    /// Positions are rounded to counts.
-    fn recorded(counts: f64) -> Vec<Row> {
-        let mut plant = Plant::at_rest(&SERVO, 1e-3);
-        let count = std::f64::consts::TAU / counts;
-        let mut samples = Vec::new();
-        for k in 0..6000_u32 {
+    /// The motion of a servo of the simulator under a command.
+    fn simulated(mut servo: Servo, samples: u32, command: impl Fn(f64) -> f64) -> Vec<Row> {
+        let rows = (0..samples).map(|k| {
             let time = 1e-3 * f64::from(k);
-            let command = 0.4 * libm::sin(9.0 * time) + 0.2 * libm::cos(31.0 * time) - 0.06;
-            if k >= 700 && !(3000..3500).contains(&k) {
-                samples.push(Row {
-                    position: 3.0 + (plant.position / count).floor() * count,
-                    command: Some(command),
-                    begins: k == 700 || k == 3500,
-                    ..Row::at(u64::from(k), time)
-                });
-            }
-            plant.advance(command);
+            let row = Row {
+                position: servo.position(),
+                command: Some(command(time)),
+                begins: k == 0,
+                ..Row::at(u64::from(k), time)
+            };
+            servo.advance(command(time));
+            row
+        });
+        rows.collect()
+    }
+
+    /// The motion under a command of several tones, from sample 700 on, in two segments. Positions are rounded to counts.
+    fn recorded(counts: f64) -> Vec<Row> {
+        let servo = Servo::at_rest(&SERVO, &Effects::NONE, 1e-3, 1).expect("valid");
+        let tones = |t| 0.4 * libm::sin(9.0 * t) + 0.2 * libm::cos(31.0 * t) - 0.06;
+        let mut samples = simulated(servo, 6000, tones);
+        samples.drain(3000..3500);
+        samples.drain(..700);
+        let count = std::f64::consts::TAU / counts;
+        for (place, sample) in samples.iter_mut().enumerate() {
+            sample.position = 3.0 + (sample.position / count).floor() * count;
+            sample.begins = place == 0 || place == 2300;
         }
         samples
     }
@@ -101,12 +105,8 @@ mod tests {
     fn the_true_servo_predicts_itself_from_an_unknown_start() {
         let found = predicted(&SERVO, 1e9, &recorded(1e9)).expect("a prediction");
         assert_eq!(found.errors.len(), 4800);
-        assert!(
-            found.rms < 1e-6 && found.largest < 1e-5,
-            "{} {}",
-            found.rms,
-            found.largest
-        );
+        let [rms, largest] = [found.rms, found.largest];
+        assert!(rms < 1e-6 && largest < 1e-5, "{rms} {largest}");
         // For an encoder, its quantisation is left.
         let step = std::f64::consts::TAU / 4096.0;
         let found = predicted(&SERVO, 4096.0, &recorded(4096.0)).expect("a prediction");
@@ -120,22 +120,13 @@ mod tests {
         for wrong in [
             ServoParameters { a: 2.1, ..SERVO },
             ServoParameters { b: 251.0, ..SERVO },
-            ServoParameters {
-                load: 15.1,
-                ..SERVO
-            },
-            ServoParameters {
-                coulomb: 10.1,
-                ..SERVO
-            },
+            ServoParameters::new(SERVO.a, SERVO.b, SERVO.coulomb, 15.1),
+            ServoParameters::new(SERVO.a, SERVO.b, 10.1, SERVO.load),
         ] {
             let rms = predicted(&wrong, 1e9, &exact).expect("a prediction").rms;
             assert!(rms > 1e-3 && rms < 0.2, "{wrong:?}: {rms}");
         }
-        let wild = ServoParameters {
-            b: f64::NAN,
-            ..SERVO
-        };
+        let wild = ServoParameters::new(SERVO.a, f64::NAN, 0.0, 0.0);
         assert_eq!(predicted(&wild, 1e9, &exact), None);
     }
 
@@ -165,19 +156,9 @@ mod tests {
             gravity: [-30.0, 0.0],
             ..Effects::NONE
         };
-        let mut plant = Servo::at_rest(&servo, &effects, 1e-3, 1).expect("valid");
-        let mut samples = Vec::new();
-        for k in 0..4000_u32 {
-            let time = 1e-3 * f64::from(k);
-            let command = 0.1 * libm::sin(3.0 * time) + 0.05 * libm::cos(11.0 * time);
-            samples.push(Row {
-                position: plant.position(),
-                command: Some(command),
-                begins: k == 0,
-                ..Row::at(u64::from(k), time)
-            });
-            plant.advance(command);
-        }
+        let plant = Servo::at_rest(&servo, &effects, 1e-3, 1).expect("valid");
+        let tones = |t| 0.1 * libm::sin(3.0 * t) + 0.05 * libm::cos(11.0 * t);
+        let samples = simulated(plant, 4000, tones);
         let error = |size: f64| {
             let found = FoundServo::of_estimates(&scenario, &servo, &[gravity(size)]);
             open_loop(&scenario, &found, &samples).expect("a prediction")
@@ -188,12 +169,10 @@ mod tests {
         let weak = error(-24.0);
         let found = FoundServo::of_estimates(&scenario, &servo, &[gravity(-24.0)]);
         let frozen = FrozenServo::of(&found, &scenario).expect("valid");
-        let first = samples[0].position - weak.errors[0];
-        let second = samples[1].position - weak.errors[1];
-        let moved = second - first;
+        let [first, second] = [0, 1].map(|k| samples[k].position - weak.errors[k]);
         let command = samples[0].command.expect("recorded");
         // Velocity at the first sample, by the mean of the first.
-        let velocity = moved - 0.5e-6 * servo.b * command;
+        let velocity = second - first - 0.5e-6 * servo.b * command;
         let mut state = frozen.start(first, velocity, command);
         let mut apart: f64 = 0.0;
         for (sample, error) in samples.iter().zip(&weak.errors) {

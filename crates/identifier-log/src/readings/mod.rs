@@ -238,14 +238,13 @@ mod tests {
         let mut trials = Vec::new();
         for measured in 0..count {
             for command in (0..count).filter(|command| *command != measured) {
-                for order in [Order::Position, Order::Velocity] {
-                    trials.push(Trial {
-                        measured,
-                        command,
-                        order,
-                        reservation: 0,
-                    });
-                }
+                let trial = |order| Trial {
+                    measured,
+                    command,
+                    order,
+                    reservation: 0,
+                };
+                trials.extend([Order::Position, Order::Velocity].map(trial));
             }
         }
         let best = Contest::of(&signals, trials).0[0];
@@ -257,22 +256,14 @@ mod tests {
         let [position, velocity, command, _] = servo(3000, false);
         let reversed = command.iter().map(|u| -u).collect();
         for (measured, command, order, sign, cell) in [
-            (
-                position.clone(),
-                command.clone(),
-                Order::Position,
-                1.0,
-                COUNT,
-            ),
-            (position, reversed, Order::Position, -1.0, COUNT),
-            (velocity, command, Order::Velocity, 1.0, 0.01),
+            (&position, &command, Order::Position, 1.0, COUNT),
+            (&position, &reversed, Order::Position, -1.0, COUNT),
+            (&velocity, &command, Order::Velocity, 1.0, 0.01),
         ] {
-            let (found, is_reversed) = best(vec![command, measured], &[0.01, cell]);
-            assert_eq!(
-                (found.trial.measured, found.trial.order),
-                (1, order),
-                "{found:?}"
-            );
+            let columns = vec![command.clone(), measured.clone()];
+            let (found, is_reversed) = best(columns, &[0.01, cell]);
+            let trial = (found.trial.measured, found.trial.order);
+            assert_eq!(trial, (1, order), "{found:?}");
             assert!(found.bits > HEARD, "{found:?}");
             assert_eq!(is_reversed, sign < 0.0, "{found:?}");
         }
@@ -282,20 +273,15 @@ mod tests {
     fn a_controller_s_fine_output_is_not_what_its_encoder_commands() {
         let [position, _, command, _] = servo(3000, true);
         let (found, _) = best(vec![command, position], &[1e-6, COUNT]);
-        assert_eq!(
-            (found.trial.measured, found.trial.command),
-            (1, 0),
-            "{found:?}"
-        );
+        let trial = (found.trial.measured, found.trial.command);
+        assert_eq!(trial, (1, 0), "{found:?}");
     }
 
     #[test]
     fn a_command_without_effect_saves_nothing() {
         let [position, ..] = servo(3000, false);
-        let foreign = (0..3000)
-            .map(|row| libm::cos((row / 70) as f64 * 1.7))
-            .collect();
-        let (found, _) = best(vec![foreign, position], &[0.01, COUNT]);
+        let foreign = (0..3000).map(|row| libm::cos((row / 70) as f64 * 1.7));
+        let (found, _) = best(vec![foreign.collect(), position], &[0.01, COUNT]);
         assert!(found.bits < HEARD, "{found:?}");
     }
 
@@ -316,9 +302,7 @@ mod tests {
         let kin = kin_of(vec![position, velocity, command, degrees, accelerations]);
         assert_eq!(kin.copies, [None, None, None, Some(0), None]);
         assert_eq!((kin.rates[1], kin.rates[2]), (Some(0), None));
-        assert_eq!(
-            (kin.accelerations[4], kin.accelerations[2]),
-            (Some(0), None)
-        );
+        let accelerations = (kin.accelerations[4], kin.accelerations[2]);
+        assert_eq!(accelerations, (Some(0), None));
     }
 }

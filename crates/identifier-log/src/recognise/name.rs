@@ -312,11 +312,7 @@ mod tests {
             ("reference_rad", Reference, angle(PositionUnit::Radian)),
             ("actualPosition", Position, None),
             ("output_angle", Position, None),
-            (
-                "Position Command [deg]",
-                Reference,
-                angle(PositionUnit::Degree),
-            ),
+            ("Position Command", Reference, None),
             ("/position_controller/commands[0]", Reference, None),
             ("/effort_controller/commands[0]", Command, None),
             ("feedback.positions", Position, None),
@@ -340,6 +336,7 @@ mod tests {
             ("pos_M1", Position, None),
             ("V", Command, None),
             ("deg", Position, None),
+            ("goal [deg]", Reference, angle(PositionUnit::Degree)),
         ] {
             let found = of_column(name, "");
             assert_eq!((found.quantity, found.unit), (quantity, unit), "{name}");

@@ -70,30 +70,17 @@ mod tests {
     fn a_motion_repeats_itself_if_every_period_has_the_same_counts() {
         let period_of = |position: &dyn Fn(f64) -> f64| {
             let positions: Vec<f64> = (0..2000).map(|k| position(f64::from(k)).round()).collect();
-            period(&Record {
-                positions: &positions,
-                commands: &[],
-                angles: &[],
-                radian: 0.0,
-                begins: &[0],
-                stride: 1,
-                recorded: &[],
-            })
+            period(&Record::of(&positions, &[]))
         };
         let wave = |period: f64, k: f64| 300.0 * (std::f64::consts::TAU * k / period).sin();
         assert_eq!(period_of(&|k| wave(100.0, k)), Some(100));
         // A start from rest dies out.
-        assert_eq!(
-            period_of(&|k| wave(100.0, k) + 90.0 * (-0.02 * k).exp()),
-            Some(100)
-        );
+        let start = |k: f64| 90.0 * (-0.02 * k).exp();
+        assert_eq!(period_of(&|k| wave(100.0, k) + start(k)), Some(100));
         assert_eq!(period_of(&|k| wave(100.0, k) + wave(50.0, k)), Some(100));
         assert_eq!(period_of(&|k| wave(150.5, k)), Some(301));
         assert_eq!(period_of(&|k| wave(100.0, k) + 0.1 * k), None);
-        assert_eq!(
-            period_of(&|k| wave(100.0, k) + wave(0.618 * 100.0, k)),
-            None
-        );
+        assert_eq!(period_of(&|k| wave(100.0, k) + wave(61.8, k)), None);
         assert_eq!(period_of(&|k| wave(1000.0, k)), None);
         assert_eq!(period_of(&|_| 0.0), None);
     }

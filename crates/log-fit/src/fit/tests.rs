@@ -1,19 +1,30 @@
 use super::gain::Diffuse;
 use super::*;
 
-/// Uniform in −1 to 1.
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+/// Numbers uniform in −1 to 1.
+fn dice(mut state: u64) -> impl FnMut() -> f64 {
+    move || {
+        let next = state.wrapping_mul(6_364_136_223_846_793_005);
+        state = next.wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 }
 
+/// Values with these effects.
+fn valued<const N: usize>(sizes: [(Effect, f64); N]) -> Values {
+    let mut values = Values::NONE;
+    for (effect, value) in sizes {
+        values.set(effect, value);
+    }
+    values
+}
+
+/// A horizon without a load that wanders.
+fn horizon(white: f64) -> Horizon {
+    Horizon { white, walk: None }
+}
+
+#[derive(Default)]
 struct Motion {
     positions: Vec<f64>,
     commands: Vec<f64>,
@@ -23,23 +34,19 @@ struct Motion {
 /// A servo in fine steps under a random command and a weak loop.
 fn motion(samples: usize, a: f64, b: f64, c: f64, noise: f64) -> Motion {
     const STEPS: usize = 20;
-    let mut dice = Dice(7);
+    let mut roll = dice(7);
     let (mut q, mut v, mut u) = (0.0_f64, 0.0_f64, 0.0);
-    let mut made = Motion {
-        positions: Vec::new(),
-        commands: Vec::new(),
-        angles: Vec::new(),
-    };
+    let mut made = Motion::default();
     let dt = 1.0 / STEPS as f64;
     for k in 0..samples {
         if k % 17 == 0 {
-            u = dice.roll();
+            u = roll();
         }
         let command = (u - 2e-4 * q - 1e-3 * v).clamp(-1.0, 1.0);
-        made.positions.push((q + noise * 1.7 * dice.roll()).round());
+        made.positions.push((q + noise * 1.7 * roll()).round());
         made.commands.push(command);
-        made.angles
-            .push([libm::sin(q / 300.0), libm::cos(q / 300.0)]);
+        let angle = q / 300.0;
+        made.angles.push([libm::sin(angle), libm::cos(angle)]);
         for _ in 0..STEPS {
             let push = b * command;
             if v == 0.0 && push.abs() <= c {
@@ -61,7 +68,7 @@ impl Motion {
             commands: &self.commands,
             angles: &self.angles,
             radian: 300.0,
-            begins: &[0, 700],
+            begins: &[0],
             stride: 1,
             recorded: &[],
         }
@@ -71,7 +78,10 @@ impl Motion {
 #[test]
 fn every_tangent_is_the_derivative() {
     let made = motion(1500, 0.01, 3.0, 0.6, 0.0);
-    let record = made.record();
+    let record = Record {
+        begins: &[0, 700],
+        ..made.record()
+    };
     let pass = ModelPass {
         record: &record,
         horizon: Horizon {
@@ -93,16 +103,13 @@ fn every_tangent_is_the_derivative() {
         (1.4, 0.8, 0.0),
         (0.2, 1.7, 0.3),
     ] {
-        let mut values = Values::NONE;
-        for (effect, value) in [
+        let mut values = valued([
             (Effect::A, 0.012),
             (Effect::B, 2.9),
             (Effect::Coulomb, 0.5),
             (Effect::Load, 0.05),
             (Effect::Delay, delay),
-        ] {
-            values.set(effect, value);
-        }
+        ]);
         // A servo without further effects has a pass of its own.
         for effect in Effect::BASE {
             failed |= !is_the_derivative(&pass, &values, effect);
@@ -194,16 +201,14 @@ fn is_the_derivative(pass: &ModelPass<'_>, values: &Values, effect: Effect) -> b
 /// A fit from values that are a third off.
 fn fitted(record: &Record<'_>, [a, b, c]: [f64; 3]) -> (Fitted, Lateness) {
     let mut fitter = Fitter::new(record).expect("a motion");
-    let mut values = (Values::NONE.with(Effect::A, 0.7 * a))
-        .with(Effect::B, 1.3 * b)
-        .with(Effect::Coulomb, 0.7 * c);
+    let [a, b, c] = [0.7 * a, 1.3 * b, 0.7 * c];
+    let mut values = valued([(Effect::A, a), (Effect::B, b), (Effect::Coulomb, c)]);
     let coarse = Search {
         steps: 6,
         tolerance: 1e-5,
     };
     for white in [20.0, 100.0] {
-        let horizon = Horizon { white, walk: None };
-        let found = fitter.search(&values, &Effect::BASE, horizon, coarse);
+        let found = fitter.search(&values, &Effect::BASE, horizon(white), coarse);
         values = found.expect("a start").0;
     }
     let late = fitter.lateness(&values).expect("a long horizon");
@@ -222,25 +227,34 @@ fn fitted(record: &Record<'_>, [a, b, c]: [f64; 3]) -> (Fitted, Lateness) {
     (fitted.expect("a fit"), late)
 }
 
+/// Each effect is found within a part of the truth.
+#[track_caller]
+fn assert_found<const N: usize>(values: &Values, truths: [(Effect, f64, f64); N]) {
+    for (effect, truth, most) in truths {
+        let found = values.get(effect);
+        assert!(
+            (found / truth - 1.0).abs() < most,
+            "{effect:?}: {found} for {truth}"
+        );
+    }
+}
+
 #[test]
 fn a_fit_from_afar_finds_the_servo_whatever_the_noise() {
     let (a, b, c) = (0.004, 1.5, 0.12);
     for noise in [0.0, 0.5, 1.0, 2.0, 5.0, 10.0] {
         let made = motion(6000, a, b, c, noise);
-        let record = Record {
-            begins: &[0],
-            ..made.record()
-        };
+        let record = made.record();
         let (fitted, late) = fitted(&record, [a, b, c]);
-        let of = |effect| fitted.values.get(effect);
         assert!(!late.is_certain(), "{noise}: {late:?}");
-        assert!(
-            (of(Effect::B) / b - 1.0).abs() < 2e-3,
-            "{noise}: {}",
-            of(Effect::B)
+        assert_found(
+            &fitted.values,
+            [
+                (Effect::B, b, 2e-3),
+                (Effect::Coulomb, c, 0.01),
+                (Effect::A, a, 0.02),
+            ],
         );
-        assert!((of(Effect::Coulomb) / c - 1.0).abs() < 0.01, "{noise}");
-        assert!((of(Effect::A) / a - 1.0).abs() < 0.02, "{noise}");
         // Rounding is noise too.
         let truth = noise.hypot(QUANTISATION_SIGMA);
         let found = RecordStatistics::new(&record).expect("a motion").noise;
@@ -252,28 +266,22 @@ fn a_fit_from_afar_finds_the_servo_whatever_the_noise() {
 /// A motor with friction and a load on a spring, in fine steps under a random command. The encoder is on the motor.
 fn two_masses(samples: usize, [b, c]: [f64; 2], [frequency, damping, share]: [f64; 3]) -> Motion {
     const STEPS: usize = 200;
-    let mut dice = Dice(11);
+    let mut roll = dice(11);
     let [mut motor, mut load] = [[0.0_f64; 2]; 2];
-    let mut made = Motion {
-        positions: Vec::new(),
-        commands: Vec::new(),
-        angles: Vec::new(),
-    };
+    let mut made = Motion::default();
     let dt = 1.0 / STEPS as f64;
     let mut u = 0.0;
     for k in 0..samples {
         if k % 17 == 0 {
-            u = dice.roll();
+            u = roll();
         }
         let command = (u - 2e-4 * motor[0] - 1e-3 * motor[1]).clamp(-1.0, 1.0);
         made.positions.push(motor[0].round());
         made.commands.push(command);
         for _ in 0..STEPS {
             let twist = [0, 1].map(|i| motor[i] - load[i]);
-            let spring = share
-                * (1.0 - share)
-                * frequency
-                * (frequency * twist[0] + 2.0 * damping * twist[1]);
+            let pull = frequency * twist[0] + 2.0 * damping * twist[1];
+            let spring = share * (1.0 - share) * frequency * pull;
             load[1] += dt * spring / share;
             load[0] += dt * load[1];
             let push = b * command - spring;
@@ -298,58 +306,37 @@ fn a_load_on_a_spring_is_found_with_friction_at_the_motor() {
     ] {
         let b = 1.5;
         let made = two_masses(6000, [b, c], [frequency, damping, share]);
-        let record = Record {
-            begins: &[0],
-            angles: &[],
-            ..made.record()
-        };
-        let fitter = Fitter {
-            earliest: 0.0,
-            ..Fitter::new(&record).expect("a motion")
-        };
-        let mut values = Values::NONE;
-        for (effect, value) in [
-            (Effect::B, 0.8 * b),
-            (Effect::Coulomb, 0.5 * c),
+        let record = Record::of(&made.positions, &made.commands);
+        let mut fitter = Fitter::new(&record).expect("a motion");
+        fitter.earliest = 0.0;
+        let own = [
             (Effect::ResonanceFrequency, 1.1 * frequency),
             (Effect::ResonanceDamping, Values::USUAL_DAMPING),
             (Effect::LoadShare, 0.4),
-        ] {
-            values.set(effect, value);
-        }
-        let own = [
-            Effect::LoadShare,
-            Effect::ResonanceFrequency,
-            Effect::ResonanceDamping,
         ];
-        let free = [&Effect::BASE[..], &own].concat();
-        let horizon = Horizon {
-            white: 100.0,
-            walk: None,
-        };
+        let free = [&Effect::BASE[..], &own.map(|(effect, _)| effect)].concat();
+        let values = valued(own)
+            .with(Effect::B, 0.8 * b)
+            .with(Effect::Coulomb, 0.5 * c);
         let search = Search {
             steps: 30,
             tolerance: 1e-9,
         };
-        let found = fitter.fit(&values, &free, horizon, search).expect("a fit");
-        let of = |effect| found.values.get(effect);
+        let found = fitter.fit(&values, &free, horizon(100.0), search);
+        let found = found.expect("a fit").values;
         // At low frequency a stiff shaft of that twist moves as much.
         let twist = share / (1.0 - share) / frequency.powi(2);
-        assert!((found.values.twist() / twist - 1.0).abs() < 0.02);
-        for (effect, truth, most) in [
-            (Effect::B, b, 2e-3),
-            (Effect::Coulomb, c, 0.01),
-            (Effect::ResonanceFrequency, frequency, 3e-3),
-            (Effect::ResonanceDamping, damping, 0.1),
-            (Effect::LoadShare, share, 0.01),
-        ] {
-            let off = of(effect) / truth - 1.0;
-            assert!(
-                off.abs() < most,
-                "{effect:?} of {frequency}: {}",
-                of(effect)
-            );
-        }
+        assert!((found.twist() / twist - 1.0).abs() < 0.02);
+        assert_found(
+            &found,
+            [
+                (Effect::B, b, 2e-3),
+                (Effect::Coulomb, c, 0.01),
+                (Effect::ResonanceFrequency, frequency, 3e-3),
+                (Effect::ResonanceDamping, damping, 0.1),
+                (Effect::LoadShare, share, 0.01),
+            ],
+        );
     }
 }
 
@@ -362,7 +349,6 @@ fn a_command_that_was_recorded_late_or_early_is_shifted_back() {
             .map(|row| made.commands[(row - late).clamp(0, last) as usize])
             .collect();
         let record = Record {
-            begins: &[0],
             commands: &commands,
             ..made.record()
         };
@@ -398,13 +384,9 @@ fn in_blocks(made: &Motion) -> (Vec<f64>, Vec<f64>, usize) {
 /// The record of halves of blocks, with the commands of all samples.
 fn of_blocks<'a>(positions: &'a [f64], commands: &'a [f64], recorded: &'a [f64]) -> Record<'a> {
     Record {
-        positions,
-        commands,
-        angles: &[],
-        radian: 0.0,
-        begins: &[0],
         stride: 2,
         recorded,
+        ..Record::of(positions, commands)
     }
 }
 
@@ -433,21 +415,12 @@ fn blocks_of_a_command_of_one_size_do_not_tell_a_dead_band_from_a_smaller_gain()
     let record = of_blocks(&positions, &commands, &made.commands[..samples]);
     assert!(commands.iter().any(|command| command.abs() < 0.4));
     let fitter = Fitter::new(&record).expect("a motion");
-    let horizon = Horizon {
-        white: 30.0,
-        walk: None,
-    };
-    let own = [(Effect::B, 0.4), (Effect::Coulomb, 0.04)];
-    let hidden = [
+    for (seen, hidden, size) in [
         (Effect::B, Effect::DeadBand, 0.02),
         (Effect::Coulomb, Effect::LoadFriction, 0.1),
-    ];
-    for (seen, hidden, size) in hidden {
-        let mut values = Values::NONE.with(hidden, size);
-        for (effect, value) in own {
-            values.set(effect, value);
-        }
-        let pass = fitter.pass(&values, horizon);
+    ] {
+        let values = valued([(Effect::B, 0.4), (Effect::Coulomb, 0.04), (hidden, size)]);
+        let pass = fitter.pass(&values, horizon(30.0));
         let sums = Sums::new(&pass, &values, &[seen, hidden]).expect("a pass");
         let condition = sums.covariances(&[false; MAX_UNKNOWNS]).condition;
         assert!(condition > 1e10, "{hidden:?} {condition}");
@@ -469,19 +442,16 @@ fn a_strongly_damped_servo_that_turns_round_is_its_model() {
     let (mut q, mut v) = (0.0_f64, 0.0_f64);
     let (mut positions, mut commands) = (Vec::new(), Vec::new());
     for k in 0..2000 {
-        let command = if (k / 37) % 2 == 0 { 1.0 } else { -0.8 };
+        let command: f64 = if (k / 37) % 2 == 0 { 1.0 } else { -0.8 };
         positions.push(q);
         commands.push(command);
         let mut left = 1.0;
         while left > 0.0 {
             // q̇ = w + (v − w) e^(−a t) up to the time at which it is zero.
-            let direction = if v == 0.0 {
-                f64::signum(command)
-            } else {
-                v.signum()
-            };
+            let direction = if v == 0.0 { command } else { v }.signum();
             let end = (b * command - c * direction) / a;
-            let stops = if v * end < 0.0 {
+            let turns = v * end < 0.0;
+            let stops = if turns {
                 libm::log(1.0 - v / end) / a
             } else {
                 left
@@ -499,16 +469,10 @@ fn a_strongly_damped_servo_that_turns_round_is_its_model() {
     }
     let record = Record::of(&positions, &commands);
     let fitter = Fitter::new(&record).expect("a motion");
-    let mut values = Values::NONE;
-    for (effect, value) in [(Effect::A, a), (Effect::B, b), (Effect::Coulomb, c)] {
-        values.set(effect, value);
-    }
-    let horizon = Horizon {
-        white: 1000.0,
-        walk: None,
-    };
+    let values = valued([(Effect::A, a), (Effect::B, b), (Effect::Coulomb, c)]);
     let mut largest = 0.0_f64;
     let mut see = |row: &Row<'_>| largest = largest.max(row.innovation.abs());
-    assert!(fitter.pass(&values, horizon).run(&values, &[], &mut see));
+    let pass = fitter.pass(&values, horizon(1000.0));
+    assert!(pass.run(&values, &[], &mut see));
     assert!(largest < 1e-3, "{largest} counts");
 }

@@ -425,18 +425,20 @@ mod tests {
         matrix
     }
 
+    /// A steady motion from a position.
+    fn moved(first: f64, speed: f64) -> Vec<Logged> {
+        let sample = |k: i32| Logged {
+            position: first + speed * f64::from(k),
+            command: 0.0,
+            begins: k == 0,
+        };
+        (0..100).map(sample).collect()
+    }
+
     #[test]
     fn a_force_that_goes_with_the_way_of_a_linear_axis_repeats_after_its_pole_pitch() {
         const PITCH: f64 = 0.03;
-        let samples = |first: f64| {
-            let sample = move |k: i32| Logged {
-                position: first + 1e-4 * f64::from(k),
-                command: 0.0,
-                begins: k == 0,
-            };
-            (0..100).map(sample).collect::<Vec<_>>()
-        };
-        let [samples, further] = [samples(0.0), samples(PITCH / 3.0)];
+        let [samples, further] = [moved(0.0, 1e-4), moved(PITCH / 3.0, 1e-4)];
         let [recording, further] =
             [&samples, &further].map(|samples| Recording::new(samples, 1e6, PITCH));
         assert!((recording.span() - TAU * 0.0099 / PITCH).abs() < 1e-9);
@@ -444,26 +446,16 @@ mod tests {
         let values = Values::NONE.with(Effect::GravitySine, 1.0);
         let wave = |recording: &Recording<'_>| {
             let (found, ..) = recording.about_zero(&values, &[], &matrix(&[]));
-            found
-                .get(Effect::GravityCosine)
-                .atan2(found.get(Effect::GravitySine))
+            let sine = found.get(Effect::GravitySine);
+            found.get(Effect::GravityCosine).atan2(sine)
         };
-        let turned = wave(&recording) - wave(&further);
-        assert!(
-            (turned.rem_euclid(TAU) - TAU / 3.0).abs() < 1e-9,
-            "{turned}"
-        );
+        let turned = (wave(&recording) - wave(&further)).rem_euclid(TAU);
+        assert!((turned - TAU / 3.0).abs() < 1e-9, "{turned}");
     }
 
     #[test]
     fn waves_about_zero_are_those_from_the_middle() {
-        let samples: Vec<Logged> = (0..100)
-            .map(|k| Logged {
-                position: 0.9 + 0.004 * f64::from(k),
-                command: 0.0,
-                begins: k == 0,
-            })
-            .collect();
+        let samples = moved(0.9, 0.004);
         let recording = Recording::new(&samples, 100.0, TAU);
         let waves = [
             ([Effect::GravitySine, Effect::GravityCosine], 1.0),
@@ -489,18 +481,13 @@ mod tests {
             }
         }
         // With an odd part only, both parts are as certain as it.
-        let error = |effect| {
-            errors
-                .iter()
-                .find(|(one, _)| *one == effect)
-                .map(|one| one.1)
-        };
+        let place = |effect| errors.iter().position(|(one, _)| *one == effect);
+        let error = |effect| place(effect).map(|place| errors[place].1);
         let [sine, cosine] = [Effect::GravitySine, Effect::GravityCosine].map(error);
         let both = sine.unwrap_or(0.0).hypot(cosine.unwrap_or(0.0));
         assert!((both - 0.1).abs() < 1e-12, "{errors:?}");
         assert_eq!(error(Effect::B), Some(0.3));
         assert_eq!(error(Effect::InertiaSine), None);
-        let place = |effect| errors.iter().position(|(one, _)| *one == effect);
         let of = |one, other| covariance[place(one).expect("known")][place(other).expect("known")];
         let [sine, cosine] = [Effect::GravitySine, Effect::GravityCosine];
         let (sin, cos) = recording.middle.sin_cos();

@@ -89,19 +89,12 @@ fn std_error(found: &Identified, wanted: Effect) -> f64 {
 #[test]
 fn of_a_command_of_one_size_gain_friction_and_load_need_others() {
     let relay = |low: f64| {
-        let size = move |k: usize| {
-            if (k / 1000).is_multiple_of(2) {
-                0.5
-            } else {
-                low
-            }
-        };
-        let law = move |k, error: f64, v: f64| size(k) * (error - 30.0 * v).signum();
+        let sizes = [0.5, low];
+        let law =
+            move |k: usize, error: f64, v: f64| sizes[k / 1000 % 2] * (error - 30.0 * v).signum();
         let found = identified(&controlled(SAMPLES, law, COULOMB, |_, _, _| 0.0, 400.0));
-        (
-            found.needs_more_amplitudes.clone(),
-            std_error(&found, Effect::Coulomb),
-        )
+        let error = std_error(&found, Effect::Coulomb);
+        (found.needs_more_amplitudes, error)
     };
     let (one, error) = relay(0.5);
     let needed = [Effect::B, Effect::Coulomb, Effect::Load];
@@ -141,12 +134,9 @@ fn of_a_load_that_steps_the_last_is_the_servos() {
     let step = SAMPLES * 2 / 3;
     let level = |k: usize| if k < step { 0.06 } else { -0.03 };
     let found = identified(&recorded(COULOMB, |k, _, _| level(k), 400.0));
-    let load = found.values.get(Effect::Load);
+    let off = found.values.get(Effect::Load) - level(SAMPLES);
     let error = std_error(&found, Effect::Load);
-    assert!(
-        (load - level(SAMPLES)).abs() < 2.0 * error,
-        "{load} ± {error}"
-    );
+    assert!(off.abs() < 2.0 * error, "{off} ± {error}");
     assert!(error < 0.01 * GAIN, "{error}");
     let last = found.last_load.expect("it steps");
     assert!((last - step as f64).abs() < 0.03 * SAMPLES as f64, "{last}");
@@ -174,31 +164,19 @@ fn a_load_is_as_uncertain_as_the_mean_of_a_ripple_beside_it() {
 
 #[test]
 fn of_a_motion_in_one_direction_what_brakes_it_is_one_number() {
-    let level = |k: usize| {
-        if (k / 500).is_multiple_of(2) {
-            0.5
-        } else {
-            0.25
-        }
-    };
     let pushed = |sign: f64| {
-        let law = move |k, _, _| sign * level(k);
+        let law = move |k: usize, _, _| sign * [0.5, 0.25][k / 500 % 2];
         let found = identified(&controlled(SAMPLES, law, COULOMB, |_, _, _| -0.03, 0.0));
         found.braking.expect("it moves one way")
     };
     for (sign, braking) in [(1.0, COULOMB + 0.03), (-1.0, COULOMB - 0.03)] {
         let [value, error] = pushed(sign);
-        assert!(
-            (value - braking).abs() < 3.0 * error + 1e-4,
-            "{sign}: {value} ± {error}"
-        );
+        let off = (value - braking).abs();
+        assert!(off < 3.0 * error + 1e-4, "{sign}: {value} ± {error}");
         assert!(error < 0.02, "{error}");
     }
-    assert!(
-        identified(&recorded(COULOMB, |_, _, _| 0.0, 400.0))
-            .braking
-            .is_none()
-    );
+    let both_ways = identified(&recorded(COULOMB, |_, _, _| 0.0, 400.0));
+    assert!(both_ways.braking.is_none());
 }
 
 /// Blocks, and pieces of a long log, leave out the motion within and between them. The last fit does not.
@@ -218,10 +196,8 @@ fn of_a_longer_log_no_less_is_known() {
 #[test]
 fn a_load_that_no_command_holds_is_not_known() {
     for (load, beyond) in [(0.3, 0.0), (-0.4, 0.0), (0.5, 0.1), (-1.4, 1.0)] {
-        assert!(
-            (beyond_authority(load, 0.4) - beyond).abs() < 1e-12,
-            "{load}"
-        );
+        let off = beyond_authority(load, 0.4) - beyond;
+        assert!(off.abs() < 1e-12, "{load}");
     }
 }
 
@@ -265,16 +241,11 @@ fn an_interval_shrinks_with_the_root_of_the_time_and_holds_the_truth() {
             let ratio = errors[0] / errors[1];
             // A load adds up over a longer horizon, too.
             let most = if effect == Effect::Load { 40.0 } else { 4.0 };
-            assert!(
-                (1.4..most).contains(&ratio),
-                "{effect:?} {coulomb}: {errors:?}"
-            );
+            let of = format!("{effect:?} {coulomb}");
+            assert!((1.4..most).contains(&ratio), "{of}: {errors:?}");
             for ((found, block), error) in found.iter().zip(errors) {
                 let off = found.values.get(effect) * of_sample(*block) - truth;
-                assert!(
-                    off.abs() < 3.0 * error,
-                    "{effect:?} {coulomb}: {off} ± {error}"
-                );
+                assert!(off.abs() < 3.0 * error, "{of}: {off} ± {error}");
             }
         }
     }
@@ -285,8 +256,8 @@ fn an_interval_shrinks_with_the_root_of_the_time_and_holds_the_truth() {
 fn errors_and_correlations_are_of_one_covariance() {
     let [(found, _), _] = pushed_longer(COULOMB);
     let free: Vec<Effect> = found.estimated.iter().map(|(effect, _)| *effect).collect();
-    let correlation =
-        |i: usize, j: usize| found.covariance[i][j] / (found.estimated[i].1 * found.estimated[j].1);
+    let error = |i: usize| found.estimated[i].1;
+    let correlation = |i: usize, j: usize| found.covariance[i][j] / (error(i) * error(j));
     for i in 0..free.len() {
         assert!((correlation(i, i) - 1.0).abs() < 1e-12, "{:?}", free[i]);
         for j in 0..i {
@@ -295,12 +266,9 @@ fn errors_and_correlations_are_of_one_covariance() {
             assert!((one - correlation(j, i)).abs() < 1e-9);
         }
     }
-    let place = |wanted| {
-        free.iter()
-            .position(|effect| *effect == wanted)
-            .expect("free")
-    };
-    let one = correlation(place(Effect::A), place(Effect::Coulomb));
+    let [a, coulomb] =
+        [Effect::A, Effect::Coulomb].map(|wanted| free.iter().position(|effect| *effect == wanted));
+    let one = correlation(a.expect("free"), coulomb.expect("free"));
     assert!(one < -0.4, "{one}");
 }
 
@@ -312,10 +280,11 @@ fn a_motion_that_repeats_itself_tells_no_more_than_its_first_period() {
         let command = move |k: usize| size * (TAU * k as f64 / 60.0 + phase).sin();
         let dead = move |k: usize, _, v: f64| -GAIN * command(k).clamp(-band, band) - 0.057 * v;
         let found = identified(&controlled(2000, |k, _, _| command(k), FRICTION, dead, 0.0));
-        let (b, error) = (found.values.get(Effect::B), std_error(&found, Effect::B));
+        let error = std_error(&found, Effect::B);
+        let off = found.values.get(Effect::B) - GAIN;
         assert!(
-            (b - GAIN).abs() < 2.0 * error,
-            "{band} {phase} {size}: {b} ± {error}"
+            off.abs() < 2.0 * error,
+            "{band} {phase} {size}: {off} ± {error}"
         );
     }
 }

@@ -228,23 +228,13 @@ mod tests {
     use super::*;
 
     /// The closed form of a servo without friction and damping under a held command: each sample adds ½ b u.
-    fn free(
-        samples: usize,
-        gain: f64,
-        load: f64,
-        sine: f64,
-    ) -> (Vec<f64>, Vec<f64>, Vec<[f64; 2]>) {
+    fn free(samples: usize, [gain, load, sine]: [f64; 3]) -> (Vec<f64>, Vec<f64>, Vec<[f64; 2]>) {
         let (mut position, mut velocity) = (0.0, 0.0);
-        let [mut positions, mut commands] = [Vec::new(), Vec::new()];
-        let mut angles = Vec::new();
+        let (mut positions, mut commands, mut angles) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..samples {
             let time = k as f64;
             let command = (0.05 * time).sin() + (0.013 * time).cos() * (0.031 * time).sin();
-            let command = if (k / 40) % 2 == 0 {
-                command
-            } else {
-                -0.7 * command
-            };
+            let command = [1.0, -0.7][k / 40 % 2] * command;
             let wave = (0.02 * time).sin();
             positions.push(position);
             commands.push(command);
@@ -256,10 +246,10 @@ mod tests {
         (positions, commands, angles)
     }
 
-    fn of(samples: usize, gain: f64, load: f64, sine: f64) -> Vec<TimeScale> {
-        let (positions, commands, angles) = free(samples, gain, load, sine);
+    fn of(samples: usize, forces: [f64; 3], has_angles: bool) -> Vec<TimeScale> {
+        let (positions, commands, angles) = free(samples, forces);
         let record = Record {
-            angles: if sine == 0.0 { &[] } else { &angles },
+            angles: if has_angles { &angles } else { &[] },
             ..Record::of(&positions, &commands)
         };
         scales(&record, 0.0)
@@ -268,7 +258,7 @@ mod tests {
     #[test]
     fn of_a_servo_that_only_accelerates_every_scale_has_its_gain() {
         for gain in [3.0, -3.0] {
-            let found = of(4000, gain, 0.2, 0.0);
+            let found = of(4000, [gain, 0.2, 0.0], false);
             assert!(found.len() > 10);
             for scale in &found {
                 let b = scale.values.get(Effect::B);
@@ -285,24 +275,17 @@ mod tests {
 
     #[test]
     fn a_force_of_the_angle_is_taken_off_where_it_predicts_better() {
-        let found = of(4000, 3.0, 0.0, 2.0);
+        let found = of(4000, [3.0, 0.0, 2.0], true);
         let best = surest(&found).expect("a gain");
-        assert!(
-            (best.values.get(Effect::B) / 3.0 - 1.0).abs() < 1e-3,
-            "{best:?}"
-        );
+        let off = best.values.get(Effect::B) / 3.0 - 1.0;
+        assert!(off.abs() < 1e-3, "{best:?}");
         assert!((best.values.get(Effect::GravitySine) / 2.0 - 1.0).abs() < 0.01);
     }
 
     #[test]
     fn a_force_that_is_not_known_is_in_the_error() {
         let error_of = |has_angles: bool| {
-            let (positions, commands, angles) = free(4000, 3.0, 0.0, 2.0);
-            let record = Record {
-                angles: if has_angles { &angles } else { &[] },
-                ..Record::of(&positions, &commands)
-            };
-            let found = scales(&record, 0.0);
+            let found = of(4000, [3.0, 0.0, 2.0], has_angles);
             let best = *surest(&found).expect("a gain");
             let error = best.std_errors.get(Effect::B);
             let off = (best.values.get(Effect::B) - 3.0).abs();
@@ -311,16 +294,14 @@ mod tests {
         };
         let [(known, _), (unknown, explained)] = [true, false].map(error_of);
         // A quarter of what comes with the command if all that is missed does: as if it were as large as the command's part.
-        assert!(
-            unknown > 0.2 * (1.0 - explained).sqrt(),
-            "{unknown} {explained}"
-        );
+        let least = 0.2 * (1.0 - explained).sqrt();
+        assert!(unknown > least, "{unknown} {explained}");
         assert!(known < 0.1 * unknown, "{known} {unknown}");
     }
 
     #[test]
     fn a_motion_without_a_cause_has_no_gain() {
-        let (positions, mut commands, _) = free(4000, 3.0, 0.0, 0.0);
+        let (positions, mut commands, _) = free(4000, [3.0, 0.0, 0.0]);
         // A command that has nothing to do with the motion.
         let mut state = 1_u32;
         for command in &mut commands {
@@ -334,6 +315,6 @@ mod tests {
 
     #[test]
     fn a_record_that_is_too_short_has_no_scale() {
-        assert_eq!(of(40, 3.0, 0.0, 0.0), Vec::new());
+        assert_eq!(of(40, [3.0, 0.0, 0.0], false), Vec::new());
     }
 }

@@ -80,25 +80,3 @@ impl<N: Number> Excitation<N> for Chirp<N> {
         value
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sweeps_up_and_down_as_the_closed_form() {
-        let units = Units::new(1e-3, 1.0).expect("valid");
-        for (from, to) in [(2.0, 60.0), (60.0, 2.0)] {
-            let chirp = Chirp::<f64>::new(&units, 0.5, from, to, 4.0).expect("valid");
-            let mut state = chirp.start();
-            for k in 0..4000 {
-                // Phase of a frequency that rises by equal steps each sample.
-                let (k, n) = (f64::from(k), 4000.0);
-                let phase = 1e-3 * (from * k + (to - from) * k * (k - 1.0) / (2.0 * n));
-                let error = chirp.process(&mut state) - 0.5 * libm::sin(phase);
-                assert!(error.abs() < 1e-8, "sample {k}: {error:e}");
-            }
-            assert_eq!(state.increment, chirp.first, "starts again");
-        }
-    }
-}

@@ -50,30 +50,3 @@ impl<N: Number> Excitation<N> for Square<N> {
         state.level
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn changes_sign_every_half_period() {
-        let units = Units::new(1e-3, 0.5).expect("valid");
-        let square = Square::<f64>::new(&units, 0.25, 0.02).expect("valid");
-        let mut state = square.start();
-        for k in 0..100 {
-            let expected = if (k / 10) % 2 == 0 { 0.5 } else { -0.5 };
-            assert!(
-                (square.process(&mut state) - expected).abs() < 1e-15,
-                "sample {k}"
-            );
-        }
-    }
-
-    #[test]
-    fn odd_period_is_refused_with_the_nearest_even_one() {
-        let units = Units::new(1e-3, 1.0).expect("valid");
-        let error = Square::<f64>::new(&units, 1.0, 0.025).expect_err("25 samples");
-        assert_eq!(error.parameter, "period");
-        assert!((error.value - 0.025).abs() < 1e-15);
-    }
-}

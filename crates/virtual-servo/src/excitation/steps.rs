@@ -63,22 +63,3 @@ impl<N: Number, const M: usize> Excitation<N> for Steps<N, M> {
             .unwrap_or(N::ZERO)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn takes_its_levels_in_turn() {
-        let units = Units::new(1e-3, 1.0).expect("valid");
-        let steps = Steps::<f64, 4>::new(&units, &[0.1, -0.2, 0.3], 5e-3).expect("valid");
-        let mut state = steps.start();
-        for k in 0..100 {
-            let expected = [0.1, -0.2, 0.3][(k / 5) % 3];
-            assert!(
-                (steps.process(&mut state) - expected).abs() < 1e-15,
-                "sample {k}"
-            );
-        }
-    }
-}

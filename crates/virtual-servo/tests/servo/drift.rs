@@ -1,17 +1,13 @@
 //! Changes with time: drift, and a load that wanders.
 
 use identifier_core::parameters::ServoParameters;
-use virtual_servo::{Effects, Plant, Servo};
+use virtual_servo::{Plant, Servo};
 
-use crate::{FREE, RUBBING, SAMPLE_TIME, assert_close, servo};
+use crate::{FREE, RUBBING, SAMPLE_TIME, assert_close, servo, with};
 
 #[test]
 fn gain_and_friction_change_by_their_share_of_a_second() {
-    let effects = Effects {
-        gain_drift: -0.05,
-        friction_drift: 0.08,
-        ..Effects::NONE
-    };
+    let effects = with(|of| (of.gain_drift, of.friction_drift) = (-0.05, 0.08));
     let mut drifting = servo(&RUBBING, &effects);
     let mut plant = Plant::at_rest(&RUBBING, SAMPLE_TIME);
     for sample in 0..4000 {
@@ -33,10 +29,7 @@ fn gain_and_friction_change_by_their_share_of_a_second() {
 
 #[test]
 fn a_wandering_load_is_that_of_its_seed() {
-    let effects = Effects {
-        load_wander: [4.0, 0.5],
-        ..Effects::NONE
-    };
+    let effects = with(|of| of.load_wander = [4.0, 0.5]);
     let of_seed = |seed| {
         let mut servo = Servo::at_rest(&FREE, &effects, SAMPLE_TIME, seed).expect("allowed");
         for _ in 0..1000 {

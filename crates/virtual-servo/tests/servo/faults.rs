@@ -4,14 +4,10 @@ use identifier_core::parameters::ServoParameters;
 use virtual_servo::faults::{FaultKind, Faults, InjectedFault};
 use virtual_servo::{Effects, Servo};
 
-const SAMPLE_TIME: f64 = 1e-3;
+use crate::{SAMPLE_TIME, with};
+
 const COUNT: f64 = 1e-3;
-const PARAMETERS: ServoParameters = ServoParameters {
-    a: 1.5,
-    b: 200.0,
-    coulomb: 6.0,
-    load: -3.0,
-};
+const PARAMETERS: ServoParameters = ServoParameters::new(1.5, 200.0, 6.0, -3.0);
 
 fn servo(effects: &Effects) -> Servo {
     Servo::at_rest(&PARAMETERS, effects, SAMPLE_TIME, 7).expect("allowed")
@@ -59,11 +55,7 @@ fn fault(kind: FaultKind, size: f64) -> InjectedFault {
 fn without_a_fault_and_before_one_every_bit_is_that_of_the_sound_servo() {
     for effects in [
         Effects::NONE,
-        Effects {
-            delay: 1.5e-3,
-            gravity: [4.0, 1.0],
-            ..Effects::NONE
-        },
+        with(|of| (of.delay, of.gravity) = (1.5e-3, [4.0, 1.0])),
     ] {
         let sound = sound(&effects);
         for faults in [vec![], vec![fault(FaultKind::ActuatorReversed, 0.0)]] {
@@ -138,10 +130,7 @@ fn an_actuator_acts_by_its_share_and_a_late_sample_holds_the_command_before() {
 
 #[test]
 fn a_load_step_accelerates_and_a_friction_rise_brakes_while_they_last() {
-    let integrated = Effects {
-        gravity: [1e-9, 0.0],
-        ..Effects::NONE
-    };
+    let integrated = with(|of| of.gravity = [1e-9, 0.0]);
     for effects in [Effects::NONE, integrated] {
         // Pushed by 0.5 · 200 − 3 rad/s² against 6 of friction.
         let speed = |kind, size| {
@@ -162,36 +151,27 @@ fn a_load_step_accelerates_and_a_friction_rise_brakes_while_they_last() {
             (FaultKind::FrictionRise, 15.0, -15.0),
         ] {
             let changed = speed(kind, size) - undisturbed;
-            assert!(
-                (changed - share * fades).abs() < 1e-6,
-                "{kind:?}: {changed}"
-            );
+            let off = changed - share * fades;
+            assert!(off.abs() < 1e-6, "{kind:?}: {changed}");
         }
     }
 }
 
 #[test]
 fn impossible_faults_are_refused_by_name() {
-    let refused = |fault: InjectedFault| {
-        let faults = Faults::new(&[fault], SAMPLE_TIME, COUNT);
-        faults.expect_err("it is refused").parameter
-    };
     let sound = fault(FaultKind::ActuatorWeak, 0.5);
-    assert_eq!(
-        refused(InjectedFault {
-            time: -1.0,
-            ..sound
-        }),
-        "time"
-    );
-    assert_eq!(
-        refused(InjectedFault {
-            duration: 0.0,
-            ..sound
-        }),
-        "duration"
-    );
-    assert_eq!(refused(InjectedFault { size: 1.5, ..sound }), "size");
+    type Change = fn(&mut InjectedFault);
+    let changes: [(&str, Change); 3] = [
+        ("time", |fault| fault.time = -1.0),
+        ("duration", |fault| fault.duration = 0.0),
+        ("size", |fault| fault.size = 1.5),
+    ];
+    for (name, change) in changes {
+        let mut fault = sound;
+        change(&mut fault);
+        let refused = Faults::new(&[fault], SAMPLE_TIME, COUNT).expect_err("refused");
+        assert_eq!(refused.parameter, name);
+    }
     let many = [sound; Faults::MAX_FAULTS + 1];
     let refused = Faults::new(&many, SAMPLE_TIME, COUNT).expect_err("too many");
     assert_eq!(refused.parameter, "faults");

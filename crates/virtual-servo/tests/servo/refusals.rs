@@ -2,7 +2,7 @@
 
 use virtual_servo::{Effects, Servo};
 
-use crate::{RUBBING, SAMPLE_TIME};
+use crate::{RUBBING, SAMPLE_TIME, with};
 
 #[test]
 fn each_is_refused_by_its_name() {
@@ -57,10 +57,7 @@ fn each_is_refused_by_its_name() {
 fn effects_too_fast_to_integrate_are_refused_and_a_plain_servo_never_is() {
     let mut sticky = RUBBING;
     sticky.a = 1.1e6;
-    let gravity = Effects {
-        gravity: [1.0, 0.0],
-        ..Effects::NONE
-    };
+    let gravity = with(|of| of.gravity = [1.0, 0.0]);
     let error = Servo::at_rest(&sticky, &gravity, SAMPLE_TIME, 1).expect_err("too sticky");
     assert_eq!(error.parameter(), "a");
     assert!(Servo::at_rest(&sticky, &Effects::NONE, SAMPLE_TIME, 1).is_ok());
@@ -68,28 +65,23 @@ fn effects_too_fast_to_integrate_are_refused_and_a_plain_servo_never_is() {
 
 #[test]
 fn a_delay_may_be_a_tenth_of_a_second_where_that_is_few_samples() {
-    let effects = Effects {
-        delay: 0.1,
-        ..Effects::NONE
-    };
-    assert!(Servo::at_rest(&RUBBING, &effects, 0.01, 1).is_ok());
-    assert!(Servo::at_rest(&RUBBING, &effects, 1e-3, 1).is_err());
-    let longer = Effects {
-        delay: 0.11,
-        ..effects
-    };
-    assert!(Servo::at_rest(&RUBBING, &longer, 0.01, 1).is_err());
+    for (delay, time, is_allowed) in [(0.1, 0.01, true), (0.1, 1e-3, false), (0.11, 0.01, false)] {
+        let effects = with(|of| of.delay = delay);
+        let servo = Servo::at_rest(&RUBBING, &effects, time, 1);
+        assert_eq!(servo.is_ok(), is_allowed, "{delay} {time}");
+    }
 }
 
 #[test]
 fn on_another_servo_friction_keeps_its_proportions() {
-    let effects = Effects {
-        asymmetry: -1.0,
-        low_speed_friction: -5.0,
-        low_speed_velocity: 0.1,
-        delay: 1e-3,
-        ..Effects::NONE
-    };
+    let effects = with(|of| {
+        (
+            of.asymmetry,
+            of.low_speed_friction,
+            of.low_speed_velocity,
+            of.delay,
+        ) = (-1.0, -5.0, 0.1, 1e-3)
+    });
     let mut other = RUBBING;
     (other.a, other.coulomb) = (0.2, 0.5);
     let carried = effects.carried_over(&RUBBING, &other);

@@ -4,6 +4,14 @@ use virtual_servo::{SensorEffects, SensorErrors};
 
 use crate::{SAMPLE_TIME, assert_close};
 
+const fn effects(noise: f64, eccentricity: f64, jitter: f64) -> SensorEffects {
+    SensorEffects {
+        noise,
+        eccentricity,
+        jitter,
+    }
+}
+
 fn errors(effects: &SensorEffects) -> SensorErrors {
     SensorErrors::new(effects, SAMPLE_TIME, 9).expect("these errors are allowed")
 }
@@ -31,49 +39,28 @@ fn without_errors_the_position_is_seen_bit_for_bit() {
 
 #[test]
 fn noise_is_as_large_as_stated() {
-    let effects = SensorEffects {
-        noise: 2e-3,
-        ..SensorEffects::default()
-    };
-    let deviation = spread(&effects, 0.0);
+    let deviation = spread(&effects(2e-3, 0.0, 0.0), 0.0);
     assert_close(deviation / 2e-3, 1.0, 0.01, "deviation");
 }
 
 #[test]
 fn the_first_reading_has_no_error() {
-    let effects = SensorEffects {
-        noise: 2e-3,
-        eccentricity: 1e-3,
-        jitter: 0.1,
-    };
-    let mut errors = errors(&effects);
+    let mut errors = errors(&effects(2e-3, 1e-3, 0.1));
     assert!(errors.seen(0.3, 9.0).to_bits() == f64::to_bits(0.3));
     assert!(errors.seen(0.3, 9.0).to_bits() != f64::to_bits(0.3));
 }
 
 #[test]
 fn jitter_is_seen_in_motion_only() {
-    let effects = SensorEffects {
-        jitter: 0.1,
-        ..SensorEffects::default()
-    };
-    let deviation = spread(&effects, -40.0);
-    assert_close(
-        deviation / (40.0 * 0.1 * SAMPLE_TIME),
-        1.0,
-        0.01,
-        "deviation",
-    );
+    let effects = effects(0.0, 0.0, 0.1);
+    let part = spread(&effects, -40.0) / (40.0 * 0.1 * SAMPLE_TIME);
+    assert_close(part, 1.0, 0.01, "deviation");
     assert!(spread(&effects, 0.0) == 0.0);
 }
 
 #[test]
 fn an_eccentric_disc_errs_once_per_revolution() {
-    let effects = SensorEffects {
-        eccentricity: 1e-3,
-        ..SensorEffects::default()
-    };
-    let mut errors = errors(&effects);
+    let mut errors = errors(&effects(0.0, 1e-3, 0.0));
     assert!(errors.seen(0.0, 3.0) == 0.0);
     for tenths in -100..100 {
         let position = f64::from(tenths) / 10.0;
@@ -84,30 +71,12 @@ fn an_eccentric_disc_errs_once_per_revolution() {
 
 #[test]
 fn impossible_sensor_errors_are_refused_by_name() {
-    let none = SensorEffects::default();
-    let refused = |effects: SensorEffects| {
-        let error = SensorErrors::new(&effects, SAMPLE_TIME, 9).expect_err("it is out of range");
-        error.parameter
-    };
-    assert_eq!(
-        refused(SensorEffects {
-            noise: -1.0,
-            ..none
-        }),
-        "noise"
-    );
-    assert_eq!(
-        refused(SensorEffects {
-            eccentricity: f64::NAN,
-            ..none
-        }),
-        "eccentricity"
-    );
-    assert_eq!(
-        refused(SensorEffects {
-            jitter: 0.6,
-            ..none
-        }),
-        "jitter"
-    );
+    for (name, [noise, eccentricity, jitter]) in [
+        ("noise", [-1.0, 0.0, 0.0]),
+        ("eccentricity", [0.0, f64::NAN, 0.0]),
+        ("jitter", [0.0, 0.0, 0.6]),
+    ] {
+        let refused = SensorErrors::new(&effects(noise, eccentricity, jitter), SAMPLE_TIME, 9);
+        assert_eq!(refused.expect_err("out of range").parameter, name);
+    }
 }

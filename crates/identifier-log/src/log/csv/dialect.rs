@@ -222,11 +222,8 @@ mod tests {
             ("t,q\n2026-11-22 06:25:00,1\n", b','),
             ("t;q\n2026-11-22 06:25:00,5;1,5\n", b';'),
         ] {
-            assert_eq!(
-                Dialect::in_text(text.as_bytes()).separator,
-                separator,
-                "{text}"
-            );
+            let found = Dialect::in_text(text.as_bytes());
+            assert_eq!(found.separator, separator, "{text}");
         }
     }
 }
