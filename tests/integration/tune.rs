@@ -97,7 +97,7 @@ impl Axis {
             self.seed
         );
         let summary = run(&self.scenario(&controller, &excitation, 20.0));
-        IdentifiedResult::new(&KeptResult::of(&summary).expect("a result")).expect("a result")
+        IdentifiedResult::new(&KeptResult::from(&summary)).expect("a result")
     }
 
     /// Gains for the identified servo; a fifth below its limit where the demand exceeds it.

@@ -15,7 +15,6 @@ use crate::log;
 use crate::settings::Settings;
 
 /// Memory that the page and its functions share.
-#[derive(Default)]
 struct Page {
     input: Vec<u8>,
     text: String,
@@ -25,7 +24,15 @@ struct Page {
 }
 
 thread_local! {
-    static PAGE: RefCell<Page> = RefCell::default();
+    static PAGE: RefCell<Page> = const {
+        RefCell::new(Page {
+            input: Vec::new(),
+            text: String::new(),
+            numbers: Vec::new(),
+            experiment: None,
+            summary: None,
+        })
+    };
 }
 
 /// A function of the page: 1 if it did what it was asked for, otherwise 0 and the text says why.

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use identifier_core::parameters::Parameter;
+
 use super::{SensorNoise, Summary};
 use crate::provenance::Origin;
 
@@ -84,19 +86,53 @@ impl KeptResult {
         Ok(serde_json::from_str(json)?)
     }
 
-    /// Of a result, as if it had been written and read.
-    ///
-    /// # Errors
-    /// None in practice: every result can be written.
-    pub fn of(summary: &Summary) -> Result<Self, NoResult> {
-        let written = serde_json::to_value(summary)?;
-        Ok(serde_json::from_value(written)?)
-    }
-
     /// The standard error of an estimate; none where it is not known.
     #[must_use]
     pub fn std_error(&self, name: &str) -> Option<f64> {
         self.estimates.get(name)?.as_ref()?.std_error
+    }
+}
+
+impl From<&Summary> for KeptResult {
+    fn from(result: &Summary) -> Self {
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        let kept = |name: &str, value, std_error: Option<f64>| {
+            let value = finite(value);
+            let std_error = std_error.and_then(finite);
+            (name.to_owned(), Some(KeptEstimate { value, std_error }))
+        };
+        let parameters = Parameter::ALL.into_iter().filter_map(|parameter| {
+            let estimate = result.estimate(parameter)?;
+            Some(kept(parameter.name(), estimate.value, estimate.std_error))
+        });
+        let terms = result.estimates.terms.iter();
+        let terms = terms.map(|of| kept(of.unknown.name(), of.value, Some(of.std_error)));
+        let covariance = result.covariance.as_ref().map(|of| KeptCovariance {
+            names: of.names.iter().map(|name| (*name).to_owned()).collect(),
+            matrix: (of.matrix.iter())
+                .map(|row| row.iter().copied().map(finite).collect())
+                .collect(),
+        });
+        let logs = result.replay.logs.iter().map(|log| KeptLog {
+            resolution: log.resolution,
+            largest_command: log.largest_command,
+        });
+        Self {
+            law: result.law.to_owned(),
+            status: result.status().name().to_owned(),
+            reason: result.reason.clone(),
+            code: result.verdict.reason.code(),
+            sample_time: result.sample_time,
+            position_unit: Some(result.position_unit.name().to_owned()),
+            estimates: parameters.chain(terms).collect(),
+            covariance,
+            residual: result.residual.map(|of| KeptResidual {
+                rms: finite(of.rms),
+            }),
+            noise: result.noise,
+            logs: logs.collect(),
+            origin: None,
+        }
     }
 }
 

@@ -104,7 +104,7 @@ impl Tuned {
         summary: &Summary,
     ) -> Result<(Self, KnownConditions), String> {
         let text = |error: &dyn std::fmt::Display| error.to_string();
-        let kept = KeptResult::of(summary).map_err(|error| text(&error))?;
+        let kept = KeptResult::from(summary);
         let result = IdentifiedResult::new(&kept).map_err(|error| text(&error))?;
         if result.reservation.is_some() {
             return Err("gains for an unidentified servo would be a guess".to_owned());
