@@ -343,11 +343,7 @@ fn count() -> Result<Figures, String> {
     }
     // The last, as they build the drive again, for the emulator.
     counted.extend(lead::figures()?);
-    for (law, summary) in interrupt::count(interrupt::COUNTED_BY_BUDGET)? {
-        for (which, taken) in summary.named() {
-            counted.insert(format!("interrupt-{law}-{which}"), taken);
-        }
-    }
+    counted.extend(interrupt::figures()?);
     Ok(counted)
 }
 

@@ -11,7 +11,7 @@ use servo_id::drive::Driven;
 
 use crate::firmware;
 use crate::meter::Cost;
-use crate::metered::{self, Metered, Next, instructions_in};
+use crate::metered::{self, Metered, Next, instructions_in, share};
 
 /// An estimator, with the terms that it estimates and its sample time (s), by the name that its figures have.
 #[derive(Clone, Copy)]
@@ -83,10 +83,8 @@ const FIRST: u32 = 0b001;
 const SHOWN: u32 = 0b010;
 const FAILED: u32 = 0b100;
 
-/// Interrupts that are counted, from the one that begins the run. The first number is for a user, the second for the
-/// budget, which needs their medians and their first.
-const COUNTED: usize = 100_000;
-pub(crate) const COUNTED_BY_BUDGET: usize = 20_000;
+/// Interrupts that are counted, from the one that begins the run.
+const COUNTED: usize = 20_000;
 
 /// Samples from one that is shown to the next.
 const WATCHED: u16 = 20;
@@ -94,36 +92,11 @@ const WATCHED: u16 = 20;
 /// Time limit of the emulator for them.
 const TIME_LIMIT: Duration = Duration::from_secs(300);
 
-/// Instructions of the interrupts of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Summary {
-    /// The median of those that show nothing.
-    pub(crate) typical: u64,
-    /// The median of those that show a sample.
-    pub(crate) shown: u64,
-    /// The one that begins the run.
-    pub(crate) first: u64,
-    /// The most of all.
-    pub(crate) worst: u64,
-}
-
-/// Prints the instructions of every estimator.
-pub(crate) fn print() -> Result<(), String> {
-    println!("{:<26} {:<8} {:>12}", "estimator", "", "instructions");
-    for (law, summary) in count(COUNTED)? {
-        for (name, instructions) in summary.named() {
-            println!("{law:<26} {name:<8} {instructions:>12}");
-        }
-    }
-    println!("{COUNTED} interrupts of each estimator");
-    Ok(())
-}
-
-/// Builds the drive for the emulator and counts this number of interrupts for every estimator.
+/// Builds the drive for the emulator and counts the interrupts of every estimator: the figures by name.
 ///
 /// # Errors
 /// Also where one takes more than half of the shortest sample that the drive allows its estimator.
-pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, String> {
+pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
     let plugin = firmware::build_trace()?;
     let drive = firmware::emulated_drive()?;
     let metered = Metered {
@@ -132,30 +105,30 @@ pub(crate) fn count(interrupts: usize) -> Result<Vec<(&'static str, Summary)>, S
         marks: &MARKS,
     };
     let count_one = |law: &NamedEstimator| {
-        let costs = measure(metered, interrupts, |client| start(client, law))?;
+        let costs = measure(metered, |client| start(client, law))?;
         let named = |fault| format!("{}: {fault}", law.name);
-        let summary = Summary::new(&costs).map_err(named)?;
-        check_half_is_free(&summary, law.min_sample_time()).map_err(named)?;
-        Ok((law.name, summary))
+        let summary = summary(&costs).map_err(named)?;
+        let [.., (_, worst)] = summary;
+        check_half_is_free(worst, law.min_sample_time()).map_err(named)?;
+        Ok(summary.map(|(which, taken)| (format!("interrupt-{}-{which}", law.name), taken)))
     };
     thread::scope(|scope| {
         let count_one = &count_one;
         let laws = ESTIMATORS.each_ref();
         let laws = laws.map(|law| scope.spawn(move || count_one(law)));
-        laws.into_iter()
-            .map(|law| {
-                law.join()
-                    .map_err(|_| "counting an estimator has failed".to_owned())?
-            })
-            .collect()
+        let counted = laws.into_iter().map(|law| {
+            let counted = law.join();
+            counted.map_err(|_| "counting an estimator has failed".to_owned())?
+        });
+        let counted = counted.collect::<Result<Vec<_>, String>>()?;
+        Ok(counted.into_iter().flatten().collect())
     })
 }
 
 /// # Errors
 /// An interrupt takes more than half of a sample.
-fn check_half_is_free(summary: &Summary, sample_time: f64) -> Result<(), String> {
+fn check_half_is_free(taken: u64, sample_time: f64) -> Result<(), String> {
     let allowed = instructions_in(sample_time / 2.0);
-    let taken = summary.worst;
     if taken <= allowed {
         return Ok(());
     }
@@ -182,13 +155,12 @@ fn start(drive: &mut Driven, law: &NamedEstimator) -> Result<(), Box<dyn Error>>
     Ok(())
 }
 
-/// The costs of this number of interrupts from the one that begins a run.
+/// The costs of the interrupts from the one that begins a run.
 fn measure(
     metered: Metered<'_>,
-    interrupts: usize,
     conversation: impl FnOnce(&mut Driven) -> Result<(), Box<dyn Error>>,
 ) -> Result<Vec<Cost>, String> {
-    let mut costs = Vec::with_capacity(interrupts);
+    let mut costs = Vec::with_capacity(COUNTED);
     let take = |cost: Cost| {
         if costs.is_empty() && !has(cost, FIRST) {
             return Ok(Next::Interrupt);
@@ -201,7 +173,7 @@ fn measure(
             ));
         }
         costs.push(cost);
-        Ok(if costs.len() == interrupts {
+        Ok(if costs.len() == COUNTED {
             Next::Enough
         } else {
             Next::Interrupt
@@ -215,40 +187,26 @@ fn has(cost: Cost, mark: u32) -> bool {
     cost.marks & mark != 0
 }
 
-impl Summary {
-    /// Summarises the interrupts of a run, the first of which begins it.
-    fn new(costs: &[Cost]) -> Result<Self, String> {
-        let (first, others) = costs.split_first().ok_or("no interrupt was seen")?;
-        let (shown, typical): (Vec<_>, Vec<_>) =
-            others.iter().copied().partition(|&cost| has(cost, SHOWN));
-        Ok(Self {
-            typical: middle(&typical).ok_or("no interrupt without a sample shown was seen")?,
-            shown: middle(&shown).ok_or("no interrupt with a sample shown was seen")?,
-            first: first.instructions,
-            worst: costs
-                .iter()
-                .map(|cost| cost.instructions)
-                .max()
-                .unwrap_or(0),
-        })
-    }
-
-    /// The figures by their names.
-    pub(crate) fn named(&self) -> [(&'static str, u64); 4] {
-        [
-            ("typical", self.typical),
-            ("shown", self.shown),
-            ("first", self.first),
-            ("worst", self.worst),
-        ]
-    }
-}
-
-/// The median.
-fn middle(costs: &[Cost]) -> Option<u64> {
-    let mut figures: Vec<u64> = costs.iter().map(|cost| cost.instructions).collect();
-    figures.sort_unstable();
-    figures.get(figures.len() / 2).copied()
+/// The instructions of the interrupts of a run, the first of which begins it, by name: the medians of those that show
+/// nothing and of those that show a sample, the one that begins the run, and the most of all.
+fn summary(costs: &[Cost]) -> Result<[(&'static str, u64); 4], String> {
+    let (first, others) = costs.split_first().ok_or("no interrupt was seen")?;
+    let (shown, typical): (Vec<_>, Vec<_>) =
+        others.iter().copied().partition(|&cost| has(cost, SHOWN));
+    let of = |costs: &[Cost], part| {
+        let instructions: Vec<u64> = costs.iter().map(|cost| cost.instructions).collect();
+        share(&instructions, part)
+    };
+    let middle = |costs: &[Cost], which: &str| match costs {
+        [] => Err(format!("no interrupt {which} a sample shown was seen")),
+        costs => Ok(of(costs, 0.5)),
+    };
+    Ok([
+        ("typical", middle(&typical, "without")?),
+        ("shown", middle(&shown, "with")?),
+        ("first", first.instructions),
+        ("worst", of(costs, 1.0)),
+    ])
 }
 
 #[cfg(test)]
@@ -272,29 +230,25 @@ mod tests {
             cost(0, 5000),
             cost(SHOWN, 300),
         ];
-        let summary = Summary::new(&costs).expect("all classes are there");
-        let named = summary.named().map(|(_, instructions)| instructions);
+        let summary = summary(&costs).expect("all classes are there");
+        let named = summary.map(|(_, instructions)| instructions);
         assert_eq!(named, [110, 300, 900, 5000]);
     }
 
     #[test]
     fn a_run_keeps_half_of_a_sample_free() {
-        let counted = |instructions| {
-            let costs = [cost(FIRST, 9), cost(0, instructions), cost(SHOWN, 9)];
-            Summary::new(&costs).expect("all classes are there")
-        };
         for (sample_time, half) in [(5e-5, 1909), (1.5e-4, 5727)] {
-            assert_eq!(check_half_is_free(&counted(half), sample_time), Ok(()));
-            assert!(check_half_is_free(&counted(half + 1), sample_time).is_err());
+            assert_eq!(check_half_is_free(half, sample_time), Ok(()));
+            assert!(check_half_is_free(half + 1, sample_time).is_err());
         }
     }
 
     #[test]
     fn a_class_that_was_not_seen_is_an_error() {
         let first = cost(FIRST, 900);
-        assert!(Summary::new(&[]).is_err());
-        assert!(Summary::new(&[first]).is_err());
-        assert!(Summary::new(&[first, cost(0, 1)]).is_err());
-        assert!(Summary::new(&[first, cost(SHOWN, 1)]).is_err());
+        assert!(summary(&[]).is_err());
+        assert!(summary(&[first]).is_err());
+        assert!(summary(&[first, cost(0, 1)]).is_err());
+        assert!(summary(&[first, cost(SHOWN, 1)]).is_err());
     }
 }

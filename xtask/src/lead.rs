@@ -12,7 +12,7 @@ use servo_id::drive::Driven;
 
 use crate::firmware;
 use crate::meter::Cost;
-use crate::metered::{self, Metered, Next, instructions_in};
+use crate::metered::{self, Metered, Next, instructions_in, share};
 
 /// Rates at which the drive commissions, Hz.
 const RATES: [f64; 3] = [1e3, 1e4, 2e4];
@@ -44,23 +44,22 @@ struct DrivenSamples {
     at_rest: Vec<u64>,
 }
 
-/// Commissions at every rate, Hz.
-fn count() -> Result<Vec<(f64, DrivenSamples)>, String> {
-    let drive = firmware::emulated_drive()?;
-    let plugin = firmware::build_trace()?;
-    let measured = RATES.map(|rate| Ok((rate, measure(rate, &drive, &plugin)?)));
-    let measured = measured.into_iter();
-    measured.collect()
-}
-
 /// Median instructions until the command is out, by name. Also the upper bounds for half of all interrupts, for nine in
 /// ten and for all of them, and for all that drive nothing.
 ///
 /// # Errors
 /// Also where a command comes too late.
 pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
-    let counted = count()?;
-    refuse(&counted)?;
+    let drive = firmware::emulated_drive()?;
+    let plugin = firmware::build_trace()?;
+    let measured = RATES.map(|rate| Ok((rate, measure(rate, &drive, &plugin)?)));
+    let counted = measured.into_iter().collect::<Result<Vec<_>, String>>()?;
+    let objections: Vec<String> = (counted.iter())
+        .flat_map(|(rate, driven)| driven.objections(*rate))
+        .collect();
+    if !objections.is_empty() {
+        return Err(objections.join("\n  "));
+    }
     let named = counted.iter().flat_map(|(rate, driven)| {
         let name = |what| format!("interrupt-commission-{}-khz-{what}", rate / 1e3);
         [
@@ -77,52 +76,6 @@ pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
         .max()
         .map(|most| ("interrupt-at-rest-worst".to_owned(), most));
     Ok(named.chain(at_rest).collect())
-}
-
-/// Commissions at every rate, prints the instructions, and fails where a command comes too late.
-pub(crate) fn check() -> Result<(), String> {
-    let counted = count()?;
-    println!(
-        "{:>6} {:>9} {:>24} {:>34}",
-        "kHz", "samples", "command: median, most", "interrupt: median, 90 %, most"
-    );
-    for (rate, DrivenSamples { whole, command, .. }) in &counted {
-        println!(
-            "{:>6} {:>9} {:>17} {:>6} {:>22} {:>5} {:>5}  ({:.0} % of a sample)",
-            rate / 1e3,
-            command.len(),
-            share(command, 0.5),
-            share(command, 1.0),
-            share(whole, 0.5),
-            share(whole, 0.9),
-            share(whole, 1.0),
-            100.0 * share(whole, 1.0) as f64 / instructions_in(1.0 / rate) as f64,
-        );
-    }
-    println!("instructions");
-    refuse(&counted)
-}
-
-/// An error if a limit was exceeded.
-fn refuse(counted: &[(f64, DrivenSamples)]) -> Result<(), String> {
-    let objections: Vec<String> = counted
-        .iter()
-        .flat_map(|(rate, driven)| driven.objections(*rate))
-        .collect();
-    if objections.is_empty() {
-        Ok(())
-    } else {
-        Err(objections.join("\n  "))
-    }
-}
-
-/// The instructions that a share of the samples need at most.
-fn share(instructions: &[u64], share: f64) -> u64 {
-    let mut sorted = instructions.to_vec();
-    sorted.sort_unstable();
-    let last = sorted.len().saturating_sub(1);
-    let place = (share * last as f64).round() as usize;
-    sorted.get(place).copied().unwrap_or(0)
 }
 
 impl DrivenSamples {

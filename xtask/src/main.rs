@@ -52,17 +52,13 @@ enum Verb {
     /// Operate the drive firmware on an emulated STM32F405: records, runs, faults, commissioning, ends of the program.
     Drive,
     /// Count instructions and bytes on the emulated chip and compare them with the accepted budget. Every command of
-    /// a commissioning must be ready in time, as `lead` checks.
+    /// a commissioning at 1, 10 and 20 kHz must be out within 12.5 µs of its sample; half of every sample of a run, and of a
+    /// commissioning up to 10 kHz, must be free.
     Budget {
         /// Accept the figures as the budget.
         #[arg(long)]
         accept: bool,
     },
-    /// Count the instructions of the whole sample interrupt of the drive on the emulated chip.
-    Interrupt,
-    /// Commission the drive on the emulated chip at 1, 10 and 20 kHz. Every command must be out within 12.5 µs of its
-    /// sample. At 10 kHz half of a sample must be free. Both are counted in instructions.
-    Lead,
     /// Build the examples for three cores, and run them on two emulated boards.
     Examples,
     /// Build the playground: one page that runs the core and the virtual servo in a browser, from a file, without a
@@ -92,8 +88,6 @@ fn main() -> ExitCode {
         Verb::Image { board } => firmware::image(&board),
         Verb::Drive => drive::check().and_then(|()| endings::check()),
         Verb::Soak { hours } => soak::check(hours),
-        Verb::Interrupt => interrupt::print(),
-        Verb::Lead => lead::check(),
         Verb::Examples => examples::check(),
         Verb::Budget { accept } => budget::check(accept),
         Verb::Playground { out } => {

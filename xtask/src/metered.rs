@@ -30,6 +30,15 @@ pub(crate) fn instructions_in(time: f64) -> u64 {
     (time * CLOCK / CYCLES) as u64
 }
 
+/// The instructions that a share of the interrupts need at most; 0 of none.
+pub(crate) fn share(instructions: &[u64], share: f64) -> u64 {
+    let mut sorted = instructions.to_vec();
+    sorted.sort_unstable();
+    let last = sorted.len().saturating_sub(1);
+    let place = (share * last as f64).round() as usize;
+    sorted.get(place).copied().unwrap_or(0)
+}
+
 /// The interrupt's handler.
 const HANDLER: &str = "TIM5";
 

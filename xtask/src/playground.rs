@@ -15,7 +15,7 @@ const MAX_PAGE: usize = 430_000;
 
 /// Builds the page into a folder, as `index.html`.
 pub(crate) fn build(folder: &Path) -> Result<(), String> {
-    let module = without_custom_sections(&module()?)?;
+    let module = module()?;
     let parts = root().join("docs/playground");
     let read = |name: &str| {
         let path = parts.join(name);
@@ -52,7 +52,7 @@ pub(crate) fn usual_folder() -> PathBuf {
     built().join("playground")
 }
 
-/// Builds the module.
+/// Builds the module; its profile leaves out names and all that nothing runs by.
 fn module() -> Result<Vec<u8>, String> {
     // No path of this machine is in the page, so that every machine builds the same.
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
@@ -66,35 +66,6 @@ fn module() -> Result<Vec<u8>, String> {
         .env("CARGO_ENCODED_RUSTFLAGS", &flags))?;
     let file = built().join(TARGET).join("playground/playground.wasm");
     fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))
-}
-
-/// A module without its custom sections: names and tools, which nothing runs by.
-fn without_custom_sections(module: &[u8]) -> Result<Vec<u8>, String> {
-    const HEADER: usize = 8;
-    let short = || "the module ends within a section".to_owned();
-    let mut kept = module.get(..HEADER).ok_or_else(short)?.to_vec();
-    let mut at = HEADER;
-    while let Some(&kind) = module.get(at) {
-        let begin = at;
-        at += 1;
-        // LEB128.
-        let (mut length, mut shift) = (0, 0);
-        loop {
-            let byte = *module.get(at).ok_or_else(short)?;
-            at += 1;
-            length |= usize::from(byte & 0x7f) << shift;
-            shift += 7;
-            if byte & 0x80 == 0 {
-                break;
-            }
-        }
-        at += length;
-        let section = module.get(begin..at).ok_or_else(short)?;
-        if kind != 0 {
-            kept.extend_from_slice(section);
-        }
-    }
-    Ok(kept)
 }
 
 fn packed(bytes: &[u8]) -> std::io::Result<Vec<u8>> {

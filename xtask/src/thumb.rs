@@ -7,7 +7,7 @@ use capstone::arch::arm::{
 use capstone::prelude::*;
 
 /// An instruction at its address.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Instruction {
     pub(crate) address: u32,
     /// Bytes: 2 or 4.
@@ -51,9 +51,10 @@ pub(crate) enum Source {
 }
 
 /// The instruction after this one, unless its condition fails.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Flow {
     /// The next in memory.
+    #[default]
     On,
     /// One of the same function, or of another that returns in its place.
     Jump,
@@ -88,22 +89,12 @@ impl Instruction {
             address,
             // ARMv7-M Architecture Reference Manual, A5.1.
             length: if first >> 11 >= 0b11101 { 4 } else { 2 },
-            flow: Flow::On,
-            address_from: 0,
-            writes: 0,
-            stack: 0,
-            immediate: None,
-            divides: false,
-            is_conditional: false,
             // ARMv7-M Architecture Reference Manual, A7.7.38.
             conditions: match (first >> 8, first & 0xf) {
                 (0xbf, mask @ 1..) => 4 - mask.trailing_zeros(),
                 _ => 0,
             },
-            sets: None,
-            through: None,
-            entry: 0,
-            table: None,
+            ..Self::default()
         };
         let [[a, b], [c, d]] = [first.to_le_bytes(), second.to_le_bytes()];
         let known = CAPSTONE.with(|own| Self::known(own.as_ref()?, unknown, [a, b, c, d]));

@@ -30,7 +30,7 @@ use crate::telemetry::{Counts, RunSample};
 use crate::time::samples;
 
 /// The shortest sample times of a run, s, without terms and with them. At least half of each stays free of its longest
-/// interrupt, on the slowest chip (`cargo xtask interrupt`).
+/// interrupt, on the slowest chip (`cargo xtask budget`).
 pub const MIN_SAMPLE_TIME: f64 = 5e-5;
 /// See [`MIN_SAMPLE_TIME`].
 pub const MIN_SAMPLE_TIME_WITH_TERMS: f64 = 1.5e-4;

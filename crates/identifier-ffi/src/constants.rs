@@ -1,8 +1,6 @@
 //! Objects from constants: certificate and conversions of the settings were computed elsewhere.
 
 use identifier_core::constants::{Configuration, Constants, ConstantsError};
-use identifier_core::fixed_point::Word;
-use identifier_core::parameters::PerParameter;
 
 use crate::object::check;
 use crate::status::{CONSTANTS_CHANGED, CONSTANTS_TYPE, CONSTANTS_VERSION};
@@ -34,30 +32,5 @@ fn status_of(error: ConstantsError) -> i32 {
         ConstantsError::Version => CONSTANTS_VERSION,
         ConstantsError::Type => CONSTANTS_TYPE,
         _ => CONSTANTS_CHANGED,
-    }
-}
-
-/// Values of four parameters as C has them.
-pub(crate) trait InC {
-    /// An array of C.
-    type Values;
-
-    /// As C has them.
-    fn in_c(self) -> Self::Values;
-}
-
-impl InC for PerParameter<f32> {
-    type Values = [f32; 4];
-
-    fn in_c(self) -> [f32; 4] {
-        [self.a, self.b, self.coulomb, self.load]
-    }
-}
-
-impl InC for PerParameter<Word> {
-    type Values = [i32; 4];
-
-    fn in_c(self) -> [i32; 4] {
-        [self.a, self.b, self.coulomb, self.load].map(Word::to_bits)
     }
 }

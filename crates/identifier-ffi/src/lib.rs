@@ -17,6 +17,7 @@ mod face;
 
 pub mod commission;
 mod constants;
+#[macro_use]
 pub mod identifier;
 pub mod judge;
 pub mod names;

@@ -1,7 +1,17 @@
 //! The core's PID with an identifier.
 
+use identifier_core::constants::Configuration;
+use identifier_core::control::{ControlSample, Controller, Shaped, ShapedState};
+use identifier_core::identifier::{Identify, ServoLoop, ServoLoopState};
+use identifier_core::measurement::{LowPass, VelocityEstimate};
+use identifier_core::settings::FromSettings;
+
 use crate::Prototype;
-use crate::object::check;
+use crate::constants::configuration;
+use crate::identifier::{Identifies, NumberOfC, Readiness};
+use crate::object::{Content, Object, check, content, fill, storage};
+use crate::settings::{Settings, given};
+use crate::status::{self, Error, of_step};
 
 /// A loop, its state, and the sample of the controller that nothing was learnt from yet.
 #[derive(Debug, Clone, Copy)]
@@ -12,88 +22,127 @@ pub struct Closed<L, T, C> {
     sample: Option<C>,
 }
 
-impl<L, T, C> Closed<L, T, C> {
-    /// The loop and its state for the next sample. It takes the place of one that nothing was learnt from.
-    fn next_sample(&mut self) -> (&L, &mut T) {
-        self.sample = None;
-        (&self.servo_loop, &mut self.state)
+type Loop<N, I> = ServoLoop<N, LowPass<N>, I, Shaped<N>>;
+type StateOf<N> = <LowPass<N> as VelocityEstimate<N>>::State;
+type State<N, I> = ServoLoopState<N, StateOf<N>, <I as Identify<N>>::State, ShapedState<N>>;
+
+/// The loop of an identifier.
+pub type Inner<N, I> = Closed<Loop<N, I>, State<N, I>, ControlSample<N>>;
+
+impl<N: NumberOfC, I: Readiness<N>> Identifies<N> for Inner<N, I>
+where
+    Self: Content,
+{
+    type Identifier = I;
+
+    fn parts(&self) -> (&I, &I::State) {
+        (self.servo_loop.identifier(), self.state.identification())
     }
 }
 
-/// Writes a command with its status, zero where it is refused.
-///
-/// # Safety
-/// An address that is neither null nor misaligned may be written.
+unsafe fn build<N: NumberOfC, I: Identify<N> + FromSettings>(
+    object: *mut Object<Inner<N, I>>,
+    size: u32,
+    settings: *const Settings,
+    count: i32,
+) -> Result<i32, Error>
+where
+    Controller<N, LowPass<N>, Shaped<N>>: FromSettings,
+    Inner<N, I>: Content,
+{
+    // SAFETY: guaranteed by the caller.
+    unsafe {
+        let object = storage(object, size)?;
+        let servo_loop: Loop<N, I> = given(settings)?.build()?;
+        let closed = Closed {
+            state: servo_loop.start(count),
+            servo_loop,
+            sample: None,
+        };
+        fill(object, closed);
+    }
+    Ok(status::OK)
+}
+
 #[inline(always)]
-unsafe fn commanded<C: Default>(
-    address: *mut C,
-    sample: impl FnOnce() -> Result<(C, i32), i32>,
-) -> Result<i32, i32> {
-    check(address)?;
-    let (command, answer) = match sample() {
-        Ok((command, event)) => (command, Ok(event)),
-        Err(status) => (C::default(), Err(status)),
+unsafe fn from_constants<N: NumberOfC, I: Readiness<N>>(
+    object: *mut Object<Inner<N, I>>,
+    size: u32,
+    constants: *const u32,
+    words: u32,
+    count: i32,
+) -> Result<i32, i32>
+where
+    Loop<N, I>: Configuration,
+    Inner<N, I>: Content,
+{
+    // SAFETY: guaranteed by the caller.
+    unsafe {
+        let object = storage(object, size)?;
+        let (servo_loop, known): (Loop<N, I>, I::Known) = configuration(constants, words)?;
+        let mut state = servo_loop.start(count);
+        (servo_loop.identifier()).begin(state.identification_mut(), &known);
+        let sample = None;
+        fill(
+            object,
+            Closed {
+                servo_loop,
+                state,
+                sample,
+            },
+        );
+    }
+    Ok(status::OK)
+}
+
+/// The first half of a sample with its `setpoint`, offset and `count`, or with `LEARNS` all of it. Writes the command, zero
+/// where it is refused.
+#[inline(always)]
+unsafe fn sample<N: NumberOfC, I: Identify<N>, const LEARNS: bool>(
+    object: *mut Object<Inner<N, I>>,
+    (setpoint, offset, count): (i32, N::C, i32),
+    command: *mut N::C,
+) -> Result<i32, i32>
+where
+    Inner<N, I>: Content,
+{
+    check(command)?;
+    let done = || {
+        // SAFETY: guaranteed by the caller.
+        let own = unsafe { content(object) }?;
+        // It takes the place of one that nothing was learnt from.
+        own.sample = None;
+        let (servo_loop, state) = (&own.servo_loop, &mut own.state);
+        let offset = N::offset(offset);
+        if LEARNS {
+            let step = servo_loop.process(state, setpoint, offset, count);
+            let step = step.map_err(of_step)?;
+            return Ok((step.control.command, step.seen.event as i32));
+        }
+        let sample = servo_loop.control(state, setpoint, offset, count);
+        let sample = own.sample.insert(sample.map_err(of_step)?);
+        Ok((sample.command, status::OK))
+    };
+    let (written, answer) = match done() {
+        Ok((command, event)) => (command.to_c(), Ok(event)),
+        Err(refused) => (N::C::default(), Err(refused)),
     };
     // SAFETY: guaranteed by the caller; it was checked.
-    unsafe { address.write(command) };
+    unsafe { command.write(written) };
     answer
 }
 
-/// The functions of a loop with numbers of a type: offsets and commands as the caller has them, and back.
+/// The functions of a loop with numbers of a type, and further functions.
 macro_rules! closed {
-    (
-        $object:ident: $servo_loop:ty, $state:ty, $mark:literal, $words:literal words;
-        $init:ident $process:ident $control:ident $learn:ident $estimates:ident
-        $init_from_constants:ident $machine_estimates:ident;
-        $identifier:ty, $number:ty: |$offset:ident: $c_offset:ty| $as_offset:expr;
-        |$acted:ident: $c_number:ty| $as_number:expr; |$word:ident| $as_c:expr;
-        $($more:tt)*
-    ) => {
-        use identifier_core::control::ControlSample;
+    ($name:ident $object:ident: $identifier:ty, $number:ty, $c:ty, $mark:literal, $words:literal words; $($more:tt)*) => {
+        use super::Inner as InnerOf;
+        use crate::identifier::NumberOfC;
 
-        use identifier_core::identifier::MachineEstimates;
+        identifying! {
+            $name $object: InnerOf<$number, $identifier>, $number, $c, $mark, $words words;
 
-        use super::{Closed, commanded};
-        use crate::constants::{InC, configuration};
-        use crate::identifier::{Estimates, Readiness};
-        use crate::object::{Content, Object, answered, content, fill, shared, storage, write};
-        use crate::settings::{Settings, given};
-        use crate::status::{self, Error, of_step};
-
-        type Loop = $servo_loop;
-
-        /// The loop and its state.
-        pub type Inner = Closed<Loop, $state, ControlSample<$number>>;
-
-        /// Its object in the header.
-        pub type $object = Object<Inner>;
-
-        impl Content for Inner {
-            const MARK: u32 = $mark;
-            const WORDS: usize = $words;
-        }
-
-        /// # Safety
-        /// As the header says.
-        unsafe fn build(
-            object: *mut $object,
-            size: u32,
-            settings: *const Settings,
-            count: i32,
-        ) -> Result<i32, Error> {
-            // SAFETY: guaranteed by the caller.
-            unsafe {
-                let object = storage(object, size)?;
-                let servo_loop: Loop = given(settings)?.build()?;
-                let state = servo_loop.start(count);
-                fill(object, Closed { servo_loop, state, sample: None });
-            }
-            Ok(status::OK)
-        }
-
-        face! {
             /// Builds it from settings, at rest at a count.
-            fn $init(
+            fn [<servo_id_ $name _init>](
                 object: *mut $object,
                 size: u32,
                 settings: *const Settings,
@@ -101,11 +150,11 @@ macro_rules! closed {
                 error: *mut Error,
             ) {
                 // SAFETY: the header's conditions.
-                unsafe { answered(error, build(object, size, settings, count)) }
+                unsafe { answered(error, super::build(object, size, settings, count)) }
             }
 
             /// Builds it from constants, at rest at a count.
-            fn $init_from_constants(
+            fn [<servo_id_ $name _init_from_constants>](
                 object: *mut $object,
                 size: u32,
                 constants: *const u32,
@@ -113,117 +162,43 @@ macro_rules! closed {
                 count: i32,
             ) {
                 // SAFETY: the header's conditions.
-                unsafe {
-                    let object = storage(object, size)?;
-                    let (servo_loop, known): (Loop, <$identifier as Readiness<$number>>::Known) =
-                        configuration(constants, words)?;
-                    let mut state = servo_loop.start(count);
-                    servo_loop.identifier().begin(state.identification_mut(), &known);
-                    fill(object, Closed { servo_loop, state, sample: None });
-                }
-                Ok(status::OK)
+                unsafe { super::from_constants(object, size, constants, words, count) }
             }
 
             /// A sample: the command, zero where it is refused.
-            fn $process(
+            fn [<servo_id_ $name _process>](
                 object: *mut $object,
                 setpoint: i32,
-                $offset: $c_offset,
+                offset: $c,
                 count: i32,
-                command: *mut $c_number,
+                command: *mut $c,
             ) {
                 // SAFETY: the header's conditions.
-                unsafe {
-                    commanded(command, || {
-                        let (servo_loop, state) = content(object)?.next_sample();
-                        let step = servo_loop.process(state, setpoint, $as_offset, count);
-                        let step = step.map_err(of_step)?;
-                        let $word = step.control.command;
-                        Ok(($as_c, step.seen.event as i32))
-                    })
-                }
+                unsafe { super::sample::<_, _, true>(object, (setpoint, offset, count), command) }
             }
 
             /// The first half of a sample: the command, zero where it is refused.
-            fn $control(
+            fn [<servo_id_ $name _control>](
                 object: *mut $object,
                 setpoint: i32,
-                $offset: $c_offset,
+                offset: $c,
                 count: i32,
-                command: *mut $c_number,
+                command: *mut $c,
             ) {
                 // SAFETY: the header's conditions.
-                unsafe {
-                    commanded(command, || {
-                        let own = content(object)?;
-                        let (servo_loop, state) = own.next_sample();
-                        let sample = servo_loop.control(state, setpoint, $as_offset, count).map_err(of_step)?;
-                        own.sample = Some(sample);
-                        let $word = sample.command;
-                        Ok(($as_c, status::OK))
-                    })
-                }
+                unsafe { super::sample::<_, _, false>(object, (setpoint, offset, count), command) }
             }
 
             /// The second half, with the command that acts.
-            fn $learn(object: *mut $object, $acted: $c_number) {
+            fn [<servo_id_ $name _learn>](object: *mut $object, acted: $c) {
                 // SAFETY: the header's conditions.
                 let own = unsafe { content(object) }?;
-                let sample = own.sample.take().ok_or(status::NO_SAMPLE)?;
-                let update = own.servo_loop.learn_with(&mut own.state, &sample, $as_number);
+                let sample = own.sample.take().ok_or(crate::status::NO_SAMPLE)?;
+                let acted = NumberOfC::from_c(acted);
+                let update = own.servo_loop.learn_with(&mut own.state, &sample, acted);
                 update.map(|update| update.event as i32).map_err(of_step)
             }
 
-            /// The estimates.
-            fn $estimates(object: *const $object, estimates: *mut Estimates) {
-                // SAFETY: the header's conditions.
-                let own = unsafe { shared(object) }?;
-                let (identifier, state) = (own.servo_loop.identifier(), own.state.identification());
-                let found = Estimates::of(identifier, state);
-                // SAFETY: the header's conditions.
-                unsafe { write(estimates, found) }?;
-                Ok(identifier.readiness(state))
-            }
-
-            /// The estimates in machine units.
-            fn $machine_estimates(object: *const $object, machine: *mut $c_number) {
-                // SAFETY: the header's conditions.
-                let own = unsafe { shared(object) }?;
-                let (identifier, state) = (own.servo_loop.identifier(), own.state.identification());
-                let found = identifier.machine_estimates(state).in_c();
-                // SAFETY: the header's conditions.
-                unsafe { write(machine.cast(), found) }?;
-                Ok(identifier.readiness(state))
-            }
-
-            $($more)*
-        }
-    };
-}
-
-/// The same for floating point.
-macro_rules! closed_on_numbers {
-    (
-        $object:ident: $identifier:ty, $mark:literal, $words:literal words;
-        $init:ident $process:ident $control:ident $learn:ident $estimates:ident
-        $init_from_constants:ident $machine_estimates:ident;
-        $($more:tt)*
-    ) => {
-        use identifier_core::control::{Shaped, ShapedState};
-        use identifier_core::identifier::{Identify, ServoLoop, ServoLoopState};
-        use identifier_core::measurement::{LowPass, VelocityEstimate};
-
-        closed! {
-            $object: ServoLoop<f32, LowPass<f32>, $identifier, Shaped<f32>>,
-            ServoLoopState<
-                f32,
-                <LowPass<f32> as VelocityEstimate<f32>>::State,
-                <$identifier as Identify<f32>>::State,
-                ShapedState<f32>,
-            >,
-            $mark, $words words;
-            $init $process $control $learn $estimates $init_from_constants $machine_estimates;
-            $identifier, f32: |offset: f32| offset; |acted: f32| acted; |command_of_loop| command_of_loop;
             $($more)*
         }
     };
@@ -231,32 +206,22 @@ macro_rules! closed_on_numbers {
 
 /// The same for fixed point, where a command is a word.
 macro_rules! closed_on_words {
-    (
-        $object:ident: $parameters:literal, $mark:literal, $words:literal words;
-        $init:ident $process:ident $control:ident $learn:ident $estimates:ident $scale:ident
-        $init_from_constants:ident $machine_estimates:ident;
-    ) => {
-        use fixed::types::I16F16;
-        use identifier_core::control::{Shaped, ShapedState};
-        use identifier_core::fixed_point::{self, FixedLoopState, Word};
-        use identifier_core::Gradient;
+    ($name:ident $object:ident: $identifier:ty, $mark:literal, $words:literal words;) => {
+        use identifier_core::fixed_point::Word;
+
+        use crate::object::{shared, write};
 
         closed! {
-            $object: fixed_point::FixedLoop<$parameters, Shaped<Word>>,
-            FixedLoopState<$parameters, ShapedState<Word>>,
-            $mark, $words words;
-            $init $process $control $learn $estimates $init_from_constants $machine_estimates;
-            Gradient<Word, $parameters>, Word: |offset: i32| I16F16::from_bits(offset); |acted: i32| Word::from_bits(acted);
-            |word| word.to_bits();
+            $name $object: $identifier, Word, i32, $mark, $words words;
 
             /// Command units of a word's last bit.
-            fn $scale(object: *const $object, scale: *mut f64) {
+            fn [<servo_id_ $name _scale>](object: *const $object, scale: *mut f64) {
                 // SAFETY: the header's conditions.
                 let own = unsafe { shared(object) }?;
                 let last_bit = own.servo_loop.identifier().command(Word::from_bits(1));
                 // SAFETY: the header's conditions.
                 unsafe { write(scale, last_bit) }?;
-                Ok(status::OK)
+                Ok(crate::status::OK)
             }
         }
     };
@@ -264,42 +229,22 @@ macro_rules! closed_on_words {
 
 /// With the paper's estimator of a and b.
 pub mod gradient {
-    use identifier_core::identifier::GradientIdentifier;
-    use identifier_core::parameters::Unknowns;
-
-    closed_on_numbers! {
-        GradientLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2>, 0x5e1d_0012, 76 words;
-        servo_id_gradient_loop_init servo_id_gradient_loop_process servo_id_gradient_loop_control
-        servo_id_gradient_loop_learn servo_id_gradient_loop_estimates
-        servo_id_gradient_loop_init_from_constants servo_id_gradient_loop_machine_estimates;
-    }
+    closed! { gradient_loop GradientLoop: identifier_core::Gradient<f32, 2>, f32, f32, 0x5e1d_0012, 76 words; }
 }
 
 /// The same with Coulomb friction.
 pub mod gradient_coulomb {
-    use identifier_core::identifier::GradientIdentifier;
-    use identifier_core::parameters::Unknowns;
-
-    closed_on_numbers! {
-        GradientCoulombLoop: GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>, 0x5e1d_0013, 90 words;
-        servo_id_gradient_coulomb_loop_init servo_id_gradient_coulomb_loop_process
-        servo_id_gradient_coulomb_loop_control servo_id_gradient_coulomb_loop_learn
-        servo_id_gradient_coulomb_loop_estimates
-        servo_id_gradient_coulomb_loop_init_from_constants servo_id_gradient_coulomb_loop_machine_estimates;
+    closed! {
+        gradient_coulomb_loop GradientCoulombLoop: identifier_core::Gradient<f32, 3>, f32, f32, 0x5e1d_0013, 90 words;
     }
 }
 
 /// With Gauss–Newton.
 pub mod gauss_newton {
-    use identifier_core::identifier::GaussNewtonIdentifier;
-    use identifier_core::parameters::Unknowns;
+    use identifier_core::identifier::Identify;
 
-    closed_on_numbers! {
-        GaussNewtonLoop: GaussNewtonIdentifier<f32, Unknowns<4>, 4>, 0x5e1d_0014, 690 words;
-        servo_id_gauss_newton_loop_init servo_id_gauss_newton_loop_process
-        servo_id_gauss_newton_loop_control servo_id_gauss_newton_loop_learn
-        servo_id_gauss_newton_loop_estimates
-        servo_id_gauss_newton_loop_init_from_constants servo_id_gauss_newton_loop_machine_estimates;
+    closed! {
+        gauss_newton_loop GaussNewtonLoop: identifier_core::GaussNewton, f32, f32, 0x5e1d_0014, 690 words;
 
         /// Continues the first fit by at most this number of blocks.
         fn servo_id_gauss_newton_loop_work(object: *mut GaussNewtonLoop, blocks: u32) {
@@ -307,30 +252,19 @@ pub mod gauss_newton {
             let own = unsafe { content(object) }?;
             let identifier = own.servo_loop.identifier();
             identifier.work(own.state.identification_mut(), blocks);
-            Ok(status::OK)
+            Ok(crate::status::OK)
         }
     }
 }
 
 /// With the paper's estimator of a and b in fixed point.
 pub mod fixed_point {
-    closed_on_words! {
-        FixedLoop: 2, 0x5e1d_0015, 92 words;
-        servo_id_fixed_loop_init servo_id_fixed_loop_process servo_id_fixed_loop_control
-        servo_id_fixed_loop_learn servo_id_fixed_loop_estimates servo_id_fixed_loop_scale
-        servo_id_fixed_loop_init_from_constants servo_id_fixed_loop_machine_estimates;
-    }
+    closed_on_words! { fixed_loop FixedLoop: identifier_core::Gradient<Word, 2>, 0x5e1d_0015, 92 words; }
 }
 
 /// The same with Coulomb friction.
 pub mod fixed_point_coulomb {
-    closed_on_words! {
-        FixedCoulombLoop: 3, 0x5e1d_0016, 108 words;
-        servo_id_fixed_coulomb_loop_init servo_id_fixed_coulomb_loop_process
-        servo_id_fixed_coulomb_loop_control servo_id_fixed_coulomb_loop_learn
-        servo_id_fixed_coulomb_loop_estimates servo_id_fixed_coulomb_loop_scale
-        servo_id_fixed_coulomb_loop_init_from_constants servo_id_fixed_coulomb_loop_machine_estimates;
-    }
+    closed_on_words! { fixed_coulomb_loop FixedCoulombLoop: identifier_core::Gradient<Word, 3>, 0x5e1d_0016, 108 words; }
 }
 
 /// The lists of all of them.

@@ -39,6 +39,7 @@ pub mod log;
 mod motion_unit;
 pub mod nearest;
 mod of_origin;
+mod options;
 pub mod physical;
 pub mod predict;
 mod predictions;

@@ -49,31 +49,14 @@ fn stated(named: &BTreeMap<String, f64>) -> PyResult<(Goal, Conditions)> {
     let mut conditions = Conditions::default();
     let mut goal = Goal::Stiffest;
     for (name, &value) in named {
-        let place = match name.as_str() {
-            "response_time" => {
-                goal = Goal::ResponseTime(value);
-                continue;
+        match name.as_str() {
+            "response_time" => goal = Goal::ResponseTime(value),
+            "bandwidth" => goal = Goal::Bandwidth(value),
+            name => {
+                let taken = conditions.answer(name, &value.to_string());
+                taken.map_err(|why| value_error(format!("{name}: {why}")))?;
             }
-            "bandwidth" => {
-                goal = Goal::Bandwidth(value);
-                continue;
-            }
-            "sample_time" => &mut conditions.sample_time,
-            "counts" => &mut conditions.counts,
-            "resolution" => &mut conditions.resolution,
-            "limit" => &mut conditions.limit,
-            "command_delay" => &mut conditions.command_delay,
-            "cutoff" => &mut conditions.cutoff,
-            "max_sensitivity" => &mut conditions.max_sensitivity,
-            "max_noise" => &mut conditions.max_noise,
-            "resonance" => &mut conditions.resonance,
-            "step" => &mut conditions.step,
-            "torque_constant" => &mut conditions.torque_constant,
-            "bus_voltage" => &mut conditions.bus_voltage,
-            "max_current" => &mut conditions.max_current,
-            _ => return Err(value_error(format!("{name} is not a condition of tuning"))),
-        };
-        *place = Some(value);
+        }
     }
     Ok((goal, conditions))
 }

@@ -98,7 +98,7 @@ impl Experiment {
             kind: ExcitationKind::Steps,
             levels: vec![0.0, size],
             hold: time,
-            ..ExcitationSettings::NONE
+            ..ExcitationSettings::default()
         };
         scenario.duration = 2.0 * time;
         let run = Self::run(scenario.checked(Purpose::Run)?)?;

@@ -96,7 +96,7 @@ impl Settings {
     }
 
     fn excitation(&self) -> ExcitationSettings {
-        let none = ExcitationSettings::NONE;
+        let none = ExcitationSettings::default();
         match self.reference {
             Reference::Noise => ExcitationSettings {
                 kind: ExcitationKind::BandLimitedWhiteNoise,

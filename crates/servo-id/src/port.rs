@@ -120,9 +120,12 @@ impl Port {
     ///
     /// # Errors
     /// If the line breaks.
-    pub fn stop(&mut self) -> Result<bool, PortError> {
+    pub fn stop(&mut self, hear: &impl Fn(&Report)) -> Result<bool, PortError> {
         let id = self.next_id();
-        let is_done = |report: &Report| matches!(report, Report::Done { id: same } if *same == id);
+        let is_done = |report: &Report| {
+            hear(report);
+            matches!(report, Report::Done { id: same } if *same == id)
+        };
         let until = Instant::now() + STOP_TIME;
         while Instant::now() < until {
             let command = Command::Stop;
@@ -318,7 +321,7 @@ mod tests {
             // The first two are lost.
             (heard > 2).then_some(Report::Done { id: request.id })
         });
-        assert!(port.stop().expect("the line is whole"));
+        assert!(port.stop(&|_| ()).expect("the line is whole"));
         let sent = received.all();
         assert!(sent.len() >= 3, "{sent:?}");
         for request in &sent {
@@ -335,7 +338,7 @@ mod tests {
             })
         });
         let begun = Instant::now();
-        assert!(!port.stop().expect("the line is whole"));
+        assert!(!port.stop(&|_| ()).expect("the line is whole"));
         assert!(begun.elapsed() >= STOP_TIME);
         // A machine that is busy sends fewer, and one that is not no more.
         let sent = received.count(Command::Stop);

@@ -23,7 +23,7 @@ const PARAMETERS: [Parameter; 4] = [
 ];
 
 /// Gathers a [`Summary`] from the samples of a run with an estimator that takes them one by one.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Summariser {
     tail_from: f64,
     duration: f64,
@@ -69,19 +69,9 @@ impl Summariser {
             duration,
             truth: scenario.plant,
             sample_time: scenario.sample_time(),
-            tracked: [Tracked::default(); 4],
-            has_standard_errors: false,
             tail_buffer: TailBuffer::new(effort.samples),
             effort,
-            travelled: 0.0,
-            last_position: None,
-            error_squares: Statistics::default(),
-            error_peak: 0.0,
-            has_model: false,
-            outside_a: None,
-            outside_b: None,
-            end: 0.0,
-            prediction: None,
+            ..Self::default()
         }
     }
 

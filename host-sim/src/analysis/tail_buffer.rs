@@ -8,7 +8,7 @@ use identifier_log::experiment::Sample;
 
 /// The last samples of a run: position and the command that acted from there on. A shorter run is kept whole. A longer
 /// one is judged by its end, where the estimates are best.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct TailBuffer {
     samples: VecDeque<Logged>,
     most: usize,

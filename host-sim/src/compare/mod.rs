@@ -125,15 +125,8 @@ fn method(law: Estimator) -> Method {
 fn run(scenario: &Scenario) -> MethodErrors {
     let refused = MethodErrors {
         law: scenario.identifier.law.name(),
-        status: None,
-        reason: String::new(),
-        error_a: None,
-        error_b: None,
-        error_coulomb: None,
-        error_load: None,
-        settling_a: None,
-        settling_b: None,
         true_b: scenario.plant.map_or(1.0, |plant| plant.b),
+        ..MethodErrors::default()
     };
     let simulation = match Simulation::build(scenario) {
         Ok(simulation) => simulation,

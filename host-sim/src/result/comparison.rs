@@ -42,7 +42,7 @@ pub struct CaseResult {
 }
 
 /// Errors of a method in a case, estimate less truth, SI; none where it has no estimate.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct MethodErrors {
     /// The method's name.
     pub law: &'static str,

@@ -123,7 +123,7 @@ impl Scenario {
             sensor: SensorEffects::default(),
             faults: Vec::new(),
             brake: None,
-            excitation: ExcitationSettings::NONE,
+            excitation: ExcitationSettings::default(),
             duration: 0.0,
             seed: None,
             compare: CompareSettings {

@@ -11,6 +11,7 @@ use identifier_log::scenario::MAX_ENTRIES;
 
 named! {
     /// The kinds of reference.
+    #[derive(Default)]
     pub enum ExcitationKind {
         /// Band-limited white noise.
         BandLimitedWhiteNoise = "band-limited-white-noise" takes &["power", "sample_time", "seed"],
@@ -25,12 +26,13 @@ named! {
         /// Staircase.
         Steps = "steps" takes &["levels", "hold"],
         /// Zero.
+        #[default]
         None = "none",
     }
 }
 
-/// The settings of the reference, SI; each kind takes its own part.
-#[derive(Debug, Clone, PartialEq)]
+/// The settings of the reference, SI; each kind takes its own part. By default it is zero.
+#[derive(Debug, Clone, PartialEq, Default)]
 #[expect(
     missing_docs,
     reason = "the fields are the keys of the scenario file, documented there"
@@ -53,24 +55,6 @@ pub struct ExcitationSettings {
 }
 
 impl ExcitationSettings {
-    /// A reference of zero.
-    pub const NONE: Self = Self {
-        kind: ExcitationKind::None,
-        power: 0.0,
-        sample_time: 0.0,
-        seed: 0,
-        amplitude: 0.0,
-        hold: 0.0,
-        order: 0,
-        amplitudes: Vec::new(),
-        frequencies: Vec::new(),
-        from: 0.0,
-        to: 0.0,
-        duration: 0.0,
-        period: 0.0,
-        levels: Vec::new(),
-    };
-
     /// The paper's reference, which is the default.
     pub(super) fn paper() -> Self {
         Self {
@@ -78,7 +62,7 @@ impl ExcitationSettings {
             power: 0.005,
             sample_time: 0.1,
             seed: 1_212_121,
-            ..Self::NONE
+            ..Self::default()
         }
     }
 

@@ -28,7 +28,7 @@ pub struct VerifiedEstimate<'a> {
 }
 
 /// The extent of an assessment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Effort {
     /// Samples at most.
     pub samples: usize,

@@ -183,7 +183,7 @@ impl EvenRows {
                 reference: both(from.reference, to.reference),
                 position: between(from.position, to.position),
                 command: both(from.command, to.command),
-                injection: between(from.injection, to.injection),
+                known_torque: between(from.known_torque, to.known_torque),
                 velocity: both(from.velocity, to.velocity),
                 bridged: true,
                 begins: false,

@@ -209,7 +209,7 @@ impl Log {
         }
         if self.settings.known_torque.is_some() {
             for row in &mut self.rows {
-                row.command = row.command.map(|command| command + row.injection);
+                row.command = row.command.map(|command| command + row.known_torque);
             }
         }
         let mut was_bridged = false;
@@ -315,10 +315,10 @@ fn hold(rows: &mut [Row]) {
         command = row.command.or(command);
         reference = row.reference.or(reference);
         (row.command, row.reference) = (command, reference);
-        if row.injection.is_nan() {
-            row.injection = torque;
+        if row.known_torque.is_nan() {
+            row.known_torque = torque;
         }
-        torque = row.injection;
+        torque = row.known_torque;
     }
 }
 

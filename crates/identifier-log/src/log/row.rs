@@ -4,7 +4,7 @@ use super::{LogError, Table};
 use crate::scenario::{LogQuantity, LogSettings, TimeUnit};
 
 /// One sample of a log, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Row {
     /// The line of the file, from 1, the heading among them; of a bridged sample, that after the gap.
     pub line: u32,
@@ -16,9 +16,8 @@ pub struct Row {
     pub position: f64,
     /// The command that acted from here to the next sample, where the log has one.
     pub command: Option<f64>,
-    /// Known signal behind the controller, or known torque beside the command; zero where the log has none. A log has added
-    /// a torque to its commands.
-    pub injection: f64,
+    /// Known torque beside the command, command units; zero where the log has none. A log has added it to its commands.
+    pub known_torque: f64,
     /// Measured velocity, where the log has one.
     pub velocity: Option<f64>,
     /// True if a straight line replaces samples that were not recorded.
@@ -36,13 +35,7 @@ impl Row {
             // A table has fewer rows.
             line: line as u32,
             time,
-            reference: None,
-            position: 0.0,
-            command: None,
-            injection: 0.0,
-            velocity: None,
-            bridged: false,
-            begins: false,
+            ..Self::default()
         }
     }
 
@@ -53,7 +46,7 @@ impl Row {
             LogQuantity::Reference => self.reference = Some(value),
             LogQuantity::Position => self.position = value,
             LogQuantity::Command => self.command = Some(value),
-            LogQuantity::Injection | LogQuantity::KnownTorque => self.injection = value,
+            LogQuantity::KnownTorque => self.known_torque = value,
             LogQuantity::Velocity => self.velocity = Some(value),
         }
     }
@@ -108,7 +101,7 @@ pub(super) fn rows(
         let mut row = Row::at(u64::from(*line), at);
         row.position = f64::NAN;
         if settings.known_torque.is_some() {
-            row.injection = f64::NAN;
+            row.known_torque = f64::NAN;
         }
         for (quantity, column, of, scale) in &places {
             let number = of.values[index];

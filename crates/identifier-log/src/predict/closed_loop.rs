@@ -145,7 +145,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         let error = (reference - position) / unit;
         let control = &mut segment_run.control;
         let step = declared.process(control, error, increment).ok()?;
-        let command = step.command + sample.injection;
+        let command = step.command;
         if segment_run.runs {
             let first = segment_run.first;
             self.position.add(sample.position - first, position - first);
@@ -160,7 +160,7 @@ impl<V: VelocityEstimate<f64>> Simulation<V> {
         let settled = segment_run.samples >= self.settling;
         if settled
             && !segment_run.knows_integral
-            && let Some(own) = sample.command.map(|command| command - sample.injection)
+            && let Some(own) = sample.command
             && let Some(mut known) = declared.with_integral(before, error, increment, own)
         {
             declared.process(&mut known, error, increment).ok()?;

@@ -701,32 +701,23 @@ fn cell(column: &[f64]) -> f64 {
 }
 
 impl TableColumn {
+    fn finite(&self) -> impl Iterator<Item = f64> + Clone + '_ {
+        (self.values.iter().copied()).filter(|value| value.is_finite())
+    }
+
     fn has_values(&self) -> bool {
-        self.values.iter().any(|value| value.is_finite())
+        self.finite().next().is_some()
     }
 
     /// True if its numbers differ.
     pub(super) fn is_moving(&self) -> bool {
-        let (low, high) = extremes(
-            self.values
-                .iter()
-                .copied()
-                .filter(|value| value.is_finite()),
-        );
+        let (low, high) = extremes(self.finite());
         low < high
     }
 
     fn steps(&self) -> impl Iterator<Item = f64> + '_ {
-        let values = self
-            .values
-            .iter()
-            .copied()
-            .filter(|value| value.is_finite());
-        let before = values.clone();
-        values
-            .skip(1)
-            .zip(before)
-            .map(|(next, before)| next - before)
+        let next = self.finite().skip(1);
+        (next.zip(self.finite())).map(|(next, before)| next - before)
     }
 
     /// True if no number is before the last.
@@ -773,12 +764,7 @@ impl TableColumn {
         /// Part of the range from which a step begins again, and part of the steps that may.
         const JUMP: f64 = 0.7;
         const MAX_SHARE: f64 = 0.05;
-        let (low, high) = extremes(
-            self.values
-                .iter()
-                .copied()
-                .filter(|value| value.is_finite()),
-        );
+        let (low, high) = extremes(self.finite());
         let range = high - low;
         let is_jump = |step: f64| step.abs() > JUMP * range;
         let jumps = self.steps().filter(|step| is_jump(*step)).count();
@@ -803,9 +789,9 @@ impl TableColumn {
     fn distinct_is_few(&self) -> bool {
         const FEW: usize = 8;
         let mut seen: Vec<f64> = Vec::new();
-        for value in self.values.iter().filter(|value| value.is_finite()) {
-            if !seen.contains(value) {
-                seen.push(*value);
+        for value in self.finite() {
+            if !seen.contains(&value) {
+                seen.push(value);
             }
             if seen.len() > FEW {
                 return false;

@@ -102,11 +102,11 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
         self.knows_integral = self.begins_known;
     }
 
-    /// Its command in a sample, with the injection.
+    /// Its command in a sample.
     pub(super) fn process(&mut self, scaled: &ScaledRow) -> Result<f64, StepError> {
         let (error, increment) = (scaled.error, scaled.increment);
         let sample = self.pid.process(&mut self.control, error, increment)?;
-        Ok(sample.command + scaled.row.injection)
+        Ok(sample.command)
     }
 
     /// Compares its command with the recorded one in a log, by its number from 0, until it cannot compute a sample. The
@@ -134,9 +134,8 @@ impl<V: VelocityEstimate<f64>> Declared<V> {
             return Ok(());
         };
         if !self.knows_integral {
-            let (error, increment, own) =
-                (scaled.error, scaled.increment, recorded - row.injection);
-            let Some(known) = self.pid.with_integral(before, error, increment, own) else {
+            let (error, increment) = (scaled.error, scaled.increment);
+            let Some(known) = (self.pid).with_integral(before, error, increment, recorded) else {
                 return Ok(());
             };
             self.knows_integral = true;

@@ -89,8 +89,8 @@ laws! {
     /// Recursive Gauss–Newton.
     GaussNewton: "gauss-newton", Fit, ALL, Pid, "nothing", "this project",
         &[
-            "bounds", "uncertainty", "noise", "bandwidth", "max_speed", "start_time", "memory",
-            "required_terms", "low_speed_velocity", "ripple_order", "revolution",
+            "bounds", "noise", "bandwidth", "max_speed", "start_time", "memory", "required_terms",
+            "low_speed_velocity", "ripple_order", "revolution",
         ];
     /// One fit to the whole record, with the effects that it needs.
     Fit: "fit", Record, ALL, Pid, "nothing", "this project",

@@ -107,11 +107,6 @@ pub(super) fn check(scenario: &Options) -> Result<(), Fault> {
             "[inner] and [controller] both compute the command: leave out one of them",
         ),
         (
-            log.injection.is_some(),
-            "log.injection",
-            "[inner] takes no injection: leave it out",
-        ),
-        (
             log.velocity.is_some() && inner.cutoff.is_some(),
             "inner.cutoff",
             "it filters the velocity computed from the position, but log.velocity gives the velocity: leave out one \

@@ -156,15 +156,6 @@ pub fn of_log<S: AsMut<Options>>() -> Vec<Key<S>> {
 "identifier.max_speed": Number(POSITIVE, Optional(|s| &mut given(s).max_speed)),
     Derived("what the number format represents exactly in a sample"), "rad/s",
     "the highest speed of the servo; a larger jump of the position ends the run";
-"identifier.uncertainty": Table(Always), Derived("unknown"), "", "standard deviations of the initial estimates";
-"identifier.uncertainty.a": Number(POSITIVE, Optional(|s| &mut given(s).uncertainty.a)), Derived("unknown"), "1/s",
-    "standard deviation of initial.a";
-"identifier.uncertainty.b": Number(POSITIVE, Optional(|s| &mut given(s).uncertainty.b)), Derived("unknown"),
-    "rad/s² per command unit", "standard deviation of initial.b";
-"identifier.uncertainty.coulomb": Number(POSITIVE, Optional(|s| &mut given(s).uncertainty.coulomb)), Derived("unknown"),
-    "rad/s²", "standard deviation of initial.coulomb";
-"identifier.uncertainty.load": Number(POSITIVE, Optional(|s| &mut given(s).uncertainty.load)), Derived("unknown"),
-    "rad/s²", "standard deviation of initial.load";
 "identifier.noise": Number(POSITIVE, Optional(|s| &mut given(s).noise)), Derived("an encoder count over the square root of 12"), "rad",
     "smallest standard deviation of the position noise; a larger one is estimated";
 "identifier.start_time": Number(Fixed(Allowed::Within(1e-4, 1e4)), Optional(|s| &mut given(s).start_time)),
@@ -247,8 +238,6 @@ pub fn of_log<S: AsMut<Options>>() -> Vec<Key<S>> {
      below 0 for the other direction";
 "log.command": ColumnOf(Optional(|s| &mut log(s).command)), Derived("the declared controller's, computed again"), "scaled by command_scale",
     "the total command that acted from each row to the next";
-"log.injection": ColumnOf(Optional(|s| &mut log(s).injection)), Derived("none"), "scaled by command_scale",
-    "injection: added to the declared controller's command after its limit";
 "log.known_torque": ColumnOf(Optional(|s| &mut log(s).known_torque)), Derived("none"), "N·m, of a linear axis N",
     "known torque that acts on the joint beside the command, positive if it moves the position up, such as gravity by a model; needs the torque of a unit of command";
 "log.command_scale": Number(ANY, Held(|s| &mut log(s).units.command_scale)), Value(1.0), "",

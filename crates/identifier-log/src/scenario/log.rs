@@ -21,8 +21,6 @@ pub struct LogSettings {
     /// The command that acted, whatever it was made of. None: the declared controller's, computed
     /// again.
     pub command: Option<Column>,
-    /// A known signal that was added to the declared controller's command behind its limit.
-    pub injection: Option<Column>,
     /// A known torque that acts on the joint beside the command, N·m (N on a linear axis).
     pub known_torque: Option<Column>,
     /// Measured velocity, which the servo's own position loop acts on.
@@ -101,7 +99,6 @@ impl LogSettings {
             reference: None,
             position,
             command: None,
-            injection: None,
             known_torque: None,
             velocity: None,
             inner: None,
@@ -122,7 +119,6 @@ impl LogSettings {
             (LogQuantity::Reference, self.reference.as_ref()),
             (LogQuantity::Position, Some(&self.position)),
             (LogQuantity::Command, self.command.as_ref()),
-            (LogQuantity::Injection, self.injection.as_ref()),
             (LogQuantity::KnownTorque, self.known_torque.as_ref()),
             (LogQuantity::Velocity, self.velocity.as_ref()),
         ];

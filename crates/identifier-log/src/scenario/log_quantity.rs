@@ -9,7 +9,6 @@ pub enum LogQuantity {
     Reference,
     Position,
     Command,
-    Injection,
     KnownTorque,
     Velocity,
 }
@@ -23,7 +22,6 @@ impl LogQuantity {
             Self::Reference => "log.reference",
             Self::Position => "log.position",
             Self::Command => "log.command",
-            Self::Injection => "log.injection",
             Self::KnownTorque => "log.known_torque",
             Self::Velocity => "log.velocity",
         }

@@ -18,7 +18,7 @@ pub struct LogUnits {
     pub reference: Option<PositionUnit>,
     /// For the reference.
     pub reference_scale: f64,
-    /// Command units for one of the log's, of command and injection.
+    /// Command units for one of the log's.
     pub command_scale: f64,
     /// Torque of a unit of command, N·m (N on a linear axis), where it is declared.
     pub torque_constant: Option<f64>,
@@ -126,7 +126,7 @@ impl LogUnits {
             LogQuantity::Time => self.time.seconds().unwrap_or(sample_time),
             LogQuantity::Reference => self.reference(),
             LogQuantity::Position | LogQuantity::Velocity => self.position(),
-            LogQuantity::Command | LogQuantity::Injection => self.command_scale,
+            LogQuantity::Command => self.command_scale,
             LogQuantity::KnownTorque => self.torque_constant.map_or(f64::NAN, f64::recip),
         }
     }

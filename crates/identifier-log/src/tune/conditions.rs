@@ -4,67 +4,51 @@ use identifier_core::tuning::{Goal, TuningSettings};
 
 use super::known_forces::Angle;
 use super::{Form, IdentifiedResult};
+use crate::options::options;
 use crate::provenance::Task;
 use crate::result::KeptResult;
 use crate::scenario::{CommandUnit, Options};
 
-/// The conditions of the gains, SI, as options. The rest comes from the scenario or the result, or has a default.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(
-    feature = "clap",
-    derive(clap::Args),
-    command(allow_negative_numbers = true)
-)]
-pub struct Conditions {
-    /// Sample time of the loop, s; the result's by default.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "T"))]
-    pub sample_time: Option<f64>,
-    /// Counts of the encoder per revolution; 0 for an ideal sensor.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", group = "encoder"))]
-    pub counts: Option<f64>,
-    /// Position of a count, rad (m on a linear axis); 0 for an ideal sensor.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "R", group = "encoder"))]
-    pub resolution: Option<f64>,
-    /// The largest command, command units; inf for none.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "U"))]
-    pub limit: Option<f64>,
-    /// Delay from encoder reading to output that was not identified, s; the scenario's, or none, by default.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "S"))]
-    pub command_delay: Option<f64>,
-    /// Cut-off of the velocity estimate, rad/s; chosen with the gains by default.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "W"))]
-    pub cutoff: Option<f64>,
-    /// Largest sensitivity Ms; 1.6 by default.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "M"))]
-    pub max_sensitivity: Option<f64>,
-    /// Largest noise of the command due to encoder noise, as a fraction of the limit; 0.03 by default.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PART"))]
-    pub max_noise: Option<f64>,
-    /// Lowest known resonance, rad/s.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "W"))]
-    pub resonance: Option<f64>,
-    /// Step of the predicted response, rad; 0.1 by default, at least 10 counts.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RAD"))]
-    pub step: Option<f64>,
-    /// Add a reference model with feed-forward if the step then rises faster.
-    #[cfg_attr(feature = "clap", arg(long))]
-    pub feed_forward: bool,
-    /// Print the gains in the form of a drive's firmware: pid, cascade, simplefoc, odrive, moteus, vesc, dynamixel,
-    /// feetech, wpilib, sparkmax, linuxcnc or cia402.
-    #[cfg_attr(
-        feature = "clap",
-        arg(long = "for", value_name = "FORM", conflicts_with = "feed_forward")
-    )]
-    pub form: Option<Form>,
-    /// Torque per command unit, N·m, for a form that takes a torque; the result's by default.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "K", requires = "form"))]
-    pub torque_constant: Option<f64>,
-    /// Supply voltage, V, for a form whose command is a share of it.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "V", requires = "form"))]
-    pub bus_voltage: Option<f64>,
-    /// The largest current, A, for a form whose command is a share of it.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "A", requires = "form"))]
-    pub max_current: Option<f64>,
+options! {
+    /// The conditions of the gains, SI, as options. The rest comes from the scenario or the result, or has a default.
+    #[derive(Debug, Clone, Copy, PartialEq, Default)]
+    pub struct Conditions {
+        /// Sample time of the loop, s; the result's by default.
+        sample_time: f64 = "T",
+        /// Counts of the encoder per revolution; 0 for an ideal sensor.
+        counts: f64 = "N" { group = "encoder" },
+        /// Position of a count, rad (m on a linear axis); 0 for an ideal sensor.
+        resolution: f64 = "R" { group = "encoder" },
+        /// The largest command, command units; inf for none.
+        limit: f64 = "U",
+        /// Delay from encoder reading to output that was not identified, s; the scenario's, or none, by default.
+        command_delay: f64 = "S",
+        /// Cut-off of the velocity estimate, rad/s; chosen with the gains by default.
+        cutoff: f64 = "W",
+        /// Largest sensitivity Ms; 1.6 by default.
+        max_sensitivity: f64 = "M",
+        /// Largest noise of the command due to encoder noise, as a fraction of the limit; 0.03 by default.
+        max_noise: f64 = "PART",
+        /// Lowest known resonance, rad/s.
+        resonance: f64 = "W",
+        /// Step of the predicted response, rad; 0.1 by default, at least 10 counts.
+        step: f64 = "RAD",
+        /// Torque per command unit, N·m, for a form that takes a torque; the result's by default.
+        torque_constant: f64 = "K" { requires = "form" },
+        /// Supply voltage, V, for a form whose command is a share of it.
+        bus_voltage: f64 = "V" { requires = "form" },
+        /// The largest current, A, for a form whose command is a share of it.
+        max_current: f64 = "A" { requires = "form" },
+    }
+    more {
+        /// Add a reference model with feed-forward if the step then rises faster.
+        #[cfg_attr(feature = "clap", arg(long))]
+        pub feed_forward: bool,
+        /// Print the gains in the form of a drive's firmware: pid, cascade, simplefoc, odrive, moteus, vesc, dynamixel,
+        /// feetech, wpilib, sparkmax, linuxcnc or cia402.
+        #[cfg_attr(feature = "clap", arg(long = "for", value_name = "FORM", conflicts_with = "feed_forward"))]
+        pub form: Option<Form>,
+    }
 }
 
 /// A condition that is not known and must be stated.

@@ -5,7 +5,7 @@ use super::{Cause, Residual};
 
 /// The evidence for an identification besides its estimates, SI. Evidence that was not gathered is none, and
 /// is not held against it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Evidence {
     /// The motion behind it.
     pub motion: Motion,
@@ -51,7 +51,7 @@ pub struct FitEvidence {
 }
 
 /// The servo's motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
     /// Samples that were learnt from.
     pub samples: u64,
@@ -60,7 +60,7 @@ pub struct Motion {
 }
 
 /// The evidence for one unknown, in its unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct UnknownEvidence {
     /// The estimate; not finite if there is none.
     pub estimate: f64,
@@ -84,15 +84,10 @@ pub struct UnknownEvidence {
 impl UnknownEvidence {
     /// An estimate without a rejection reason; `scale` as in [`UnknownEvidence::scale`].
     #[must_use]
-    pub const fn at(scale: f64) -> Self {
+    pub fn at(scale: f64) -> Self {
         Self {
-            estimate: 0.0,
             scale,
-            std_error: None,
-            needs_more_amplitudes: false,
-            movement: 0.0,
-            refit_difference: None,
-            at_bound: false,
+            ..Self::default()
         }
     }
 
@@ -116,22 +111,10 @@ pub struct MissingEffect {
 impl Evidence {
     /// Nothing known but the motion.
     #[must_use]
-    pub const fn from_motion(motion: Motion) -> Self {
+    pub fn from_motion(motion: Motion) -> Self {
         Self {
             motion,
-            aborted: false,
-            residual: None,
-            lack: None,
-            prediction: None,
-            rejection_reason: None,
-            missing_term: None,
-            not_a_servo: false,
-            fit: None,
-            judged_by: None,
-            innovation: None,
-            gain_of_scales: None,
-            command_was_computed: false,
-            unknowns: [None; Unknown::ALL.len()],
+            ..Self::default()
         }
     }
 

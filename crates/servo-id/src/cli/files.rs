@@ -4,6 +4,8 @@ use std::fs::{self, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use same_file::Handle;
+
 use super::fault::Fault;
 use super::output_file::Output;
 use super::place::Place;
@@ -39,14 +41,10 @@ pub(super) struct Picture {
     output: Output,
 }
 
-/// The identity of a file under all of its names.
+/// The identity of a file, under all of its names if it exists.
 #[derive(Debug, PartialEq, Eq)]
 enum Identity {
-    #[cfg(unix)]
-    Existing {
-        device: u64,
-        inode: u64,
-    },
+    Existing(Handle),
     Named(PathBuf),
 }
 
@@ -54,8 +52,8 @@ impl Files {
     /// The files of a call that reads these.
     pub(super) fn reading(inputs: &[&Path], force: bool) -> Self {
         let identity = |name: &&Path| {
-            let found = fs::metadata(name).ok().filter(Metadata::is_file)?;
-            Some(Identity::new(&name.canonicalize().ok()?, Some(&found)))
+            fs::metadata(name).ok().filter(Metadata::is_file)?;
+            Some(Identity::new(&name.canonicalize().ok()?))
         };
         Self {
             force,
@@ -134,7 +132,7 @@ impl Files {
             }
             Place::Device(_) => Ok(()),
             Place::File { path, existing } => {
-                let identity = Identity::new(path, existing.as_ref());
+                let identity = Identity::new(path);
                 if self.inputs.contains(&identity) {
                     return Err("this file is an input: write to another one".to_owned());
                 }
@@ -188,21 +186,8 @@ impl Picture {
 }
 
 impl Identity {
-    /// For a file under its name without links; if it exists, all its other names count as the same.
-    #[cfg(unix)]
-    fn new(path: &Path, existing: Option<&Metadata>) -> Self {
-        use std::os::unix::fs::MetadataExt;
-        existing.map_or_else(
-            || Self::Named(path.to_owned()),
-            |found| Self::Existing {
-                device: found.dev(),
-                inode: found.ino(),
-            },
-        )
-    }
-
-    #[cfg(not(unix))]
-    fn new(path: &Path, _: Option<&Metadata>) -> Self {
-        Self::Named(path.to_owned())
+    /// For a file under its name without links.
+    fn new(path: &Path) -> Self {
+        Handle::from_path(path).map_or_else(|_| Self::Named(path.to_owned()), Self::Existing)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use commissioning::CommissionSettings;
@@ -51,6 +52,11 @@ impl Driven {
     /// Ends every wait for the drive, until it is stopped, when this is set.
     pub fn end_waits_by(&mut self, interruption: &'static AtomicBool) {
         self.client.interruption = Some(interruption);
+    }
+
+    /// Passes on every report that it hears, those that a wait is for, too.
+    pub fn pass_reports_to(&mut self, reports: Sender<Report>) {
+        self.client.reports = Some(reports);
     }
 
     /// Stops the drive from another thread just before the program ends.
@@ -114,6 +120,17 @@ impl Driven {
         self.client.stop()
     }
 
+    /// The same for a program that goes on: the next run is kept alive.
+    ///
+    /// # Errors
+    /// Those of [`Client::stop`].
+    pub fn stop_and_stay(&mut self) -> Result<(), DriveError> {
+        let sign = self.client.sign;
+        let stopped = self.stop();
+        self.client.sign = sign;
+        stopped.map(drop)
+    }
+
     /// Sends a command once that must not be done twice. Without an answer, the drive's state decides whether it was
     /// done.
     fn begin(
@@ -166,7 +183,7 @@ impl Drop for Driven {
     fn drop(&mut self) {
         if self.is_to_be_stopped() {
             // Nothing is left to report it to.
-            let _ = self.client.port.stop();
+            let _ = self.client.port.stop(&|_| ());
         }
     }
 }

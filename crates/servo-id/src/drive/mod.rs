@@ -6,6 +6,7 @@ mod results;
 mod silence;
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use drive_link::{BoardTest, Command, Outcome, Refusal, Report, Request, Settings, State, Status};
@@ -41,6 +42,8 @@ pub struct Client {
     last_sign: Instant,
     /// Ends every wait when it is set.
     interruption: Option<&'static AtomicBool>,
+    /// Takes every report that it hears while it waits.
+    reports: Option<Sender<Report>>,
 }
 
 /// Why a drive did not carry out a command.
@@ -50,6 +53,9 @@ pub enum DriveError {
     /// The line.
     #[error(transparent)]
     Port(#[from] PortError),
+    /// No drive answers a question, which was repeated.
+    #[error(transparent)]
+    Unanswered(PortError),
     /// The drive refused; nothing changed.
     #[error("the drive refuses: {0}")]
     Refused(Refusal),
@@ -81,6 +87,7 @@ impl Client {
             sign: None,
             last_sign: Instant::now(),
             interruption: None,
+            reports: None,
         }
     }
 
@@ -150,7 +157,10 @@ impl Client {
         self.interruption = None;
         self.sign = None;
         for _ in 0..TRIES {
-            let is_acknowledged = self.port.stop()?;
+            let reports = self.reports.as_ref();
+            let is_acknowledged = self.port.stop(&|report| {
+                pass(reports, report.clone());
+            })?;
             let until = Instant::now() + PATIENCE;
             while Instant::now() < until {
                 match self.report_in(Command::Hello, 1) {
@@ -266,11 +276,13 @@ impl Client {
                 }
                 patience = patience.min(period);
             }
-            let report = self
-                .port
-                .listen(&|report: &Report| select(report).is_some(), patience)?;
-            if let Some(value) = report.as_ref().and_then(&select) {
-                return Ok(Some(value));
+            let Some(report) = self.port.listen(&|_: &Report| true, patience)? else {
+                continue;
+            };
+            let selected = select(&report);
+            pass(self.reports.as_ref(), report);
+            if selected.is_some() {
+                return Ok(selected);
             }
         }
     }
@@ -302,7 +314,15 @@ impl Client {
                 None => {}
             }
         }
-        Err(self.port.unanswered().into())
+        Err(DriveError::Unanswered(self.port.unanswered()))
+    }
+}
+
+/// Passes on a report.
+fn pass(reports: Option<&Sender<Report>>, report: Report) {
+    if let Some(reports) = reports {
+        // Who has gone needs none.
+        let _ = reports.send(report);
     }
 }
 

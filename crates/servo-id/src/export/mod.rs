@@ -15,20 +15,23 @@ mod urdf;
 pub use firmware::{Firmware, Language};
 pub use joint::{ExportError, Identified, Joint};
 
-/// A format of joints.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "program", derive(clap::ValueEnum))]
-pub enum Format {
-    /// Default classes of MuJoCo, to include in a model.
-    Mjcf,
-    /// The elements of a URDF's joints.
-    Urdf,
-    /// Actuators of Isaac Lab.
-    IsaacLab,
-    /// The parameters of an actuator of BAM, model m1.
-    Bam,
-    /// Every quantity with its standard error and unit.
-    Json,
+use identifier_log::named;
+
+named! {
+    /// A format of joints.
+    #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
+    pub enum Format {
+        /// Default classes of MuJoCo, to include in a model.
+        Mjcf = "mjcf",
+        /// The elements of a URDF's joints.
+        Urdf = "urdf",
+        /// Actuators of Isaac Lab.
+        IsaacLab = "isaac-lab",
+        /// The parameters of an actuator of BAM, model m1.
+        Bam = "bam",
+        /// Every quantity with its standard error and unit.
+        Json = "json",
+    }
 }
 
 impl Format {

@@ -6,7 +6,6 @@
 mod dialogue;
 mod frame;
 mod history;
-mod host_identifier;
 mod link;
 mod recording;
 mod state;
@@ -15,7 +14,7 @@ mod view;
 
 pub use dialogue::{Action, Dialogue, Motion};
 pub use frame::{Frame, Kind};
-pub use link::{Ending, Link, LinkError, LinkEvent};
+pub use link::{Link, LinkError, LinkEvent};
 pub use recording::{Recording, Taken};
 pub use state::{Note, State};
 pub use telemetry::Telemetry;

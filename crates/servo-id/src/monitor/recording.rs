@@ -48,7 +48,7 @@ impl<W: Write> Recording<W> {
         self.rows
     }
 
-    /// Takes a frame.
+    /// Takes a frame, whose row can be read from then on.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -86,6 +86,8 @@ impl<W: Write> Recording<W> {
                 progress.phase.name(),
             )?,
         }
+        // A reader may follow at the other end of a pipe.
+        self.out.flush()?;
         self.rows += 1;
         Ok(Taken::Row)
     }

@@ -3,12 +3,11 @@
 use std::time::{Duration, Instant};
 
 use commissioning::Phase;
-use drive_link::{Estimates, Refusal, Report, Settings, State as Does, Status};
+use drive_link::{Refusal, Report, Settings, State as Does, Status};
 
 use super::frame::{Frame, Kind};
 use super::history::{History, Point};
-use super::host_identifier::HostIdentifier;
-use super::telemetry::{Order, Telemetry};
+use super::telemetry::Telemetry;
 
 /// Delay of a frame after which telemetry is requested again.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -26,7 +25,6 @@ pub struct State {
     /// Time of the last frame, or of the last request for frames.
     last_frame: Instant,
     pub(super) history: History,
-    identifier: Option<HostIdentifier>,
     note: Option<Note>,
 }
 
@@ -51,7 +49,6 @@ impl State {
             dropped_before: status.dropped,
             last_frame: now,
             history: History::default(),
-            identifier: HostIdentifier::to(&settings).filter(|_| every == 1),
             note: None,
         }
     }
@@ -60,7 +57,7 @@ impl State {
     pub fn take(&mut self, report: &Report, now: Instant) -> Option<Frame> {
         match report {
             Report::Status { status, .. } => self.status = *status,
-            Report::Settings { settings, .. } => self.is_set(*settings),
+            Report::Settings { settings, .. } => self.settings = *settings,
             Report::Fault(fault) => self.status.state = Does::Faulted(*fault),
             _ => {}
         }
@@ -70,25 +67,9 @@ impl State {
         Some(frame)
     }
 
-    fn is_set(&mut self, settings: Settings) {
-        let measured_by = |settings: &Settings| {
-            let core = &settings.closed_loop.core;
-            [core.sample_time, core.resolution].map(f64::to_bits)
-        };
-        if measured_by(&settings) != measured_by(&self.settings) {
-            let receives_every_sample = self.telemetry.samples_apart() == 1;
-            self.identifier = HostIdentifier::to(&settings).filter(|_| receives_every_sample);
-        }
-        self.settings = settings;
-    }
-
     fn show(&mut self, frame: &Frame) {
-        let order = self.telemetry.take(frame);
-        if order == Order::Begins {
+        if self.telemetry.take(frame) {
             self.history.begin();
-        }
-        if let Some(identifier) = &mut self.identifier {
-            identifier.take(frame, order);
         }
         if let Frame::Running(snapshot) = frame {
             // Before the first fit there is none.
@@ -185,16 +166,6 @@ impl State {
         self.history
             .newest()
             .map(|point| (point.time, &point.frame))
-    }
-
-    /// The host's own estimates.
-    pub(super) fn estimates_here(&self) -> Option<Estimates> {
-        self.identifier.as_ref().and_then(HostIdentifier::estimates)
-    }
-
-    /// Every sample arrives, so that the host identifies, too.
-    pub(super) fn receives_every_sample(&self) -> bool {
-        self.identifier.is_some()
     }
 
     /// The phase of the commissioning, or of the last one.

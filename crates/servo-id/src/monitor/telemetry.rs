@@ -12,17 +12,6 @@ pub struct Telemetry {
     lost: u64,
 }
 
-/// The place of a frame in the sequence.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Order {
-    /// The first received of a motion.
-    Begins,
-    /// None is missing before it.
-    Follows,
-    /// This many are missing before it.
-    FollowsLost(u32),
-}
-
 impl Telemetry {
     /// Expects a frame every `samples` samples.
     #[must_use]
@@ -58,28 +47,20 @@ impl Telemetry {
         self.last = None;
     }
 
-    /// Takes in a frame.
-    pub fn take(&mut self, frame: &Frame) -> Order {
+    /// Takes in a frame; true if it is the first received of a motion.
+    pub fn take(&mut self, frame: &Frame) -> bool {
         let every = u32::from(self.every);
         let (kind, sample) = (frame.kind(), frame.sample());
         let before = self.last.replace((kind, sample));
         self.frames += 1;
-        match before {
-            Some((same, last)) if same == kind && sample > last => {
-                let missing = ((sample - last) / every).saturating_sub(1);
-                self.lost += u64::from(missing);
-                match missing {
-                    0 => Order::Follows,
-                    missing => Order::FollowsLost(missing),
-                }
-            }
+        let follows = before.filter(|&(same, last)| same == kind && sample > last);
+        self.lost += u64::from(match (follows, before) {
+            (Some((_, last)), _) => ((sample - last) / every).saturating_sub(1),
             // A new motion sends one of its first samples.
-            Some(_) => {
-                self.lost += u64::from(sample.saturating_sub(1) / every);
-                Order::Begins
-            }
-            None => Order::Begins,
-        }
+            (None, Some(_)) => sample.saturating_sub(1) / every,
+            (None, None) => 0,
+        });
+        follows.is_none()
     }
 }
 
@@ -131,17 +112,15 @@ mod tests {
             telemetry.take(&running(sample));
         }
         assert_eq!((telemetry.frames(), telemetry.lost()), (100, 0));
-        assert_eq!(telemetry.take(&running(602)), Order::FollowsLost(2));
-        assert_eq!(telemetry.take(&running(603)), Order::Follows);
+        assert!(!telemetry.take(&running(602)) && !telemetry.take(&running(603)));
         assert_eq!((telemetry.frames(), telemetry.lost()), (102, 2));
     }
 
     #[test]
     fn frames_may_be_many_samples_apart() {
         let mut telemetry = Telemetry::every(20);
-        assert_eq!(telemetry.take(&running(7)), Order::Begins);
-        assert_eq!(telemetry.take(&running(27)), Order::Follows);
-        assert_eq!(telemetry.take(&running(87)), Order::FollowsLost(2));
+        let begins = [7, 27, 87].map(|sample| telemetry.take(&running(sample)));
+        assert_eq!(begins, [true, false, false]);
         assert_eq!(telemetry.lost(), 2);
     }
 
@@ -149,9 +128,9 @@ mod tests {
     fn the_beginning_of_a_motion_may_be_missing_too() {
         let mut telemetry = Telemetry::every(2);
         telemetry.take(&running(40));
-        assert_eq!(telemetry.take(&running(2)), Order::Begins);
+        assert!(telemetry.take(&running(2)));
         assert_eq!(telemetry.lost(), 0);
-        assert_eq!(telemetry.take(&commissioning(7)), Order::Begins);
+        assert!(telemetry.take(&commissioning(7)));
         assert_eq!(telemetry.lost(), 3);
     }
 

@@ -135,9 +135,8 @@ fn a_drive_is_operated_from_the_keyboard() {
     monitor.types("r");
     monitor.shows("recording recording-2.csv");
     starts(&mut monitor);
-    // Estimates with their standard errors, while it moves.
+    // Estimates while it moves.
     monitor.shows("b 257");
-    monitor.shows(" ± ");
     monitor.types("t0.5");
     monitor.shows("0.5_");
     monitor.types("\r");

@@ -1,9 +1,7 @@
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use drive_link::{Estimates, Snapshot, State};
-use identifier_core::parameters::ServoParameters;
+use drive_link::State;
 
 use super::fault;
 use super::follow::{Event, follow};
@@ -14,6 +12,7 @@ use crate::cli::interruption;
 use crate::cli::output_file::Output;
 use crate::cli::standard_output::show;
 use crate::drive::Client;
+use crate::monitor::{Frame, Recording};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -23,7 +22,7 @@ pub(super) struct Arguments {
     /// Number of reports.
     #[arg(long, value_name = "N", default_value_t = 100)]
     reports: u32,
-    /// Write the reports to this file, one row each; `-` is standard output. The rows are kept even if the recording
+    /// Write the reports to this file as a log for `identify`, one row each; `-` is standard output. The rows are kept even if the recording
     /// ends with an error.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -34,12 +33,16 @@ pub(super) struct Arguments {
 
 impl Arguments {
     /// Begins the file, if one is requested.
-    pub(super) fn begin(&self) -> Result<Option<Table>, Fault> {
-        let file = Files::reading(&[], self.force).output(self.csv.as_deref())?;
-        file.map(Table::begin).transpose()
+    pub(super) fn begin(&self) -> Result<Option<Output>, Fault> {
+        Files::reading(&[], self.force).output(self.csv.as_deref())
     }
 
-    pub(super) fn run(&self, client: &mut Client, mut table: Option<Table>) -> Result<(), Fault> {
+    pub(super) fn run(&self, client: &mut Client, file: Option<Output>) -> Result<(), Fault> {
+        let settings = client.settings().map_err(fault)?;
+        let mut log = self.csv.as_ref().zip(file).map(|(name, file)| {
+            let log = Recording::new(file, settings, self.every);
+            (name, log)
+        });
         client.poll();
         client.watch(self.every).map_err(fault)?;
         let stop = interruption::end_requested();
@@ -48,8 +51,11 @@ impl Arguments {
             match event {
                 Some(Event::Snapshot(snapshot)) if left > 0 => {
                     left -= 1;
-                    match &mut table {
-                        Some(table) => table.row(&snapshot)?,
+                    match &mut log {
+                        Some((name, log)) => {
+                            let added = log.add(&Frame::Running(snapshot));
+                            added.map_err(|error| Fault::unwritable(name.display(), &error))?;
+                        }
                         None => show!("{}", snapshot_line(&snapshot))?,
                     }
                 }
@@ -64,7 +70,8 @@ impl Arguments {
             Ok((left == 0 || stop.load(Ordering::Relaxed)).then_some(()))
         });
         // However it ended, the rows so far are worth keeping.
-        let kept = table.map_or(Ok(()), Table::keep);
+        let kept = log.and_then(|(_, log)| log.finish());
+        let kept = kept.map(|(log, _)| log.commit()).transpose();
         ended?;
         kept?;
         client.watch(0).map_err(fault)?;
@@ -76,57 +83,5 @@ impl Arguments {
             )));
         }
         Ok(())
-    }
-}
-
-/// A table of snapshots.
-pub(super) struct Table {
-    file: Output,
-    rows: u32,
-}
-
-impl Table {
-    fn begin(mut file: Output) -> Result<Self, Fault> {
-        file.bytes(b"sample,reference,position,command,output_error,a,b,coulomb,load\n")?;
-        Ok(Self { file, rows: 0 })
-    }
-
-    fn row(&mut self, snapshot: &Snapshot) -> Result<(), Fault> {
-        let Snapshot {
-            sample,
-            reference,
-            position,
-            command,
-            output_error,
-            estimates:
-                Estimates {
-                    servo:
-                        ServoParameters {
-                            a,
-                            b,
-                            coulomb,
-                            load,
-                        },
-                    ..
-                },
-        } = snapshot;
-        let row = format!(
-            "{sample},{reference},{position},{command},{output_error},{a},{b},{coulomb},{load}\n"
-        );
-        self.file.bytes(row.as_bytes())?;
-        // A reader may follow at the other end of a pipe.
-        let flushed = self.file.flush();
-        flushed.map_err(|error| self.file.unwritable(&error))?;
-        self.rows += 1;
-        Ok(())
-    }
-
-    /// Keeps the table if it has a row.
-    fn keep(self) -> Result<(), Fault> {
-        if self.rows > 0 {
-            self.file.commit().map(drop)
-        } else {
-            Ok(())
-        }
     }
 }

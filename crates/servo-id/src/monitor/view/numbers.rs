@@ -45,7 +45,7 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
             ]
         }
         _ => {
-            let mut lines = known("the drive's estimates", state.status().estimates.as_ref());
+            let mut lines = known(state.status().estimates.as_ref());
             let rejection_reason = state.status().rejection_reason;
             lines.extend(
                 rejection_reason.map(|of| Line::from(format!("  no first fit: {}", of.name()))),
@@ -57,16 +57,6 @@ pub(super) fn lines(state: &State) -> Vec<Line<'static>> {
             lines
         }
     });
-    lines.push(Line::default());
-    if state.receives_every_sample() {
-        lines.extend(known(
-            "estimates on the host",
-            state.estimates_here().as_ref(),
-        ));
-    } else {
-        lines.push(heading("estimates on the host"));
-        lines.push(Line::from("  need every sample (--every 1)"));
-    }
     lines
 }
 
@@ -130,9 +120,10 @@ fn command(newest: Option<&Frame>, limit: Option<[f64; 2]>) -> [Line<'static>; 2
     [number, Line::styled(format!("[{bar}]"), style)]
 }
 
-fn known(title: &'static str, estimates: Option<&Estimates>) -> Vec<Line<'static>> {
+fn known(estimates: Option<&Estimates>) -> Vec<Line<'static>> {
+    let title = heading("the drive's estimates");
     let Some(estimates) = estimates else {
-        return vec![heading(title), Line::from("  not known yet")];
+        return vec![title, Line::from("  not known yet")];
     };
     let row = |name: &str,
                value: f64,
@@ -147,7 +138,7 @@ fn known(title: &'static str, estimates: Option<&Estimates>) -> Vec<Line<'static
         Line::from(format!("{name} {text} {unit}"))
     };
     vec![
-        heading(title),
+        title,
         row("a", estimates.servo.a, |e| e.a, |b| b.a, "1/s"),
         row("b", estimates.servo.b, |e| e.b, |b| b.b, "rad/s²/u"),
         row(

@@ -1,6 +1,5 @@
 //! The page of a run or a replay.
 
-use host_sim::analysis::{LoopFigures, Response};
 use host_sim::scenario::Scenario;
 use identifier_core::parameters::{Parameter, Unknown};
 use identifier_log::MotionUnit;
@@ -17,7 +16,7 @@ pub use traces::ExperimentTraces;
 use super::estimates::{self, Estimated};
 use super::log::Sentence;
 use super::noise::sensor_noise;
-use super::number::{DASH, figure, fixed, known_to, per_cent, plain, rough, sentence, with_error};
+use super::number::{figure, fixed, known_to, per_cent, plain, rough, sentence, with_error};
 use super::physical;
 use super::remedies::remedies;
 use super::tuning::{self, advice};
@@ -213,38 +212,7 @@ fn found(of: &Experiment<'_>, rows: &[Estimated]) -> Vec<Block> {
     blocks.extend(
         predictions.map(|prediction| Block::Text(sentence(&Sentence(prediction).to_string()))),
     );
-    blocks.extend(closed_loop(of.scenario).map(Block::Text));
     blocks
-}
-
-/// Bandwidth and margins of the loop around a simulated servo, where a PID closes it.
-fn closed_loop(scenario: &Scenario) -> Option<String> {
-    let response = Response::new(scenario, &scenario.plant?)?;
-    let figures = response.figures(scenario);
-    if !figures.stable {
-        return Some("The loop is unstable with this servo.".to_owned());
-    }
-    let or_dash = |value: Option<f64>, places| {
-        value.map_or_else(|| DASH.to_owned(), |value| fixed(value, places))
-    };
-    let LoopFigures {
-        bandwidth,
-        crossover,
-        phase_margin,
-        gain_margins: [fall, rise],
-        modulus_margin,
-        ..
-    } = figures;
-    Some(format!(
-        "Closed loop: bandwidth {} rad/s, crossover {} rad/s; phase margin {}°, gain margins {} and {}, modulus \
-         margin {}.",
-        or_dash(bandwidth, 1),
-        or_dash(crossover, 1),
-        or_dash(phase_margin, 0),
-        fall.map_or_else(|| "any".to_owned(), |fall| fixed(fall, 2)),
-        or_dash(rise, 1),
-        or_dash(modulus_margin, 2)
-    ))
 }
 
 /// The clock of the command, and the effects that a fit needed.

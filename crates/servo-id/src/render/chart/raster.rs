@@ -1,9 +1,5 @@
 //! A canvas as pixels.
 
-use std::io::Write;
-
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
 use zeno::{Join, Mask, PathData, Style, Transform};
 
 use super::font;
@@ -64,44 +60,22 @@ impl Pixels {
         }
     }
 
-    /// The bytes of a file of PNG. (ISO/IEC 15948:2004.)
+    /// The bytes of a file of PNG.
     pub(super) fn png(&self) -> Vec<u8> {
-        const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
-        const EIGHT_BITS_RGB: [u8; 5] = [8, 2, 0, 0, 0];
         const METRES_PER_POINT: f64 = 0.0254 / 72.0;
-        let size = [self.width, self.height].map(|length| (length as u32).to_be_bytes());
-        let per_metre = ((SCALE / METRES_PER_POINT).round() as u32).to_be_bytes();
-        let mut file = SIGNATURE.to_vec();
-        chunk(
-            &mut file,
-            *b"IHDR",
-            &[size.as_flattened(), &EIGHT_BITS_RGB].concat(),
-        );
-        chunk(
-            &mut file,
-            *b"pHYs",
-            &[[per_metre; 2].as_flattened(), &[1]].concat(),
-        );
-        chunk(&mut file, *b"IDAT", &self.compressed());
-        chunk(&mut file, *b"IEND", &[]);
-        file
-    }
-
-    /// Each row as its differences from the row above.
-    fn compressed(&self) -> Vec<u8> {
-        const UP: u8 = 2;
-        let mut above = vec![[0; 3]; self.width];
-        let mut rows = Vec::with_capacity(self.height * (3 * self.width + 1));
-        for row in self.rgb.chunks(self.width) {
-            rows.push(UP);
-            let parts = row.as_flattened().iter().zip(above.as_flattened());
-            rows.extend(parts.map(|(part, above)| part.wrapping_sub(*above)));
-            above.copy_from_slice(row);
-        }
-        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+        let per_metre = (SCALE / METRES_PER_POINT).round() as u32;
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, self.width as u32, self.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_pixel_dims(Some(png::PixelDimensions {
+            xppu: per_metre,
+            yppu: per_metre,
+            unit: png::Unit::Meter,
+        }));
         // Writing into memory cannot fail.
-        let _ = encoder.write_all(&rows);
-        encoder.finish().unwrap_or_default()
+        let _ = (encoder.write_header())
+            .and_then(|mut writer| writer.write_image_data(self.rgb.as_flattened()));
+        file
     }
 }
 
@@ -136,13 +110,6 @@ impl Surface for Pixels {
             None => ([0, self.width as i32], [0, self.height as i32]),
         };
     }
-}
-
-fn chunk(file: &mut Vec<u8>, kind: [u8; 4], data: &[u8]) {
-    let content = [&kind, data].concat();
-    file.extend((data.len() as u32).to_be_bytes());
-    file.extend(&content);
-    file.extend(crc32fast::hash(&content).to_be_bytes());
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use crate::cli::fault::Fault;
 use crate::cli::interruption;
 use crate::cli::standard_output::show;
 use crate::drive::{Client, Driven};
-use crate::monitor::{Ending, Link, LinkError};
+use crate::monitor::{Link, LinkError};
 
 /// Shortest time from one frame to the next by default, s.
 const FRAME_TIME: f64 = 1e-3;
@@ -96,9 +96,9 @@ fn conclude(session: Session, ended: Result<(), End>) -> Result<(), Fault> {
     };
     let files = recordings.end();
     match servo {
-        Ok(Ending::Stopped) => show!("the servo was disabled")?,
-        Ok(Ending::Left) => show!("the drive keeps running")?,
-        Ok(Ending::WasDisabled) | Err(_) => {}
+        Ok(true) => show!("the drive keeps running")?,
+        Ok(false) if state.is_driven() => show!("the servo was disabled")?,
+        Ok(false) | Err(_) => {}
     }
     if let Ok(Some(kept)) = &files {
         show!("{kept}")?;

@@ -1,0 +1,69 @@
+//! Options of a command line, which a program that has none sets by their names.
+
+use crate::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
+
+/// A value that an option may have.
+pub(crate) trait OptionValue: Sized {
+    /// From a text.
+    ///
+    /// # Errors
+    /// The allowed values.
+    fn from_text(text: &str) -> Result<Self, String>;
+}
+
+impl OptionValue for f64 {
+    fn from_text(text: &str) -> Result<Self, String> {
+        let number = text.parse().ok().filter(|number: &Self| !number.is_nan());
+        number.ok_or_else(|| "a number, such as 0.05 or 5e-2".to_owned())
+    }
+}
+
+macro_rules! as_parsed {
+    ($($type:ty)*) => {$(
+        impl OptionValue for $type {
+            fn from_text(text: &str) -> Result<Self, String> {
+                text.parse().map_err(|allowed: <Self as std::str::FromStr>::Err| allowed.to_string())
+            }
+        }
+    )*};
+}
+as_parsed! { String u32 CommandUnit Integrator PositionUnit TimeUnit }
+
+/// Options of one value, a line each: name, type, what the help shows for the value, and further settings of the option. A
+/// type derives the command line's arguments from them, and takes their values by name. `more` has the others.
+macro_rules! options {
+    (
+        $(#[$meta:meta])*
+        pub struct $type:ident {
+            $($(#[$doc:meta])* $name:ident: $value:ty = $shown:literal $({ $($setting:tt)* })?,)*
+        }
+        more { $($(#[$of_other:meta])* pub $other:ident: $of:ty,)* }
+    ) => {
+        $(#[$meta])*
+        #[cfg_attr(feature = "clap", derive(clap::Args), command(allow_negative_numbers = true))]
+        pub struct $type {
+            $(
+                $(#[$doc])*
+                #[cfg_attr(feature = "clap", arg(long, value_name = $shown $(, $($setting)*)?))]
+                pub $name: Option<$value>,
+            )*
+            $($(#[$of_other])* pub $other: $of,)*
+        }
+
+        impl $type {
+            /// Takes the value of an option by its name, as the answer to a question is one.
+            ///
+            /// # Errors
+            /// The allowed values.
+            pub fn answer(&mut self, name: &str, answer: &str) -> Result<(), String> {
+                use crate::options::OptionValue;
+                match name.replace('-', "_").as_str() {
+                    $(stringify!($name) => self.$name = Some(OptionValue::from_text(answer)?),)*
+                    _ => return Err("it is not an option with one value".to_owned()),
+                }
+                Ok(())
+            }
+        }
+    };
+}
+pub(crate) use options;
