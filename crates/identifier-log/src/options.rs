@@ -27,7 +27,7 @@ macro_rules! as_parsed {
         }
     )*};
 }
-as_parsed! { String u32 CommandUnit Integrator PositionUnit TimeUnit }
+as_parsed! { String CommandUnit Integrator PositionUnit TimeUnit }
 
 /// Options of one value, a line each: name, type, what the help shows for the value, and further settings of the option. A
 /// type derives the command line's arguments from them, and takes their values by name. `more` has the others.

@@ -63,10 +63,11 @@ options! {
         reference_unit: PositionUnit = "UNIT",
         /// Reference units per unit of the column.
         reference_scale: f64 = "FACTOR",
-        /// Largest number of missing samples in a row that are interpolated linearly.
-        bridge_gaps: u32 = "N",
     }
     more {
+        /// Largest number of missing samples in a row that are interpolated linearly.
+        #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+        pub bridge_gaps: Option<u32>,
         /// A range of the log's time that is left out, s, FROM:TO. May be repeated.
         #[cfg_attr(feature = "clap", arg(long, value_name = "FROM:TO", value_parser = range, allow_hyphen_values = true))]
         pub cut: Vec<[f64; 2]>,
