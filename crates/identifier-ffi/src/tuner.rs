@@ -88,7 +88,7 @@ pub type Tuner = Object<Working>;
 
 impl Content for Working {
     const MARK: u32 = 0x5e1d_0021;
-    const WORDS: usize = 312;
+    const WORDS: usize = 328;
 }
 
 impl Settings {
