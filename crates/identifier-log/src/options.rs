@@ -59,7 +59,7 @@ macro_rules! options {
                 use crate::options::OptionValue;
                 match name.replace('-', "_").as_str() {
                     $(stringify!($name) => self.$name = Some(OptionValue::from_text(answer)?),)*
-                    _ => return Err("it is not an option with one value".to_owned()),
+                    _ => return Err("no option of one value has this name".to_owned()),
                 }
                 Ok(())
             }

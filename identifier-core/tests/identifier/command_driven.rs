@@ -82,9 +82,14 @@ fn saturated_servos(kind: Kind) -> Vec<Outcome> {
         ("b, relative", Outcome::b, 1e-3),
         ("a / max(1 %, 0.03)", Outcome::a, 1.0),
         ("d / authority", Outcome::d, 3e-3),
-        ("limit acts", |o| o.saturation, 1.0),
-        ("start, s", |o| o.started, f64::INFINITY),
     ];
+    let shown: [(_, Figure<Outcome>); 2] = [
+        ("limit acts", |o| o.saturation),
+        ("start, s", |o| o.started),
+    ];
+    for (name, figure) in shown {
+        report(&format!("{kind:?}: {name}"), &outcomes, figure);
+    }
     for (name, figure, most) in figures {
         report(&format!("{kind:?}: {name}"), &outcomes, figure);
         let within = per_cent(&outcomes, |o| figure(o) <= most);

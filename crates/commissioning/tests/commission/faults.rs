@@ -108,8 +108,10 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
                     phase,
                     after: 12,
                 });
+                let (reasons, time, samples) = allowed(kind, phase);
                 // While gains are looked for nothing has to move: the time counts from the trial.
-                let moves = course.began(Phase::Trial).filter(|_| phase == Phase::Gains);
+                let shows_at_rest = phase != Phase::Gains || samples > 0;
+                let moves = course.began(Phase::Trial).filter(|_| !shows_at_rest);
                 let injected = moves.unwrap_or(injected);
                 let sample_time = bench.settings.sample_time;
                 let taken = course
@@ -141,7 +143,6 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
                 } else {
                     course.after.iter().all(Option::is_none)
                 };
-                let (reasons, time, samples) = allowed(kind, phase);
                 let most = samples.max((time / sample_time) as u64);
                 let is_named =
                     taken.is_some_and(|taken| taken <= most) && reasons.contains(&reason);

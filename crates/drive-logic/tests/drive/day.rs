@@ -266,7 +266,7 @@ fn five_minutes_at_10_khz_lose_no_order_and_no_fault() {
     hours(5.0 / 60.0);
 }
 
-/// `cargo test -p drive-logic --test day -- --ignored --nocapture`.
+/// `cargo test -p drive-logic day:: -- --ignored --nocapture`.
 #[test]
 #[ignore = "it takes minutes"]
 fn a_day_at_10_khz_loses_no_order_and_no_fault() {

@@ -27,6 +27,8 @@ pub enum AtEnd {
 #[derive(Debug)]
 pub struct Driven {
     client: Client,
+    /// What keeps a run alive, and how often.
+    sign: (Command, Duration),
     /// It has ordered a motion that the drive did not refuse.
     has_moved: bool,
     at_end: AtEnd,
@@ -41,9 +43,11 @@ impl Driven {
             true => (link_timeout / SIGNS_PER_TIMEOUT).min(most),
             false => most,
         };
-        client.sign = Some((Command::KeepAlive, Duration::from_secs_f64(period)));
+        let sign = (Command::KeepAlive, Duration::from_secs_f64(period));
+        client.sign = Some(sign);
         Self {
             client,
+            sign,
             has_moved: false,
             at_end,
         }
@@ -120,14 +124,19 @@ impl Driven {
         self.client.stop()
     }
 
-    /// The same for a program that goes on: the next run is kept alive.
+    /// The same for a program that goes on, some times until the drive acknowledges it. Unless it does, dropping this
+    /// stops the drive, too. Only the next motion is kept alive.
     ///
     /// # Errors
     /// Those of [`Client::stop`].
     pub fn stop_and_stay(&mut self) -> Result<(), DriveError> {
-        let sign = self.client.sign;
-        let stopped = self.stop();
-        self.client.sign = sign;
+        const TIMES: usize = 3;
+        let has_moved = self.has_moved;
+        let mut stops = (0..TIMES).map(|_| self.stop());
+        let is_over = |stopped: &_| !matches!(stopped, Err(DriveError::NotAcknowledged));
+        let stopped = stops.find(is_over);
+        let stopped = stopped.unwrap_or(Err(DriveError::NotAcknowledged));
+        self.has_moved = has_moved && stopped.is_err();
         stopped.map(drop)
     }
 
@@ -170,7 +179,10 @@ impl Driven {
         order: impl FnOnce(&mut Client) -> Result<(), DriveError>,
     ) -> Result<(), DriveError> {
         let before = self.has_moved;
-        self.has_moved |= command.may_move();
+        if command.may_move() {
+            self.has_moved = true;
+            self.client.sign = Some(self.sign);
+        }
         let done = order(&mut self.client);
         if matches!(done, Err(DriveError::Refused(_))) {
             self.has_moved = before;
@@ -300,6 +312,20 @@ mod tests {
             },
         );
         assert_eq!(sent.count(Command::Stop), 1);
+    }
+
+    #[test]
+    fn a_stop_that_is_not_acknowledged_counts_as_none_and_nothing_keeps_the_run_alive() {
+        let is_unheard = |command| matches!(command, Command::Stop | Command::Hello);
+        let (port, sent) = obedient(move |request| is_unheard(request.command).then_some(None));
+        let mut drive = Driven::new(Client::new(port), 1.0, AtEnd::Stop);
+        drive.ask(Command::Start).expect("it obeys");
+        let stopped = drive.stop_and_stay();
+        assert!(matches!(stopped, Err(DriveError::NotAcknowledged)));
+        assert!(drive.is_to_be_stopped() && drive.client.sign.is_none());
+        let before = sent.count(Command::Stop);
+        drop(drive);
+        assert!(sent.count(Command::Stop) > before);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::cli::interruption;
 use crate::cli::output_file::Output;
 use crate::cli::standard_output::show;
 use crate::drive::Client;
-use crate::monitor::{Frame, Recording};
+use crate::monitor::{Frame, Recording, Taken};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -22,8 +22,8 @@ pub(super) struct Arguments {
     /// Number of reports.
     #[arg(long, value_name = "N", default_value_t = 100)]
     reports: u32,
-    /// Write the reports to this file as a log for `identify`, one row each; `-` is standard output. The rows are kept even if the recording
-    /// ends with an error.
+    /// Write the reports to this file as a log for `identify`, one row each; `-` is standard output. The rows are kept even
+    /// if the recording ends with an error.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Replace an existing file.
@@ -54,7 +54,13 @@ impl Arguments {
                     match &mut log {
                         Some((name, log)) => {
                             let added = log.add(&Frame::Running(snapshot));
-                            added.map_err(|error| Fault::unwritable(name.display(), &error))?;
+                            let taken =
+                                added.map_err(|error| Fault::unwritable(name.display(), &error))?;
+                            if taken == Taken::Over {
+                                return Err(Fault::Other(
+                                    "another run has begun: a log is of one".to_owned(),
+                                ));
+                            }
                         }
                         None => show!("{}", snapshot_line(&snapshot))?,
                     }

@@ -227,6 +227,12 @@ impl Session {
 
 /// The word of a command, without its values.
 fn name(command: &Command) -> String {
-    let whole = format!("{command:?}");
-    whole.split('(').next().unwrap_or_default().to_lowercase()
+    match command {
+        Command::Save => "keep".to_owned(),
+        Command::Watch(_) | Command::Show => "report".to_owned(),
+        _ => {
+            let whole = format!("{command:?}");
+            whole.split('(').next().unwrap_or_default().to_lowercase()
+        }
+    }
 }
