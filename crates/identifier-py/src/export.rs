@@ -24,8 +24,8 @@ pub(crate) fn export(
     resistance: Option<f64>,
     accept_unconverged: bool,
 ) -> PyResult<String> {
-    let format: Format = (format.parse())
-        .map_err(|names| value_error(format!("format = {format}: {names}")))?;
+    let format: Format =
+        (format.parse()).map_err(|names| value_error(format!("format = {format}: {names}")))?;
     let joints = joints.iter().map(|(name, result, constant, inertia, links, limit)| {
         let kept = KeptResult::read(result).map_err(value_error)?;
         let identified = Identified::new(&kept, *limit).map_err(value_error)?;
