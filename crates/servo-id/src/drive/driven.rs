@@ -124,8 +124,8 @@ impl Driven {
         self.client.stop()
     }
 
-    /// The same for a program that goes on, some times until the drive acknowledges it. Unless it does, dropping this
-    /// stops the drive, too. Only the next motion is kept alive.
+    /// The same for a program that goes on, some times until the drive acknowledges it. Then the next run is kept alive.
+    /// Unless it does, dropping this stops the drive, too, and nothing keeps its run alive.
     ///
     /// # Errors
     /// Those of [`Client::stop`].
@@ -136,7 +136,10 @@ impl Driven {
         let is_over = |stopped: &_| !matches!(stopped, Err(DriveError::NotAcknowledged));
         let stopped = stops.find(is_over);
         let stopped = stopped.unwrap_or(Err(DriveError::NotAcknowledged));
-        self.has_moved = has_moved && stopped.is_err();
+        match stopped {
+            Ok(_) => self.client.sign = Some(self.sign),
+            Err(_) => self.has_moved = has_moved,
+        }
         stopped.map(drop)
     }
 
