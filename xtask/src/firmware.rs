@@ -11,7 +11,7 @@ use crate::seal::seal;
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The board without room for commissioning and terms.
-const SMALL_BOARD: &str = "black-pill-f401cc";
+pub(crate) const SMALL_BOARD: &str = "black-pill-f401cc";
 
 /// Builds and seals the drive with some features, one of them its board, and returns its file. Of a board with room it has
 /// every part. It links only without a panic.

@@ -59,14 +59,8 @@ impl<T> DerefMut for Part<T> {
     }
 }
 
-/// Checks that a servo can be commissioned.
-///
-/// # Errors
-/// A build without commissioning.
-#[inline(always)]
-pub(crate) fn has_commissioning() -> Result<(), NotAllowed> {
-    built(cfg!(feature = "commissioning"), "commissioning")
-}
+/// True if the build has commissioning. Asked as a constant, so that what follows a refusal is left out of the others.
+pub(crate) const HAS_COMMISSIONING: bool = cfg!(feature = "commissioning");
 
 /// Checks that terms can be identified.
 ///
@@ -74,14 +68,14 @@ pub(crate) fn has_commissioning() -> Result<(), NotAllowed> {
 /// A build without terms.
 #[inline(always)]
 pub(crate) fn has_terms() -> Result<(), NotAllowed> {
-    built(cfg!(feature = "terms"), "terms")
-}
-
-#[inline(always)]
-fn built(is_built: bool, part: &str) -> Result<(), NotAllowed> {
-    if is_built {
+    if cfg!(feature = "terms") {
         Ok(())
     } else {
-        Err(NotAllowed::new(part, Why::NotBuilt))
+        Err(not_built("terms"))
     }
+}
+
+/// The refusal of a build without a part.
+pub(crate) fn not_built(part: &str) -> NotAllowed {
+    NotAllowed::new(part, Why::NotBuilt)
 }

@@ -17,7 +17,7 @@ use super::Supervisor;
 use super::memory::Slot;
 use super::solver::Solver;
 use crate::brake::BrakeTimes;
-use crate::built::{Part, has_commissioning};
+use crate::built::{HAS_COMMISSIONING, Part, not_built};
 use crate::chip::OutputStage;
 use crate::commissioning::Commissioning;
 use crate::conversion;
@@ -299,7 +299,9 @@ fn prepare(
     known: Option<&Estimates>,
     stage: &OutputStage,
 ) -> Result<(), NotAllowed> {
-    has_commissioning()?;
+    if !HAS_COMMISSIONING {
+        return Err(not_built("commissioning"));
+    }
     let core = &beside.closed_loop.core;
     for (name, value, own) in [
         ("sample_time", given.sample_time, core.sample_time),
