@@ -36,7 +36,7 @@ const SAMPLES: [(&str, &str); 5] = [
 
 /// The phases of a commissioning, the rates at which one is counted whole, and the estimators of a run, in the pages'
 /// words.
-const PHASES: [(&str, &str); 7] = [
+const PHASES: [(&str, &str); 8] = [
     ("rest", "`rest`"),
     ("probe", "`probe`"),
     ("fit", "`fit`"),
@@ -44,6 +44,7 @@ const PHASES: [(&str, &str); 7] = [
     ("gains", "`gains`"),
     ("trial", "`trial`"),
     ("applied", "`applied`, its first sample"),
+    ("slice", "a slice of the solver, in the background"),
 ];
 const RATES: [(&str, &str); 3] = [
     ("1-khz", "1 kHz"),
