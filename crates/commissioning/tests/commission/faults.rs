@@ -97,7 +97,7 @@ fn reported(course: &Course, samples: Option<u64>) -> String {
 
 #[test]
 fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
-    let mut wrong = Vec::new();
+    let (mut wrong, mut unexplained) = (Vec::new(), 0);
     for (name, bench) in servos() {
         for (kind, size) in FAULTS {
             let mut row = format!("{name:>9} {kind:<17?}");
@@ -120,7 +120,7 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
                 let reported = reported(&course, taken);
                 row += &format!(" {reported:>16}");
                 // An actuator that is weak from the start is a property of the servo; one that becomes so in a motion
-                // may leave it unexplained.
+                // may leave it unexplained: at one or two of 60 instants.
                 let unseen = matches!(phase, Phase::Rest | Phase::Probe);
                 let is_property = kind == FaultKind::ActuatorWeak && unseen;
                 let Some(reason) = course.state.reason() else {
@@ -148,7 +148,9 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
                     taken.is_some_and(|taken| taken <= most) && reasons.contains(&reason);
                 let is_unexplained =
                     matches!(reason, Reason::TooLittleEvidence | Reason::PartlyExplained);
-                let is_right = is_named || (is_property && is_unexplained);
+                let is_rare = is_property && is_unexplained;
+                unexplained += u32::from(is_rare && !is_named);
+                let is_right = is_named || is_rare;
                 if course.after.is_empty() || !safe || !is_right {
                     wrong.push(format!(
                         "{name} {kind:?} in {phase:?}: {reported}, safe {safe}"
@@ -159,6 +161,7 @@ fn every_fault_in_every_phase_ends_it_and_restores_the_gains_before() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!(unexplained <= 1, "{unexplained}");
 }
 
 /// A load of half of the command that comes and stays is held, and the commissioning goes on: while the axis rests, and in
