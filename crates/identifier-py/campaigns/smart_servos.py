@@ -1,16 +1,19 @@
 """Simulated smart servos that are tuned, and faults in the midst of it.
 
-    python smart_servos.py servos [--drive feetech] [--servos 40] [--first 1] [--goal settling]
-    python smart_servos.py faults [--drive feetech] [--faults 500] [--first 1]
+    python smart_servos.py servos --drive feetech [--count 40] [--first 1] [--goal settling] >> servos.jsonl
+    python smart_servos.py faults --drive feetech [--count 500] [--first 1] >> faults.jsonl
+    python smart_servos.py page servos.jsonl faults.jsonl
 
-docs/measurements.md has the results. Every servo is drawn: plant, gravity, backlash, and the scales of its gains. The makers' clients talk
-to it through a pseudo-terminal. A fault comes at a drawn instant, in a motion that is cut to a few seconds; afterwards the bus is
-whole again and the program starts once more.
+The last one writes the table of docs/measurements.md. Every servo is drawn: plant, gravity, backlash, and the scales of its gains.
+The makers' clients talk to it through a pseudo-terminal. A fault comes at a drawn instant, in a motion that is cut to a few seconds;
+afterwards the bus is whole again and the program starts once more.
 """
 
 import argparse
+import json
 import tempfile
 from argparse import Namespace
+from datetime import date
 from pathlib import Path
 from random import Random
 
@@ -20,77 +23,73 @@ from servo_id.servos._registers import Servo
 from servo_id.servos.simulated import Killed, SimulatedBus, SimulatedServo
 
 BAUD = 1_000_000
-KINDS = (
-    "lost", "late", "doubled", "damaged", "unplugged", "power lost", "over-load", "over-temperature", "interrupted", "killed",
-)
+TRAVEL = 20 * 4096 / 360
+LINE = ("lost", "late", "doubled", "damaged")
+KINDS = (*LINE, "unplugged", "power lost", "over-load", "over-temperature", "interrupted", "killed")
+PAGE = Path(__file__).parents[3] / "docs/measurements.md"
 
 
 def options_of(name: str, bus: SimulatedBus, folder: str, goal: str = "settling") -> Namespace:
     words = ["tune-servo", "--drive", name, "--port", "unused", "--yes", "--apply", "--keep", "--goal", goal, "--baud", str(BAUD)]
     options = _commands._options(words)
-    options.bus, options.journal, options.stall = bus, Path(folder) / "journal.json", 60.0
+    options.bus, options.journals, options.stall = bus, Path(folder), 60.0
     return options
 
 
 class Recorded:
-    """Takes down what a run finds and measures."""
+    """Takes down what a run finds."""
 
-    def __init__(self) -> None:
-        self.responses: list[_tune.Response] = []
-        self.result = None
-        self.own = _tune.tried, _tune.Model
-
-    def __enter__(self) -> None:
-        tried, model = self.own
-
-        def measured(session: Session) -> tuple:
-            found = tried(session)
-            self.responses.append(found[0])
-            return found
+    def __enter__(self) -> "Recorded":
+        self.own, self.result = _tune.Model, None
 
         def modelled(*arguments: object) -> _tune.Model:
-            found = model(*arguments)
+            found = self.own(*arguments)
             self.result = found.result
             return found
 
-        _tune.tried, _tune.Model = measured, modelled
+        _tune.Model = modelled
+        return self
 
     def __exit__(self, *_: object) -> None:
-        _tune.tried, _tune.Model = self.own
+        _tune.Model = self.own
+
+
+def tried(bus: SimulatedBus, gains: dict[str, int]) -> _tune.Response:
+    """A trial of its own, not the one that the gains were chosen by."""
+    own = bus.servos[0]
+    own.numbers |= gains
+    servo = Servo(own.maker, bus.port, 1, BAUD, bus)
+    with tempfile.TemporaryDirectory() as folder:
+        session = Session(servo, Path(folder), TRAVEL, yes=True, stall=60.0, say=lambda _: None)
+        with session:
+            found = _tune.tried(session)[0]
+    servo.close()
+    return found
 
 
 def servos(stated: Namespace) -> None:
-    """Servos one by one: b in its interval, and the step before and after."""
-    inside, better, worse, ratios = 0, 0, 0, []
-    for seed in range(stated.first, stated.first + stated.servos):
+    """Servos one by one: b in its interval, and steps before and after."""
+    for seed in range(stated.first, stated.first + stated.count):
         own = SimulatedServo(MAKERS[stated.drive], seed=seed)
         bus = SimulatedBus(own, seed=seed, baud=BAUD)
         said = []
-        recorded = Recorded()
-        with tempfile.TemporaryDirectory() as folder, recorded:
+        old = {name: own.numbers[name] for name in "pid"}
+        with tempfile.TemporaryDirectory() as folder, Recorded() as recorded:
             try:
                 _commands.run(options_of(stated.drive, bus, folder, stated.goal), said.append)
             except Fault as fault:
                 said.append(f"{fault}")
-        responses, result = recorded.responses, recorded.result
-        truth = own.truth["b"] / 12.0
-        off = (result.estimates["b"] - truth) / result.std_errors["b"] if result else np.nan
-        inside += abs(off) <= 2.0
-        row = f"{stated.drive} {seed}: b off by {off:.1f} standard errors ({result.verdict if result else '-'})"
-        if responses:
-            before = responses[0]
-            proven = any(line.startswith("Kept") for line in said)
-            after = responses[-1] if proven else before
-            settling, error = after.settling_time / before.settling_time, (after.error + 0.5) / (before.error + 0.5)
-            own_ratio, other = (settling, error) if stated.goal == "settling" else (error, settling)
-            better += proven
-            worse += own_ratio > 1.0 or other > 1.15
-            ratios.append(own_ratio)
-            row += f"; settling {before.settling_time:.3f} to {after.settling_time:.3f} s, error {before.error:.1f} to {after.error:.1f} counts"
-        print(row + f"; {bus.time:.0f} s; {said[-2:]}", flush=True)
+        row = {"drive": stated.drive, "seed": seed, "seconds": bus.time, "kept": any(line.startswith("Kept") for line in said)}
+        if recorded.result:
+            b, error = recorded.result.estimates["b"], recorded.result.std_errors["b"]
+            row |= {"off": (b - own.truth["b"] / 12.0) / error, "width": 2.0 * error / b, "verdict": str(recorded.result.verdict)}
+        if row["kept"]:
+            new = {name: own.numbers[name] for name in "pid"}
+            before, after = tried(bus, old), tried(bus, new)
+            row |= {"settling": [before.settling_time, after.settling_time], "error": [before.error, after.error]}
+            row["ratios"] = _tune.ratios(stated.goal, before, after)
+        print(json.dumps(row | {"said": said[-3:]}), flush=True)
         bus.close()
-    total = stated.servos
-    print(f"{stated.drive}: b in its interval {inside} of {total}, better {better}, worse {worse}, median ratio {np.median(ratios):.2f}")
 
 
 class Known:
@@ -101,80 +100,109 @@ class Known:
         self.result = Namespace(verdict="converged", estimates={"b": 1.0}, std_errors={"b": 1.0})
 
     @staticmethod
-    def best(model: "Known", gains: dict[str, int], goal: str, most: float) -> _tune.Proposal | None:
+    def best(model: "Known", gains: dict[str, int], goal: str, fastest: float, softest: float) -> _tune.Proposal | None:
         more = gains | {"p": round(1.3 * gains["p"])}
-        return _tune.Proposal(more, 1.0, _tune.Response(1.0, 1.0, 1.0, 1.0)) if most > 1.0 else None
+        return _tune.Proposal(more, 1.0, _tune.Response(1.0, 1.0, 1.0, 1.0)) if min(fastest, softest) > 1.0 else None
 
 
 def faults(stated: Namespace) -> None:
     """Faults at drawn instants, then a new start."""
     whole = _capture.plan
-    _capture.plan = lambda: [*whole()[16:20], *whole()[-10:]]
+    _capture.plan = lambda: [*whole()[16:18], *whole()[-6:]]
     # What is found does not matter here: P is a third more, and the servo says whether that is better.
     _tune.WINDOW = 0.3
     _tune.Model, _tune.best = Known, Known.best
-    wrong = {"gains": 0, "torque": 0, "travel": 0, "journal": 0}
-    ends = {kind: [0, 0] for kind in KINDS}
-    idle = 0
-    for number in range(stated.first, stated.first + stated.faults):
+    for number in range(stated.first, stated.first + stated.count):
         random = Random(f"{stated.drive} {number}")
         kind = KINDS[number % len(KINDS)]
         torque = random.randrange(2)
-        own = SimulatedServo(MAKERS[stated.drive], seed=random.randrange(1, 200), torque=torque)
+        own = SimulatedServo(MAKERS[stated.drive], seed=random.randrange(1, 10_000), torque=torque)
         if stated.drive == "dynamixel":
+            # Gains of RAM that are not those as sold.
             own.numbers["p"] = 700
         old = {name: own.numbers[name] for name in ("p", "i", "d", "acceleration", "speed")}
-        instant = random.uniform(1.0, 12.0)
+        instant = random.uniform(1.0, 11.0)
         # Faults of the line come in bursts, up to what ends the run.
-        burst = random.choice([1, 1, 2, 6]) if kind in KINDS[:4] else 1
+        burst = random.choice([1, 1, 2, 6]) if kind in LINE else 1
         bus = SimulatedBus(own, seed=number, baud=BAUD, faults=[(instant, kind)] * burst)
         own.extremes = [own.angle, own.angle]
-        start, said = own.angle, []
+        start, said, bad, ended = own.angle, [], [], False
         with tempfile.TemporaryDirectory() as folder:
             options = options_of(stated.drive, bus, folder)
             try:
                 _commands.run(options, said.append)
-                ends[kind][0] += 1
             except (Fault, Killed, KeyboardInterrupt, ValueError) as fault:
                 said.append(str(fault) or "killed")
-                ends[kind][1] += 1
-            idle += len(bus.faults) == burst
-            if not options.journal.exists():
-                # All is said to be back, before the power is switched off and on.
-                at_end = dict(own.numbers)
+                ended = True
+            reached = len(bus.faults) < burst
+            is_back = not any(Path(folder).iterdir())
+            # All is said to be back, before the power is switched off and on.
+            at_end = {name: own.numbers[name] for name in old}
             bus.restart()
-            own.numbers |= {} if options.journal.exists() else {name: at_end[name] for name in old}
+            own.numbers |= at_end if is_back else {}
             servo = Servo(MAKERS[stated.drive], bus.port, 1, BAUD, bus)
-            Session(servo, options.journal, 200.0, yes=True, say=said.append)
+            Session(servo, Path(folder), TRAVEL, yes=True, say=said.append)
             servo.close()
-            bad = ["journal"] if options.journal.exists() else []
+            if any(Path(folder).iterdir()):
+                bad.append("journal")
         proven = any(line.startswith("Kept") for line in said)
-        if any(own.numbers[name] != old[name] for name in old) and not proven:
+        if any(own.numbers[name] != old[name] for name in old if not (proven and name == "p")):
             bad.append("gains")
         if own.numbers["torque"] and not torque:
             bad.append("torque")
         reach = max(own.extremes[1] - start, start - own.extremes[0])
         if reach > 1.02 * np.radians(10.0) + 2 * np.pi / 4096:
             bad.append("travel")
-        for name in bad:
-            wrong[name] += 1
-        if bad:
-            print(f"{stated.drive} {number} {kind} at {instant:.1f} s: {bad}, {reach:.3f} rad, {said[-3:]}", flush=True)
+        row = {"drive": stated.drive, "fault": number, "kind": kind, "at": instant, "burst": burst, "reached": reached, "ended": ended}
+        print(json.dumps(row | {"bad": bad, "reach": reach} | ({"said": said[-4:]} if bad else {})), flush=True)
         bus.close()
-        if (count := number - stated.first + 1) % 10 == 0:
-            print(f"{stated.drive}: {count} faults; wrong: {wrong}; after the end: {idle}; went on, ended by kind: {ends}", flush=True)
+
+
+def page(stated: Namespace) -> None:
+    """Writes the table of the page."""
+    rows = [json.loads(line) for file in stated.files for line in file.read_text().splitlines()]
+    columns = []
+    for drive in ("feetech", "dynamixel"):
+        own = [row for row in rows if row["drive"] == drive and "seed" in row]
+        struck = [row for row in rows if row["drive"] == drive and "fault" in row]
+        kept = [row for row in own if row["kept"]]
+        medians = lambda name, scale: ", ".join(f"{scale * np.median([row[name][part] for row in kept]):.3g}" for part in (0, 1))
+        columns.append({
+            "servos, from the seed": f"{len(own)}, {own[0]['seed']}",
+            "b within its interval of 95 %": sum(abs(row.get("off", np.inf)) <= 2.0 for row in own),
+            "half that interval, part of b, median": f"{100 * np.median([row['width'] for row in own if 'width' in row]):.2g} %",
+            "new gains kept": len(kept),
+            "better by 5 % or more in a second trial": sum(row["ratios"][0] <= 0.95 for row in kept),
+            "worse in it": sum(row["ratios"][0] > 1.0 for row in kept),
+            "the other quantity worse by more than 10 % in it": sum(row["ratios"][1] > 1.1 for row in kept),
+            "settling time before and after, median": medians("settling", 1e3) + " ms",
+            "distance from the goal at rest, before and after, median": medians("error", 1.0) + " counts",
+            "whole run, with trials, at most": f"{max(row['seconds'] for row in own):.0f} s",
+            "faults": len(struck),
+            "of them before the run was over; ended the run": f"{sum(r['reached'] for r in struck)}; {sum(r['ended'] for r in struck)}",
+            "neither old nor proven gains, a journal left, torque left on, or the travel left": sum(bool(row["bad"]) for row in struck),
+        })
+    table = [f"| {date.today()} | Feetech | Dynamixel |", "|---|---|---|"]
+    table += [f"| {name} | {feetech} | {columns[1][name]} |" for name, feetech in columns[0].items()]
+    text = PAGE.read_text().split("\n")
+    title = text.index("## Smart servos")
+    inside = [number for number in range(title, len(text)) if text[number].startswith("| ")]
+    begin = inside[0]
+    end = next(number for number in range(begin, len(text)) if not text[number].startswith("|"))
+    PAGE.write_text("\n".join([*text[:begin], *table, *text[end:]]))
+    print("\n".join(table))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", choices=["servos", "faults"])
+    parser.add_argument("part", choices=["servos", "faults", "page"])
+    parser.add_argument("files", nargs="*", type=Path)
     parser.add_argument("--drive", default="feetech", choices=sorted(MAKERS))
-    parser.add_argument("--servos", type=int, default=40)
-    parser.add_argument("--faults", type=int, default=500)
+    parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--goal", default="settling", choices=["settling", "load"])
     stated = parser.parse_args()
-    {"servos": servos, "faults": faults}[stated.part](stated)
+    {"servos": servos, "faults": faults, "page": page}[stated.part](stated)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 import csv
 import importlib.util
+import io
 import tempfile
 import time
 import unittest
@@ -21,7 +22,8 @@ class SmartServos(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
-        self.journal = self.folder / "journal.json"
+        self.journals = self.folder / "journals"
+        self.servo = None
 
     def bus(self, *servos, **options):
         client = CLIENTS[servos[0].maker.name]
@@ -31,20 +33,26 @@ class SmartServos(unittest.TestCase):
         self.addCleanup(bus.close)
         return bus
 
+    def has_journal(self):
+        return any(self.journals.glob("*.json"))
+
     def run_on(self, bus, *words):
         """A whole command; what it says."""
         name = bus.servos[0].maker.name
         options = _commands._options([*words, "--drive", name, "--port", "unused", "--baud", str(BAUD), "--yes"])
-        options.bus, options.journal, options.stall = bus, self.journal, 60.0
+        options.bus, options.journals, options.stall = bus, self.journals, 60.0
         said = []
         _commands.run(options, said.append)
         return "\n".join(said)
 
     def session(self, bus, **options):
-        servo = Servo(bus.servos[0].maker, bus.port, 1, BAUD, bus)
+        # Whoever had the port is gone: it has one owner.
+        if self.servo:
+            self.servo.close()
+        self.servo = servo = Servo(bus.servos[0].maker, bus.port, 1, BAUD, bus)
         self.addCleanup(servo.close)
         stated = {"yes": True, "stall": 60.0, "say": lambda _: None} | options
-        return Session(servo, self.journal, stated.pop("travel", 228.0), **stated)
+        return Session(servo, self.journals, stated.pop("travel", 228.0), **stated)
 
     def test_a_captured_log_has_the_servo(self):
         for name in MAKERS:
@@ -61,7 +69,7 @@ class SmartServos(unittest.TestCase):
                 self.assertLess(abs(error), 0.1 * own.truth["b"] / 12.0)
                 moved = ("goal", "position", "load")
                 self.assertEqual([own.numbers[name] for name in before if name not in moved], [before[name] for name in before if name not in moved])
-                self.assertFalse(self.journal.exists())
+                self.assertFalse(self.has_journal())
 
     def test_gains_that_the_servo_proves_better_stay(self):
         for name in MAKERS:
@@ -73,7 +81,7 @@ class SmartServos(unittest.TestCase):
                 kept = [own.numbers[gain] for gain in "pid"]
                 self.assertNotEqual(kept, old, said)
                 self.assertEqual(plot.read_text().count("<polyline"), 3)
-                self.assertFalse(self.journal.exists())
+                self.assertFalse(self.has_journal())
                 self.assertEqual(own.numbers["lock"] if name == "feetech" else 1, 1)
                 own.power(False)
                 own.power(True)
@@ -89,10 +97,10 @@ class SmartServos(unittest.TestCase):
             self.assertNotEqual(_tune.rejection("settling", good, good, _tune.Response(**after)), "", name)
         own = SimulatedServo(MAKERS["feetech"], seed=7)
         session = self.session(self.bus(own))
-        proposal = _tune.Proposal({"p": 40, "i": 0, "d": 32}, 10.0, good)
+        proposals = iter([_tune.Proposal({"p": 40, "i": 0, "d": 32}, 10.0, good)])
         with (
             session,
-            mock.patch.object(_tune, "best", lambda model, gains, goal, most: proposal if most > 10.0 else None),
+            mock.patch.object(_tune, "best", lambda model, gains, goal, *_: next(proposals, None)),
             mock.patch.object(_tune, "tried", lambda session: (_tune.Response(**worse), None)),
         ):
             self.assertIsNone(_tune.trial(session, None, "settling", good))
@@ -119,7 +127,7 @@ class SmartServos(unittest.TestCase):
                 except (Fault, Killed) as fault:
                     self.assertIs(type(fault) if end is not Fault else Fault, end)
                 cut = kind in ("power lost", "unplugged", "killed")
-                self.assertEqual(self.journal.exists(), cut)
+                self.assertEqual(self.has_journal(), cut)
                 if cut:
                     bus.restart()
                     with self.assertRaises(Refused):
@@ -128,7 +136,7 @@ class SmartServos(unittest.TestCase):
                 old = [own.sold[gain] for gain in "pid"]
                 found = [own.numbers[gain] for gain in ("p", "i", "d", "torque", "acceleration")]
                 self.assertEqual(found, [32, 0, 32, 0, 50] if name == "feetech" else [*old, 0, 50])
-                self.assertFalse(self.journal.exists())
+                self.assertFalse(self.has_journal())
 
     def test_a_servo_that_would_leave_its_travel_is_stopped(self):
         own = SimulatedServo(MAKERS["feetech"], seed=7)
@@ -157,31 +165,85 @@ class SmartServos(unittest.TestCase):
         self.assertLess(held[0], stalls[0])
 
     def test_what_cannot_be_moved_is_refused_and_nothing_is_written(self):
-        stop = {"highest": 2100, "lowest": 0}
-        for numbers, part in (
-            ({"model": 1}, "not known"),
-            ({"mode": 1}, "mode 1"),
-            ({"voltage": 45}, "4.5 V"),
-            (stop, "smaller --travel"),
-        ):
-            with self.subTest(part):
-                own = SimulatedServo(MAKERS["feetech"], seed=7, **numbers)
+        rows = (
+            ("an unknown model", {"model": 1}, (), "model 1 is not known: --drive {name} is for "),
+            ("a servo in velocity or wheel mode", {"mode": 1}, (), "mode 1, which follows no position: set its mode"),
+            ("a voltage below its range", {"voltage": 45}, (), "the supply is 4.5 V: connect one of 6.0 to 14.0 V"),
+            ("limits of the servo", {"highest": 2100}, ("--travel", "140deg"), "move it by hand or state a smaller --travel"),
+            ("a travel without unit", {}, ("--travel", "20"), "state a number with its unit, such as 20deg"),
+            ("an id that does not answer", {}, ("--id", "9"), "servo 9 on .* check cable, power, --id and --baud"),
+            ("two servos of one id", {}, (), "more than one servo answers to id 1: give each its own id"),
+            ("two servos of one id that collide", {}, (), "and that no other servo has this id"),
+            ("a baud rate that no servo has", {}, ("--baud", "12345"), "12345 baud is not a rate .* state another --baud"),
+        )
+        for name in MAKERS:
+            for title, numbers, words, sentence in rows:
+                with self.subTest(title, maker=name):
+                    own = SimulatedServo(MAKERS[name], seed=7, **numbers)
+                    others = [SimulatedServo(MAKERS[name], seed=8)] if title.startswith("two") else []
+                    bus = self.bus(own, *others)
+                    bus.collides = title.endswith("collide")
+                    before = dict(own.numbers)
+                    own.write = mock.Mock(side_effect=AssertionError)
+                    words = ("tune-servo", "--drive", name, "--port", "unused", "--baud", str(BAUD), "--yes", "--apply", *words)
+                    self.assertRegex(self.refused(words, bus=bus), sentence.format(name=name))
+                    own.write.assert_not_called()
+                    moves = {"position": 0, "load": 0}
+                    self.assertEqual(own.numbers | moves, before | moves)
+
+    def refused(self, words, **own):
+        """What a command that is refused prints, which is one sentence; it has the exit status 2."""
+        with mock.patch("sys.stderr", io.StringIO()) as printed, mock.patch("sys.stdout", io.StringIO()):
+            self.assertEqual(_commands.main(words, journals=self.journals, stall=60.0, **own), 2)
+        self.assertEqual(printed.getvalue().count("\n"), 1)
+        self.assertFalse(self.has_journal())
+        return printed.getvalue()
+
+    def test_a_port_has_one_owner(self):
+        bus = self.bus(SimulatedServo(MAKERS["feetech"], seed=7))
+        words = ["capture", "--drive", "feetech", "--out", "x.csv", "--port", str(self.folder / "tty")]
+        self.assertRegex(self.refused(words), "cannot be opened: .*; state the port of the adapter by --port")
+        self.session(bus)
+        self.assertRegex(self.refused(words, port=bus.port), "is in use: end the other program that has it")
+
+    def test_a_journal_is_found_by_servo_and_adapter(self):
+        bus = self.bus(SimulatedServo(MAKERS["feetech"], seed=7))
+        self.assertEqual(self.session(bus).journal.file.name, "STS3215-1-adapter.json")
+        adapter = mock.Mock(device=bus.port, serial_number="A50285BI")
+        with mock.patch("serial.tools.list_ports.comports", lambda: [adapter]):
+            self.assertEqual(self.session(bus).journal.file.name, "STS3215-1-A50285BI.json")
+
+    def test_other_servos_of_a_bus_are_untouched(self):
+        for name in MAKERS:
+            with self.subTest(name):
+                own, other = SimulatedServo(MAKERS[name], seed=7), SimulatedServo(MAKERS[name], seed=8, identity=2)
+                bus = self.bus(own, other)
+                before = dict(other.numbers)
+                session = self.session(bus)
+                with session:
+                    session.follow(lambda time: 50.0 * time, 0.5)
+                    client = session.servo.client
+                    sdk = importlib.import_module(CLIENTS[name])
+                    first = (client, sdk.PacketHandler(2.0)) if name == "dynamixel" else (sdk.sms_sts(client),)
+                    place = MAKERS[name].registers["goal"]
+                    both = sdk.GroupSyncRead(*first, place.address, place.size)
+                    both.addParam(1)
+                    both.addParam(2)
+                    self.assertEqual(both.txRxPacket(), 0)
+                    both = [both.getData(identity, place.address, place.size) for identity in (1, 2)]
+                    self.assertEqual(both, [own.numbers["goal"], before["goal"]])
+                moves = {"position": 0, "load": 0}
+                self.assertEqual(other.numbers | moves, before | moves)
+
+    def test_every_drive_mode_is_tuned_and_restored(self):
+        for mode in (0x01, 0x04, 0x08, 0x0D):
+            with self.subTest(mode):
+                own = SimulatedServo(MAKERS["dynamixel"], seed=7, drive_mode=mode, torque=0)
+                own.side_of_load = -1 if mode & 0x01 else 1
                 before = dict(own.numbers)
-                own.write = mock.Mock(side_effect=AssertionError)
-                with self.assertRaisesRegex(Refused, part):
-                    self.session(self.bus(own), travel=1600.0)
-                self.assertFalse(self.journal.exists())
-                self.assertEqual({**own.numbers, "position": 0, "load": 0}, {**before, "position": 0, "load": 0})
-        own = SimulatedServo(MAKERS["feetech"], seed=7)
-        bus = self.bus(own, SimulatedServo(MAKERS["feetech"], seed=8))
-        with self.assertRaisesRegex(Refused, "more than one servo"):
-            self.session(bus)
-        with self.assertRaisesRegex(Refused, "cannot be opened"):
-            Servo(MAKERS["feetech"], str(self.folder / "tty"))
-        with self.assertRaisesRegex(Fault, "--id"):
-            Servo(MAKERS["feetech"], bus.port, 9, BAUD, bus).description()
-        with self.assertRaisesRegex(Refused, "20deg"):
-            self.run_on(bus, "capture", "--out", "x.csv", "--travel", "20")
+                self.assertIn("Now P 800", self.run_on(self.bus(own), "tune-servo"))
+                kept = ("torque", "acceleration", "speed", "p", "i", "d", "drive_mode")
+                self.assertEqual([own.numbers[name] for name in kept], [before[name] for name in kept])
 
     def test_who_does_not_agree_moves_nothing(self):
         own = SimulatedServo(MAKERS["feetech"], seed=7)
@@ -189,7 +251,7 @@ class SmartServos(unittest.TestCase):
         own.write = mock.Mock(side_effect=AssertionError)
         words = ["capture", "--out", str(self.folder / "x.csv"), "--drive", "feetech", "--port", "unused"]
         options = _commands._options(words)
-        options.bus, options.journal, options.ask = bus, self.journal, lambda _: ""
+        options.bus, options.journals, options.ask = bus, self.journals, lambda _: ""
         with self.assertRaises(Refused):
             _commands.run(options, lambda _: None)
 

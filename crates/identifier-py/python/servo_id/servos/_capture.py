@@ -58,17 +58,19 @@ def described() -> str:
 
 
 def captured(session: Session, moves: list[Move]) -> Rows:
-    """The rows of a motion."""
+    """The rows of a motion, the load in the direction of the position: which one a reversed servo reports is not documented."""
     goal, seconds = course(moves)
-    return session.follow(lambda time: session.travel * goal(time), seconds)
+    rows = session.follow(lambda time: session.travel * goal(time), seconds)
+    rows[:, 3] *= np.sign(rows[:, 3] @ (rows[:, 1] - rows[:, 2]))
+    return rows
 
 
 def log_of(rows: Rows, counts: int, voltage: float) -> dict[str, npt.NDArray[np.float64]]:
-    """Columns of a log: time, s, goal and position, rad, and the mean command from a row to the next, V."""
+    """Columns of a log: time, s, goal and position, rad, and the command from a row to the next, V. A goal is sent right after a
+    row, so that the load at the next one is nearly that command; the mean of both would be late."""
     time, goal, position, load = rows.T
     angle = 2.0 * np.pi / counts
-    until_next = 0.5 * (load + np.append(load[1:], load[-1]))
-    return {"time": time, "goal": angle * goal, "position": angle * position, "command": voltage * until_next}
+    return {"time": time, "goal": angle * goal, "position": angle * position, "command": voltage * np.append(load[1:], load[-1])}
 
 
 def write(file: Path, session: Session, rows: Rows, voltage: float) -> None:

@@ -11,11 +11,13 @@ import numpy.typing as npt
 
 from . import MAKERS, _capture, _tune
 from ._registers import Fault, RealTime, Refused, Servo
-from ._session import Interrupted, Rows, Session, as_counts, journal_of
+from ._session import Interrupted, Rows, Session, as_counts
 
 
-def main(words: Sequence[str]) -> int:
+def main(words: Sequence[str], **own: Any) -> int:
+    """The exit status: 1 where a motion ended early, 2 where nothing was moved or written."""
     options = _options(words)
+    vars(options).update(own)
     if options.port == "simulated":
         # Its pseudo-terminal is not on every system.
         from .simulated import SimulatedBus, SimulatedServo
@@ -48,7 +50,7 @@ def _options(words: Sequence[str]) -> Namespace:
     parser.add_argument("--keep", action="store_true", help="with --apply: keep gains of EEPROM after a good trial")
     parser.add_argument("--plot", type=Path, help="the step before and after, SVG")
     parser.add_argument("--seed", type=int, default=1, help="of the simulated servo")
-    options = parser.parse_args(words, Namespace(bus=None, journal=None, ask=input, stall=0.1))
+    options = parser.parse_args(words, Namespace(bus=None, journals=Path.home() / ".servo-id", ask=input, stall=0.1))
     if options.verb == "capture" and options.out is None:
         parser.error("capture needs --out FILE.csv")
     return options
@@ -61,9 +63,8 @@ def run(options: Namespace, say: Callable[[str], object] = print) -> int:
     travel = as_counts(options.travel, maker.counts)
     servo = Servo(maker, port, options.id, options.baud, clock)
     try:
-        journal = options.journal or journal_of(maker.name, options.port, options.id)
         stall = max(options.stall, 5.0) if options.bus else options.stall
-        session = Session(servo, journal, travel, yes=options.yes, stall=stall, say=say, ask=options.ask)
+        session = Session(servo, options.journals, travel, yes=options.yes, stall=stall, say=say, ask=options.ask)
         voltage = servo.voltage()
         _announce(session, options)
         with session:
@@ -94,7 +95,7 @@ def _tuned(session: Session, options: Namespace, rows: Rows, voltage: float) -> 
     b, error = model.result.estimates["b"], model.result.std_errors["b"]
     say(f"{model.result.verdict}: b = {b:.4g} ± {2 * error:.2g} rad/s² per V")
     if not options.apply:
-        proposal = _tune.best(model, session.gains, options.goal, np.inf)
+        proposal = _tune.best(model, session.gains, options.goal)
         if proposal is None:
             say("No gains are better than these.")
             return
@@ -133,7 +134,7 @@ def _picture(session: Session, rows: dict[str, Rows], predicted: tuple[npt.NDArr
         dashes = ' stroke-dasharray="6 4"' if name == "predicted" else ""
         parts.append(f'<polyline fill="none" stroke="{colour}" stroke-width="2"{dashes} points="{points}"/>')
         parts.append(f'<text x="480" y="{240 + 18 * number}" fill="{colour}">{name}</text>')
-    labels = "".join(f'<text x="5" y="{185 - 100 * side}">{side * np.degrees(size * 2 * np.pi / 4096):.1f}°</text>' for side in (-1, 1))
+    labels = "".join(f'<text x="5" y="{185 - 100 * side}">{side * 360 * size / session.servo.maker.counts:.1f}°</text>' for side in (-1, 1))
     labels += f'<text x="45" y="320">0</text><text x="530" y="320">{_tune.WINDOW} s</text>'
     body = "".join(parts)
     return (

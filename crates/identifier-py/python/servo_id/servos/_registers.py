@@ -1,5 +1,7 @@
 """A servo whose state is registers, behind its maker's client."""
 
+import importlib
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from threading import RLock
@@ -42,13 +44,15 @@ class Register(NamedTuple):
 @dataclass(frozen=True)
 class Maker:
     """What is known of a maker's servos. The names of its registers are those of every maker: model, firmware, mode, torque, p, i,
-    d, goal, position, load, voltage, temperature, and the lowest and highest of the last three."""
+    d, goal, position, load, voltage, temperature, the lowest and highest of them, and acceleration and speed of the way to a goal."""
 
     name: str
     models: Mapping[int, str]
     registers: Mapping[str, Register]
-    connect: Callable[[str, int], tuple[Any, Callable[..., Any]]]
-    """Opens a port at a baud rate: the client's port, and its calls by name."""
+    client: str
+    """The module of the maker's client."""
+    calls: Callable[[Any, Any], Callable[..., Any]]
+    """The client's calls by name, from its module and its open port."""
     fault: Callable[[int], str]
     """What the error of an answer means, empty for none."""
     baud: int
@@ -56,17 +60,13 @@ class Maker:
     """Modes of operation that hold a position."""
     polled: tuple[str, str]
     """The first and the last register of a block that holds position and load."""
-    profile: tuple[str, ...]
-    """Registers that shape the way to a goal, 0 for none."""
     full_load: float
     """The load at all of the supply."""
-    gain_scale: float
-    """P for the whole supply at an error of 1 rad, by the form of ``tune``: the documented one, which is not relied on."""
     rate_scale: float
     """Share of the supply for a D of 1 at 1 rad/s, about: a first one is chosen by it."""
     largest_gain: int
-    supply: tuple[float, float]
-    """Steps of a volt in the present voltage and in its limits."""
+    volt: float = 10.0
+    """Of the present voltage and of its limits."""
     lock: bool = False
     """True for gains that are kept without power, behind a lock."""
     counts: int = 4096
@@ -103,7 +103,8 @@ class Servo:
     """When it was last called, of the machine's clock."""
     error: str = ""
     """What its last answer complained of."""
-    written: int = 0
+    has_written: bool = False
+    wear: int = 0
     """Writes of gains that are kept without power: such memory wears."""
     lock: Any = field(default_factory=RLock)
 
@@ -112,12 +113,24 @@ class Servo:
     """Time in which a late answer comes, s: it must not be taken for the next one."""
 
     def __post_init__(self) -> None:
+        maker, baud = self.maker, self.baud or self.maker.baud
         try:
-            self.client, self.calls = self.maker.connect(self.port, self.baud or self.maker.baud)
+            sdk = importlib.import_module(maker.client)
+            self.client = sdk.PortHandler(self.port)
+            if not self.client.setBaudRate(baud):
+                raise Refused(f"{baud} baud is not a rate of this servo: state another --baud")
+            self.calls = maker.calls(sdk, self.client)
+        except ImportError as error:
+            raise Refused(f"the maker's client is not there: pip install 'servo-id[{maker.name}]'") from error
+        except OSError as error:
+            raise Refused(f"{self.port} cannot be opened: {error}; state the port of the adapter by --port") from error
+        try:
+            self.client.ser.exclusive = True
             # Both makers' clients poll without a pause: a read that waits leaves the processor to others.
             self.client.ser.timeout = 0.01
-        except (OSError, ValueError) as error:
-            raise Refused(f"{self.port} cannot be opened: {error}; state the port of the adapter by --port") from error
+        except OSError as error:
+            self.close()
+            raise Refused(f"{self.port} is in use: end the other program that has it") from error
 
     def close(self) -> None:
         self.client.closePort()
@@ -139,7 +152,10 @@ class Servo:
                 self.clock.sleep(self.QUIET)
                 self._discard()
                 self.called = monotonic()
-            raise Lost(f"servo {self.identity} on {self.port} gives no valid answer: check cable, power, --id and --baud")
+            raise (Lost if self.has_written else Refused)(
+                f"servo {self.identity} on {self.port} gives no valid answer: check cable, power, --id and --baud, and that no other "
+                "servo has this id"
+            )
 
     def _discard(self) -> int:
         """Discards bytes that nobody waits for, and counts them."""
@@ -165,13 +181,14 @@ class Servo:
     def write(self, name: str, number: int) -> None:
         register = self.maker.registers[name]
         data = register.stored(number).to_bytes(register.size, "little")
+        self.has_written = True
         self._called("writeTxRx", register.address, register.size, list(data))
 
     def change(self, name: str, number: int) -> None:
         """Writes until two answers confirm it."""
         for _ in range(self.TRIES):
             self.write(name, number)
-            self.written += self.maker.lock and name in ("p", "i", "d")
+            self.wear += self.maker.lock and name in ("p", "i", "d")
             if self.read(name) == number == self.read(name):
                 return
         raise Fault(f"register {name} does not take {number}: {self.error or 'it stays as it was'}")
@@ -189,7 +206,7 @@ class Servo:
         return {name: self.read(name) for name in ("p", "i", "d")}
 
     def voltage(self) -> float:
-        return self.read("voltage") / self.maker.supply[0]
+        return self.read("voltage") / self.maker.volt
 
     def description(self) -> str:
         """Model and firmware. Refuses a servo that is not known, or that cannot be moved by goals."""
@@ -198,16 +215,24 @@ class Servo:
         model, mode = of("model"), of("mode")
         if self._discard() > 0 or (of("model"), of("mode")) != (model, mode):
             raise Refused(f"more than one servo answers to id {self.identity}: give each its own id")
-        name = self.maker.models.get(model)
-        if name is None:
+        self.model = self.maker.models.get(model, "")
+        if not self.model:
             known = ", ".join(self.maker.models.values())
             raise Refused(f"model {model} is not known: --drive {self.maker.name} is for {known}")
         if mode not in self.maker.modes:
             raise Refused(f"the servo is in mode {mode}, which follows no position: set its mode of operation to {self.maker.modes[0]}")
-        present, scale = self.voltage(), self.maker.supply[1]
-        low, high = of("lowest_voltage") / scale, of("highest_voltage") / scale
+        present, volt = self.voltage(), self.maker.volt
+        low, high = of("lowest_voltage") / volt, of("highest_voltage") / volt
         if not low <= present <= high:
-            raise Refused(f"the supply is {present:.1f} V: the servo allows {low:.1f} to {high:.1f} V")
+            raise Refused(f"the supply is {present:.1f} V: connect one of {low:.1f} to {high:.1f} V")
         if self.error:
             raise Refused(f"the servo reports {self.error}: remove the cause and switch its power off and on")
-        return f"{name}, firmware {of('firmware')}, id {self.identity}, {present:.1f} V, {of('temperature')} °C"
+        return f"{self.model}, firmware {of('firmware')}, id {self.identity}, {present:.1f} V, {of('temperature')} °C"
+
+    @property
+    def name(self) -> str:
+        """Which servo it is, whatever the system calls its port: neither maker's servos have a serial number, adapters may."""
+        from serial.tools import list_ports
+
+        serials = {os.path.realpath(one.device): one.serial_number for one in list_ports.comports()}
+        return f"{self.model}-{self.identity}-{serials.get(os.path.realpath(self.port)) or 'adapter'}"

@@ -2,13 +2,14 @@
 
 import json
 import os
+import re
 import signal
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Thread, current_thread, main_thread
 from time import monotonic
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -65,17 +66,17 @@ class Session:
     """Part of the travel that load and friction may take the servo from its goal."""
 
     def __init__(
-        self, servo: Servo, journal: Path, travel: float, *, yes: bool = False, stall: float = 0.1,
+        self, servo: Servo, folder: Path, travel: float, *, yes: bool = False, stall: float = 0.1,
         say: Callable[[str], object] = print, ask: Callable[[str], str] = input,
     ) -> None:
         self.servo, self.travel, self.stall = servo, travel, stall
         self.say, self.yes, self._ask = say, yes, ask
-        self.journal = Journal(journal)
         self.interrupted = self.is_moving = self.has_stalled = False
         self.pull = 0.0
         """Distance to the goal at rest times P, counts."""
         self.last: Reading | None = None
         say(servo.description())
+        self.journal = Journal(folder / f"{servo.name}.json")
         if self.journal.old:
             self._restore_of_last_time()
         self.gains = servo.gains()
@@ -125,11 +126,15 @@ class Session:
         """Holds the servo where it is, with goals that act at once."""
         servo = self.servo
         self.was_off = servo.read("torque") == 0
+        if self.was_off:
+            # There are servos that a goal switches on.
+            self.journal.note("torque", 0)
         if not servo.maker.lock:
             # Gains of RAM go with the power.
             for name, number in self.gains.items():
                 self.journal.note(name, number)
-        for name in servo.maker.profile:
+        for name in ("acceleration", "speed"):
+            # None: a goal acts at once.
             self.change(name, 0)
         self.pull = 0.0 if self.was_off else self.gains["p"] * (servo.read("goal") - self.start)
         if abs(self.sag) > self.LONGEST_SAG * self.travel:
@@ -232,8 +237,8 @@ class Session:
         try:
             self.hold()
             self._restore(home=not isinstance(error, Lost) and not self.servo.error)
-            if self.servo.written:
-                self.say(f"{self.servo.written} writes of EEPROM.")
+            if self.servo.wear:
+                self.say(f"{self.servo.wear} writes of EEPROM.")
         except Fault as fault:
             self.say(f"{fault}. Not all is back: {self.journal.file} keeps it, and the next start writes it.")
         finally:
@@ -268,16 +273,9 @@ class Session:
             clock.sleep(0.02)
 
 
-def journal_of(maker: str, port: str, identity: int) -> Path:
-    """Where the journal of a servo is."""
-    return Path.home() / ".servo-id" / f"{maker}-{Path(port).name}-{identity}.json"
-
-
 def as_counts(travel: str, counts: int) -> float:
     """A travel such as 20deg, 0.3rad or 200counts."""
-    units: dict[str, Any] = {"deg": counts / 360.0, "rad": counts / (2.0 * np.pi), "counts": 1.0}
-    for unit, scale in units.items():
-        number = travel.removesuffix(unit)
-        if number != travel and number.replace(".", "", 1).isdigit():
-            return float(number) * scale
+    units = {"deg": counts / 360.0, "rad": counts / (2.0 * np.pi), "counts": 1.0}
+    if found := re.fullmatch(r"(\d*\.?\d+)(deg|rad|counts)", travel):
+        return float(found[1]) * units[found[2]]
     raise Refused(f"--travel {travel}: state a number with its unit, such as 20deg, 0.3rad or 200counts")

@@ -21,8 +21,10 @@ WINDOW = 0.8
 """From one step of a trial to the next, s."""
 ARRIVED = 0.25
 """Part of a step within which a servo rests about its goal; one that does not get there does not settle."""
+OTHER = 1.1
+"""Factor by which what is not the goal may get worse."""
 TRIALS, SLOWER = 3, 0.75
-"""Trials at most, and the part of the bandwidth that the next one has."""
+"""Trials at most, and the part of its bandwidth, or of its error at rest, that the next one has."""
 DAMPING = (0.5, 0.7, 1.0)
 """Damping ratios of the loops that are considered."""
 MAX_SENSITIVITY, MAX_OVERSHOOT, LESS = 1.7, 0.2, 0.9
@@ -87,6 +89,10 @@ class Model:
         self.result: Result = identify(columns, counts_per_rev=maker.counts, command_unit="V")
         if not self.result.estimates["b"] > 0.0:
             raise Fault(f"the log does not show the servo: {self.result.reason}")
+        # The command of a row is the load half a period later than on average.
+        shift = 0.5 * float(np.median(np.diff(rows[:, 0])))
+        self.delay = min(max(self.result.estimates.get("delay", 0.0) - shift, 0.0) + FIRMWARE_DELAY, 0.02)
+        """From the reading of the encoder to the motor, s."""
         self.scales = scales(maker, rows, gains)
         """Share of the supply for a unit of a gain at 1 rad, or rad/s, or rad s. A gain that was 0 has none."""
 
@@ -111,11 +117,6 @@ class Model:
         controller = gains["p"] * self.scales["p"] + gains["d"] * self.scales.get("d", 0.0) * s
         servo = self.voltage * found["b"] / (s * (s + max(found["a"], 0.0))) * np.exp(-s * self.delay)
         return float((1.0 / np.abs(1.0 + controller * servo)).max())
-
-    @property
-    def delay(self) -> float:
-        """From the reading of the encoder to the motor, s."""
-        return min(max(self.result.estimates.get("delay", 0.0), 0.0) + FIRMWARE_DELAY, 0.02)
 
     def predicted(self, gains: dict[str, int]) -> Response:
         """The response of the servo to steps out and back, with the error that friction and load leave at most."""
@@ -191,26 +192,35 @@ def with_derivative(session: Session, model: Model) -> None:
         model.scales["d"] = measured["d"]
 
 
-def rejection(goal: str, before: Response, predicted: Response, after: Response) -> str:
-    """Why gains are not kept after their trial, empty if they are."""
+def liveliness(before: Response, predicted: Response, after: Response) -> str:
+    """How a servo moves too much, empty if it does not."""
     if after.ripple > max(5.0, 1.5 * before.ripple):
         return "the servo oscillates"
-    if after.overshoot > predicted.overshoot + 0.2 or after.settling_time > 1.6 * predicted.settling_time + 0.08:
-        return "the response misses the prediction"
-    ratios = {
-        "settling": (after.settling_time + 5e-3) / (before.settling_time + 5e-3),
-        "load": (after.error + 0.5) / (before.error + 0.5),
-    }
-    if ratios.pop(goal) > 0.95 or max(ratios.values()) > 1.1:
-        return "the servo is no better with them"
-    return ""
+    return "the servo overshoots more than predicted" if after.overshoot > predicted.overshoot + 0.2 else ""
+
+
+def rejection(goal: str, before: Response, predicted: Response, after: Response) -> str:
+    """Why gains are not kept after their trial, empty if they are."""
+    if reason := liveliness(before, predicted, after):
+        return reason
+    if after.settling_time > 1.6 * predicted.settling_time + 0.08:
+        return "the servo settles later than predicted"
+    own, other = ratios(goal, before, after)
+    return "the servo is no better with them" if own > 0.95 or other > OTHER else ""
+
+
+def ratios(goal: str, before: Response, after: Response) -> tuple[float, float]:
+    """What a change of gains does to the goal and to the other quantity, as far as a trial resolves them."""
+    settling = (after.settling_time + 5e-3) / (before.settling_time + 5e-3)
+    error = (after.error + 0.5) / (before.error + 0.5)
+    return (settling, error) if goal == "settling" else (error, settling)
 
 
 def trial(session: Session, model: Model, goal: str, before: Response) -> tuple[Proposal, Response, Rows] | None:
     """The gains that the servo proves better, in its registers; otherwise the old ones are."""
-    old, most = dict(session.gains), np.inf
+    old, fastest, softest = dict(session.gains), np.inf, np.inf
     for _ in range(TRIALS):
-        proposal = best(model, old, goal, most)
+        proposal = best(model, old, goal, fastest, softest)
         if proposal is None:
             break
         session.say(f"Trial of {shown(proposal.gains)}; predicted: {proposal.predicted}.")
@@ -221,21 +231,27 @@ def trial(session: Session, model: Model, goal: str, before: Response) -> tuple[
         if not reason:
             return proposal, after, rows
         session.set_gains(old)
-        most = SLOWER * proposal.bandwidth
+        if liveliness(before, proposal.predicted, after):
+            fastest = SLOWER * proposal.bandwidth
+        else:
+            # Friction holds it more than the model says.
+            softest = SLOWER * proposal.predicted.error
     return None
 
 
-def best(model: Model, gains: dict[str, int], goal: str, most: float) -> Proposal | None:
-    """The proposal with the best predicted response up to a bandwidth, rad/s."""
+def best(
+    model: Model, gains: dict[str, int], goal: str, fastest: float = np.inf, softest: float = np.inf
+) -> Proposal | None:
+    """The proposal with the best predicted response up to a bandwidth, rad/s, and an error at rest, counts."""
     now = model.predicted(gains)
     of = {"settling": lambda one: one.settling_time, "load": lambda one: one.error}
     other = of["load" if goal == "settling" else "settling"]
-    allowed = [
+    proposals = [
         one for one in model.proposals(gains)
-        if one.bandwidth <= most and other(one.predicted) <= 1.1 * other(now)
+        if one.bandwidth <= fastest and one.predicted.error <= softest and other(one.predicted) <= OTHER * other(now)
         and one.predicted.overshoot < max(MAX_OVERSHOOT, LESS * now.overshoot)
     ]
-    return min(allowed, key=lambda one: of[goal](one.predicted), default=None)
+    return min(proposals, key=lambda one: of[goal](one.predicted), default=None)
 
 
 def shown(gains: dict[str, int]) -> str:

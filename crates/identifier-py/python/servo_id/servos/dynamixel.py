@@ -1,8 +1,6 @@
 """Dynamixel X: protocol 2.0 and registers as the manual of the XM430-W350 and the maker's client ``dynamixel-sdk`` have them."""
 
 from collections.abc import Callable
-from functools import partial
-from math import tau
 from typing import Any
 
 from ._registers import Maker, Register
@@ -11,16 +9,9 @@ _ERRORS = ("", "a failed instruction", "an unknown instruction", "a damaged ques
            "a number beyond its limit", "a register that cannot be written now")
 
 
-def _connect(port: str, baud: int) -> tuple[Any, Callable[..., Any]]:
-    try:
-        import dynamixel_sdk as sdk
-    except ImportError as error:
-        raise ValueError("the maker's client is not there: pip install 'servo-id[dynamixel]'") from error
-    client = sdk.PortHandler(port)
-    if not client.setBaudRate(baud):
-        raise ValueError(f"{baud} baud is not a rate of this servo")
+def _calls(sdk: Any, port: Any) -> Callable[..., Any]:
     handler = sdk.PacketHandler(2.0)
-    return client, lambda name, *arguments: partial(getattr(handler, name), client)(*arguments)
+    return lambda name, *arguments: getattr(handler, name)(port, *arguments)
 
 
 def _fault(error: int) -> str:
@@ -35,6 +26,7 @@ DYNAMIXEL = Maker(
     registers={
         "model": Register(0, 2),
         "firmware": Register(6),
+        "drive_mode": Register(10),
         "mode": Register(11),
         "highest_temperature": Register(31),
         "highest_voltage": Register(32, 2),
@@ -53,15 +45,13 @@ DYNAMIXEL = Maker(
         "voltage": Register(144, 2),
         "temperature": Register(146),
     },
-    connect=_connect,
+    client="dynamixel_sdk",
+    calls=_calls,
     fault=_fault,
     baud=57_600,
     modes=(3,),
     polled=("load", "position"),
-    profile=("acceleration", "speed"),
     full_load=885.0,
-    gain_scale=128.0 * 885.0 * tau / 4096.0,
     rate_scale=4.6e-5,
     largest_gain=16383,
-    supply=(10.0, 10.0),
 )

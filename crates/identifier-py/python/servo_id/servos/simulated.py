@@ -1,7 +1,7 @@
 """Simulated servos on a bus behind a pseudo-terminal, in the protocols of their makers: ``--port simulated``.
 
 The plant is the project's, with backlash, friction, gravity, delay and an encoder of 12 bits. Of the firmwares only a part is
-known: scales of the gains and the derivative are drawn for each servo. Time is the bus's own. It passes with what is asked of
+known: scales of the gains, the derivative, and what a reversed servo reports, are drawn for each servo. Time is the bus's own. It passes with what is asked of
 the bus, so that a run depends on no other program.
 """
 
@@ -10,7 +10,9 @@ import select
 import signal
 import tty
 from collections.abc import Iterator
+from functools import reduce
 from math import exp, log, pi, tau
+from operator import and_
 from random import Random
 from threading import RLock, Thread
 from typing import Any, ClassVar
@@ -32,14 +34,17 @@ class Killed(BaseException):
 class SimulatedServo:
     """Plant, firmware and registers of one servo. All that is drawn follows from the seed."""
 
-    # P, I and D as sold, and the share of the supply for a D of 1 at 1 rad/s.
-    GAINS: ClassVar[dict[str, tuple[int, int, int, float]]] = {"feetech": (32, 0, 32, 1.6e-3), "dynamixel": (800, 0, 0, 4.6e-5)}
+    # P, I and D as sold, and the share of the supply for a P of 1 at 1 rad and for a D of 1 at 1 rad/s, as far as it is documented.
+    GAINS: ClassVar[dict[str, tuple[int, int, int, float, float]]] = {
+        "feetech": (32, 0, 32, 0.166, 1.6e-3),
+        "dynamixel": (800, 0, 0, 4096.0 / tau / 128.0 / 885.0, 4.6e-5),
+    }
 
     def __init__(self, maker: Maker, seed: int = 1, identity: int = 1, **numbers: int) -> None:
         random = Random(f"{maker.name} {seed}")
         spread = lambda low, high: exp(random.uniform(log(low), log(high)))
         self.maker, self.identity = maker, identity
-        p, i, d, unit_of_d = self.GAINS[maker.name]
+        p, i, d, unit_of_p, unit_of_d = self.GAINS[maker.name]
         inertia = spread(1.0, 4.0)
         a = spread(20.0, 60.0)
         b = a * random.uniform(4.0, 8.0) / inertia
@@ -56,12 +61,15 @@ class SimulatedServo:
             "low_speed_velocity": random.uniform(0.05, 0.2),
         }
         self.scales = {
-            "p": spread(0.3, 3.0) / maker.gain_scale,
-            "i": spread(0.3, 3.0) / maker.gain_scale,
+            "p": spread(0.3, 3.0) * unit_of_p,
+            "i": spread(0.3, 3.0) * unit_of_p,
             "d": spread(0.3, 3.0) * unit_of_d,
         }
         self.derives_error = random.random() < 0.5
         self.share_of_newest = 1.0 - exp(-STEP / spread(0.5e-3, 4e-3))
+        # Reversed, a profile in times, and switched on by a goal.
+        drive_mode = sum(bit for bit in (0x01, 0x04, 0x08) if random.random() < 0.5)
+        self.side_of_load = -1 if drive_mode & 0x01 and random.random() < 0.5 else 1
         self.plant = _native.SimulatedServo(
             *_scenario.read({
                 "plant": self.truth | self.effects,
@@ -77,7 +85,8 @@ class SimulatedServo:
         self.sold = {name: 0 for name in maker.registers} | {
             "model": model, "firmware": 3, "mode": maker.modes[0], "lowest": 0, "highest": maker.counts - 1, "p": p, "i": i, "d": d,
             "lowest_voltage": 60, "highest_voltage": 140, "highest_temperature": 70, "voltage": 120, "temperature": 35,
-            "start_force": 16, "dead_zone": 1, "lock": 1, "acceleration": 50, "goal": self.origin,
+            "start_force": 16, "dead_zone": 1, "lock": 1, "acceleration": 50, "speed": 200,
+            "goal": self.origin, "drive_mode": drive_mode,
         } | numbers | {"torque": 0}
         self.numbers = self.sold | {"torque": numbers.get("torque", 1)}
         self._forget()
@@ -124,7 +133,8 @@ class SimulatedServo:
             self.numbers["torque"] = 0
 
     def read(self, start: int, length: int) -> bytes:
-        self.numbers |= {"position": self.counts, "load": round(self.duty * self.maker.full_load)}
+        load = self.side_of_load * self.duty
+        self.numbers |= {"position": self.counts, "load": round(load * self.maker.full_load)}
         data = bytearray(length)
         for name, one in self.maker.registers.items():
             if start <= one.address and one.address + one.size <= start + length:
@@ -137,8 +147,18 @@ class SimulatedServo:
             if start <= one.address and one.address + one.size <= start + len(data):
                 place = one.address - start
                 self.numbers[name] = one.number(int.from_bytes(data[place : place + one.size], "little"))
+                if self.maker.name == "dynamixel":
+                    self._apply(name)
                 if self.maker.lock and one.address < 40 and not self.numbers["lock"]:
                     self.sold[name] = self.numbers[name]
+
+    def _apply(self, written: str) -> None:
+        """What a drive mode makes of it."""
+        of = self.numbers
+        if of["drive_mode"] & 0x04:
+            of["acceleration"] = min(of["acceleration"], of["speed"] // 2)
+        if of["drive_mode"] & 0x08 and written == "goal" and not self.alarm:
+            of["torque"] = 1
 
 
 class _Sts:
@@ -158,18 +178,21 @@ class _Sts:
         return b"\xff\xff" + body + bytes([~sum(body) & 0xFF])
 
     length = staticmethod(lambda data: data[0])
+    identities = staticmethod(lambda data: data[1:])
 
 
 class _Protocol2:
     """The packets of Dynamixel's protocol 2.0."""
 
-    @staticmethod
-    def _check(packet: bytes) -> bytes:
+    TABLE = tuple(
+        reduce(lambda crc, _: (crc << 1 ^ 0x8005 if crc & 0x8000 else crc << 1) & 0xFFFF, range(8), byte << 8) for byte in range(256)
+    )
+
+    @classmethod
+    def _check(cls, packet: bytes) -> bytes:
         crc = 0
         for byte in packet:
-            crc ^= byte << 8
-            for _ in range(8):
-                crc = (crc << 1 ^ 0x8005 if crc & 0x8000 else crc << 1) & 0xFFFF
+            crc = crc << 8 & 0xFFFF ^ cls.TABLE[crc >> 8 ^ byte]
         return crc.to_bytes(2, "little")
 
     @classmethod
@@ -191,12 +214,13 @@ class _Protocol2:
         return packet + cls._check(packet)
 
     length = staticmethod(lambda data: int.from_bytes(data[:2], "little"))
+    identities = staticmethod(lambda data: data[2:])
 
 
 class SimulatedBus:
     """A half-duplex bus with its servos. It is the clock of whoever uses it, and injects faults at their times."""
 
-    READ, WRITE = 2, 3
+    READ, WRITE, SYNC_READ = 0x02, 0x03, 0x82
 
     def __init__(
         self, *servos: SimulatedServo, seed: int = 1, baud: int = 0, faults: list[tuple[float, str]] | None = None
@@ -206,7 +230,7 @@ class SimulatedBus:
         self.protocol: Any = _Sts if servos[0].maker.name == "feetech" else _Protocol2
         self.byte_time = 10.0 / (baud or servos[0].maker.baud)
         self.time, self.steps = 0.0, 0
-        self.is_connected, self.is_alive = True, True
+        self.is_connected, self.is_alive, self.collides = True, True, False
         self.late: list[tuple[float, bytes]] = []
         self.lock = RLock()
         self.own, self.other = os.openpty()
@@ -268,18 +292,12 @@ class SimulatedBus:
         self._pass(self.random.uniform(0.4e-3, 1e-3) + (len(data) + 8) * self.byte_time)
         fault = self.faults.pop(0)[1] if self.faults and self.faults[0][0] <= self.time else ""
         self._inject(fault)
-        addressed = [servo for servo in self.servos if servo.identity == identity and servo.is_powered]
-        if not (self.is_connected and self.is_alive and addressed):
+        identities = [identity] if instruction != self.SYNC_READ else self.protocol.identities(data)
+        answer = b"".join(self._answer_of(one, instruction, address, data) for one in identities)
+        if not answer:
             self._pass(CLIENT_TIMEOUT)
             return
-        answers = []
-        for servo in addressed:
-            length = self.protocol.length(data) if instruction == self.READ else 0
-            if instruction == self.WRITE:
-                servo.write(address, data)
-            answers.append(self.protocol.answer(identity, servo.alarm, servo.read(address, length)))
-        # Bytes of a servo that answers at the same time follow here; on a cable they collide.
-        answer = b"".join(answers) * (2 if fault == "doubled" else 1)
+        answer *= 2 if fault == "doubled" else 1
         self._pass(self.random.uniform(0.4e-3, 1e-3) + len(answer) * self.byte_time)
         if fault == "damaged":
             place = self.random.randrange(len(answer))
@@ -289,6 +307,18 @@ class SimulatedBus:
             self.late += [(self.time + self.random.uniform(0.0, 0.05), answer)] if fault == "late" else []
             return
         os.write(self.own, answer)
+
+    def _answer_of(self, identity: int, instruction: int, address: int, data: bytes) -> bytes:
+        """What the line has if every servo of an id answers."""
+        answers = []
+        for servo in self.servos if self.is_connected and self.is_alive else ():
+            if servo.identity == identity and servo.is_powered:
+                if instruction == self.WRITE:
+                    servo.write(address, data)
+                length = 0 if instruction == self.WRITE else self.protocol.length(data)
+                answers.append(self.protocol.answer(identity, servo.alarm, servo.read(address, length)))
+        # Of two drivers the one wins that pulls the line low.
+        return bytes(reduce(and_, together) for together in zip(*answers)) if self.collides else b"".join(answers)
 
     def _inject(self, fault: str) -> None:
         servo = self.servos[0]
