@@ -10,7 +10,7 @@ from pathlib import Path
 from unittest import mock
 
 import servo_id
-from servo_id.servos import MAKERS, Fault, Interrupted, Refused, Servo, Session, _commands, _tune
+from servo_id.servos import MAKERS, Fault, Interrupted, Refused, Servo, Session, _capture, _commands, _tune
 from servo_id.servos.simulated import Killed, SimulatedBus, SimulatedServo
 
 CLIENTS = {"dynamixel": "dynamixel_sdk", "feetech": "scservo_sdk"}
@@ -235,15 +235,29 @@ class SmartServos(unittest.TestCase):
                 moves = {"position": 0, "load": 0}
                 self.assertEqual(other.numbers | moves, before | moves)
 
-    def test_every_drive_mode_is_tuned_and_restored(self):
-        for mode in (0x01, 0x04, 0x08, 0x0D):
+    def test_every_drive_mode_is_read_and_restored(self):
+        # Reversed with its load, a profile in times, switched on by a goal.
+        for mode in (0x01, 0x04, 0x08):
             with self.subTest(mode):
                 own = SimulatedServo(MAKERS["dynamixel"], seed=7, drive_mode=mode, torque=0)
                 own.side_of_load = -1 if mode & 0x01 else 1
                 before = dict(own.numbers)
-                self.assertIn("Now P 800", self.run_on(self.bus(own), "tune-servo"))
+                session = self.session(self.bus(own))
+                with session:
+                    rows = _capture.captured(session, _capture.plan()[:2])
+                scales = _tune.scales(MAKERS["dynamixel"], rows, {"p": 800, "i": 0, "d": 0})
+                self.assertLess(abs(scales["p"] / own.scales["p"] - 1.0), 0.1)
                 kept = ("torque", "acceleration", "speed", "p", "i", "d", "drive_mode")
                 self.assertEqual([own.numbers[name] for name in kept], [before[name] for name in kept])
+
+    def test_a_servo_that_a_goal_switches_on_is_switched_off(self):
+        own = SimulatedServo(MAKERS["dynamixel"], seed=7, drive_mode=0x08, torque=0)
+        session = self.session(self.bus(own))
+        # It ends before it has switched torque on itself.
+        with mock.patch.object(Session, "LONGEST_SAG", -1.0), self.assertRaises(Fault):
+            session.__enter__()
+        self.assertEqual(own.numbers["torque"], 0)
+        self.assertFalse(self.has_journal())
 
     def test_who_does_not_agree_moves_nothing(self):
         own = SimulatedServo(MAKERS["feetech"], seed=7)
