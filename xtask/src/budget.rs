@@ -198,6 +198,11 @@ fn rows() -> Vec<(&'static str, Vec<Vec<String>>)> {
         ),
         table("commission-", &PHASES, &[&["mean"], &["most"]]),
         table(
+            "commission-",
+            &[("slices", "slices of one commissioning")],
+            &[&["working"], &["long"]],
+        ),
+        table(
             "interrupt-commission-",
             &RATES,
             &[&["command"], &["typical"], &["ninetieth"], &["worst"]],
@@ -331,6 +336,12 @@ fn count() -> Result<Figures, String> {
         .chain(WITHOUT_MEMORY.map(|(_, begin)| begin));
     for (begin, printed) in begins.zip(others) {
         for line in printed.lines() {
+            if let Some(plain) = line.strip_prefix("count ") {
+                let (name, figure) = plain.trim_end().split_once(' ').unwrap_or((plain, ""));
+                let figure = figure.parse().map_err(|error| format!("{line}: {error}"))?;
+                counted.insert(format!("{begin}{name}"), figure);
+                continue;
+            }
             let Counted {
                 name,
                 mean,

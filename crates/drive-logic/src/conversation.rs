@@ -58,19 +58,19 @@ impl Conversation {
                 supervisor.set_decoded(heard);
                 return false;
             };
-            match self.receiver.take_request(byte) {
+            match &self.receiver.take_request(byte) {
                 Some(Ok(request)) => {
-                    let answer = supervisor.answer_after(&request, || line.listen());
-                    send(line, &answer, 0);
+                    let done = supervisor.obey(request, || line.listen());
+                    answer_with(line, || supervisor.answer_to(request, done));
                     return true;
                 }
-                Some(Err(FrameError::NoRequest { id, given, bytes })) => {
+                &Some(Err(FrameError::NoRequest { id, given, bytes })) => {
                     let refusal = Refusal::NotUnderstood {
                         spoken: PROTOCOL,
                         given,
                         bytes,
                     };
-                    send(line, &Report::Refused { id, refusal }, 0);
+                    answer_with(line, || Report::Refused { id, refusal });
                     return true;
                 }
                 Some(Err(_)) => supervisor.count_garbled(),
@@ -105,6 +105,12 @@ impl Conversation {
         }
         true
     }
+}
+
+/// Sends an answer. On its own: its stack is no part of what a request is obeyed by.
+#[inline(never)]
+fn answer_with(line: &mut impl Line, answer: impl FnOnce() -> Report) {
+    send(line, &answer(), 0);
 }
 
 /// Sends a report, if there is room for it and for a reserve, bytes.

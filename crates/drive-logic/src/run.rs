@@ -42,6 +42,12 @@ const MAX_SAMPLE_TIME: f64 = 1e-3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Run {
     closed_loop: ClosedLoop,
+    parts: RunParts,
+}
+
+/// All of a run but its loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct RunParts {
     first_motion: FirstMotion,
     reference: Reference,
     protection: Protection,
@@ -59,11 +65,11 @@ pub(crate) struct Run {
     origin: i32,
 }
 
-impl Run {
+impl RunParts {
     /// # Errors
     /// The setting that is not allowed.
     #[inline(never)]
-    pub(crate) fn new(settings: &Settings, stage: &OutputStage) -> Result<Self, NotAllowed> {
+    fn new(settings: &Settings, stage: &OutputStage) -> Result<Self, NotAllowed> {
         let core = &settings.closed_loop.core;
         check_sample_time(core, stage)?;
         let controller = core.own_controller()?;
@@ -76,7 +82,6 @@ impl Run {
         let first_motion = FirstMotion::new(axis.command, core.sample_time);
         Ok(Self {
             watch: PacedWatch::new(&axis)?,
-            // A contradiction costs nothing to find; the certificate of a parameter range does.
             reference: Reference::new(settings, &units)?,
             protection: Protection::new(settings, controller, &units)?
                 .of_unknown(first_motion.patience()),
@@ -85,12 +90,25 @@ impl Run {
             background_patience: samples(DRIVEN_PATIENCE, &units),
             examination_interval: examination_interval(settings, &units)?,
             brake: BrakeTimes::new(settings.brake.as_ref(), &units)?,
-            closed_loop: ClosedLoop::new(&loop_settings(settings))?,
             first_motion,
             sample: 0,
             last: AT_REST,
             count: 0,
             origin: 0,
+        })
+    }
+}
+
+impl Run {
+    /// # Errors
+    /// The setting that is not allowed.
+    #[inline]
+    pub(crate) fn new(settings: &Settings, stage: &OutputStage) -> Result<Self, NotAllowed> {
+        // A contradiction costs nothing to find; the certificate of a parameter range does.
+        let parts = RunParts::new(settings, stage)?;
+        Ok(Self {
+            closed_loop: closed_loop(settings)?,
+            parts,
         })
     }
 
@@ -103,7 +121,8 @@ impl Run {
     pub(crate) fn check(settings: &Settings, stage: &OutputStage) -> Result<(), NotAllowed> {
         let core = &settings.closed_loop.core;
         if core.controller.is_some() {
-            return Self::new(settings, stage).map(|_| ());
+            RunParts::new(settings, stage)?;
+            return closed_loop(settings).map(|_| ());
         }
         check_sample_time(core, stage)?;
         closed_loop::check(&settings.closed_loop)?;
@@ -120,9 +139,9 @@ impl Run {
     #[inline(never)]
     pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
         self.closed_loop.know(servo, motion);
-        if self.watch.know(servo) {
-            self.first_motion.know();
-            self.protection.end_first_motion();
+        if self.parts.watch.know(servo) {
+            self.parts.first_motion.know();
+            self.parts.protection.end_first_motion();
         }
     }
 
@@ -139,25 +158,25 @@ impl Run {
         } else {
             0.0
         };
-        self.last.command = command as f32;
-        self.last.error = offset as f32;
+        self.parts.last.command = command as f32;
+        self.parts.last.error = offset as f32;
     }
 
     /// From the count of the servo at rest. Not inlined, to be seen in the machine code.
     #[inline(never)]
     pub(crate) fn start(&mut self, count: i32) {
-        self.origin = match self.guide.origin() {
+        self.parts.origin = match self.parts.guide.origin() {
             Origin::Found(origin) => origin,
             Origin::Start | Origin::Sought => count,
         };
-        self.count = count;
+        self.parts.count = count;
         let handover = self.handover();
         self.closed_loop.start(&handover);
-        self.first_motion.take_over(handover.last.command);
-        self.reference.start(count, self.last.error);
-        self.watch.start(count);
-        self.protection.start(&handover);
-        self.guide.begin(count);
+        self.parts.first_motion.take_over(handover.last.command);
+        self.parts.reference.start(count, self.parts.last.error);
+        self.parts.watch.start(count);
+        self.parts.protection.start(&handover);
+        self.parts.guide.begin(count);
     }
 
     /// From where a commissioning holds the servo, in the run that was under way before.
@@ -170,84 +189,86 @@ impl Run {
             missed_steps,
         } = *handover;
         self.closed_loop.take_over(handover);
-        self.first_motion.take_over(last.command);
-        self.reference.resume_to(rest_count, count, last.error);
-        self.protection.start(handover);
-        self.guide.resume(rest_count, missed_steps);
-        self.origin = origin;
-        self.watch.start(count);
-        (self.last, self.count) = (last, count);
+        self.parts.first_motion.take_over(last.command);
+        self.parts
+            .reference
+            .resume_to(rest_count, count, last.error);
+        self.parts.protection.start(handover);
+        self.parts.guide.resume(rest_count, missed_steps);
+        self.parts.origin = origin;
+        self.parts.watch.start(count);
+        (self.parts.last, self.parts.count) = (last, count);
     }
 
     /// The servo as it hands it over to a commissioning.
     pub(crate) fn handover(&self) -> Handover {
         Handover {
-            last: self.last,
-            count: self.count,
-            origin: self.origin,
-            rest_count: self.count,
+            last: self.parts.last,
+            count: self.parts.count,
+            origin: self.parts.origin,
+            rest_count: self.parts.count,
             missed_steps: false,
         }
     }
 
     /// The times of the axis's brake, if it has one.
     pub(crate) fn brake(&self) -> Option<BrakeTimes> {
-        self.brake
+        self.parts.brake
     }
 
     /// Holds the servo where it is until [`go`](Self::go).
     pub(crate) fn wait(&mut self) {
-        self.reference.wait();
+        self.parts.reference.wait();
     }
 
     /// Follows its targets after it has waited.
     pub(crate) fn go(&mut self) {
-        self.reference.go();
+        self.parts.reference.go();
     }
 
     /// Has ended, and holds the servo where it is until its brake has closed.
     pub(crate) fn hold(&mut self, ended: Ended) {
-        self.reference.stay();
-        self.ending.hold();
-        self.protection.hold(ended);
+        self.parts.reference.stay();
+        self.parts.ending.hold();
+        self.parts.protection.hold(ended);
     }
 
     /// Samples for which the background may not run.
     pub(crate) fn background_patience(&self) -> u32 {
-        self.background_patience
+        self.parts.background_patience
     }
 
     /// A frame of the host was received.
     pub(crate) fn link_alive(&mut self) {
-        self.ending.link_alive();
+        self.parts.ending.link_alive();
     }
 
     /// Sends the servo to a target of the host.
     pub(crate) fn set_target(&mut self, target: Target) {
-        if self.guide.takes_targets() {
-            let target = self.origin.wrapping_add(target.counts());
-            self.reference.send(target);
+        if self.parts.guide.takes_targets() {
+            let target = self.parts.origin.wrapping_add(target.counts());
+            self.parts.reference.send(target);
         }
     }
 
     /// Drives the axis home.
     pub(crate) fn home(&mut self) {
-        self.guide.home();
+        self.parts.guide.home();
     }
 
     /// The distance of the index pulse from the edge of the home switch, counts, if this run has found both.
     pub(crate) fn index_from_edge(&self) -> Option<i32> {
-        self.guide.index_from_edge()
+        self.parts.guide.index_from_edge()
     }
 
     /// The origin of targets and travel.
     pub(crate) fn origin(&self) -> Origin {
-        self.guide.origin()
+        self.parts.guide.origin()
     }
 
     /// Continues with the origin of a run before.
     pub(crate) fn set_origin(&mut self, origin: Origin) {
-        self.guide.set_origin(origin);
+        self.parts.guide.set_origin(origin);
     }
 
     /// Guides the reference after a sample: homing, and commands from outside. True if the origin was found.
@@ -256,23 +277,26 @@ impl Run {
     /// The fault by which the run ends.
     #[inline]
     pub(crate) fn guide<C: Chip>(&mut self, chip: &mut C) -> Result<bool, Ended> {
-        if self.guide.is_idle() {
+        if self.parts.guide.is_idle() {
             return Ok(false);
         }
-        let reference = &mut self.reference;
-        let found = self.guide.step(chip, self.count, self.origin, reference);
+        let reference = &mut self.parts.reference;
+        let found = self
+            .parts
+            .guide
+            .step(chip, self.parts.count, self.parts.origin, reference);
         let Some(origin) = found.map_err(Ended::Faulted)? else {
             return Ok(false);
         };
-        self.origin = origin;
-        self.protection.set_origin(origin);
+        self.parts.origin = origin;
+        self.parts.protection.set_origin(origin);
         Ok(true)
     }
 
     /// The count of the last sample.
     #[inline]
     pub(crate) fn count(&self) -> i32 {
-        self.count
+        self.parts.count
     }
 
     /// Its loop.
@@ -292,7 +316,7 @@ impl Run {
 
     /// Samples from one examination of the estimates to the next; 0 for none.
     pub(crate) fn examination_interval(&self) -> u16 {
-        self.examination_interval
+        self.parts.examination_interval
     }
 
     /// Examines the estimates.
@@ -306,7 +330,10 @@ impl Run {
     /// Too many did.
     #[inline]
     pub(crate) fn end_sample(&mut self, late: bool) -> Result<(), Ended> {
-        self.protection.end_sample(late).map_err(Ended::Faulted)
+        self.parts
+            .protection
+            .end_sample(late)
+            .map_err(Ended::Faulted)
     }
 
     /// The last sample in its reported form.
@@ -318,10 +345,10 @@ impl Run {
         counts: &Counts,
     ) -> RunSample {
         RunSample {
-            sample: self.sample,
+            sample: self.parts.sample,
             learnt: self.closed_loop.learnt(),
             error: control.error,
-            count: self.count.wrapping_sub(self.origin),
+            count: self.parts.count.wrapping_sub(self.parts.origin),
             command: control.command,
             output_error: update.output_error,
             counts: *counts,
@@ -330,7 +357,7 @@ impl Run {
 
     /// True if the loop was ever closed.
     pub(crate) fn has_run(&self) -> bool {
-        self.sample > 0
+        self.parts.sample > 0
     }
 
     /// One sample. The command goes out before anything is learnt.
@@ -341,31 +368,14 @@ impl Run {
         sensor: &mut S,
         actuator: &mut A,
     ) -> Result<(ControlSample<f32>, Update<f32>), Ended> {
-        let Self {
-            closed_loop,
-            first_motion,
-            reference,
-            protection,
-            watch,
-            ending,
-            sample,
-            last,
-            count: last_count,
-            ..
-        } = self;
-        protection.check_lines(lines).map_err(Ended::Faulted)?;
-        let setpoint = reference.next();
-        let monitor = RunMonitor {
-            first_motion,
-            protection,
-            watch,
-            ending,
-            reference,
-            last,
-            last_count,
-        };
-        let done = closed_loop.sample(setpoint, sensor, actuator, monitor)?;
-        *sample = sample.wrapping_add(1);
+        let Self { closed_loop, parts } = self;
+        parts
+            .protection
+            .check_lines(lines)
+            .map_err(Ended::Faulted)?;
+        let setpoint = parts.reference.next();
+        let done = closed_loop.sample(setpoint, sensor, actuator, &mut *parts)?;
+        parts.sample = parts.sample.wrapping_add(1);
         Ok(done)
     }
 }
@@ -383,18 +393,21 @@ fn axis(core: &identifier_core::Settings, controller: &ControllerSettings) -> Wa
     }
 }
 
-/// The settings of its loop. They are the given ones, but under a dither without filter of the reference and without
-/// reference model. Those two would remove most of the acceleration from the dither, and with it the evidence of b.
-/// Targets are approached at a bounded speed anyway.
-fn loop_settings(settings: &Settings) -> LoopSettings {
-    let mut own = settings.closed_loop;
+/// Its loop, of the given settings, but under a dither without filter of the reference and without reference model. Those
+/// two would remove most of the acceleration from the dither, and with it the evidence of b. Targets are approached at a
+/// bounded speed anyway.
+#[inline(never)]
+fn closed_loop(settings: &Settings) -> Result<ClosedLoop, NotAllowed> {
+    closed_loop::check(&settings.closed_loop)?;
+    let LoopSettings { core, law, .. } = &settings.closed_loop;
+    let (amplifier, mut behind) = core.amplifier()?;
     if settings.dither.amplitude != 0.0
-        && let Some(controller) = &mut own.core.controller
+        && let Some(controller) = &mut behind.controller
     {
         controller.reference_filter = 0.0;
         controller.feed_forward = None;
     }
-    own
+    ClosedLoop::new(&behind, *law, amplifier)
 }
 
 /// Samples from one examination of the estimates to the next; 0 for none.
@@ -433,22 +446,12 @@ fn check_sample_time(
 }
 
 /// The watches over every step of a run.
-struct RunMonitor<'a> {
-    first_motion: &'a mut FirstMotion,
-    protection: &'a mut Protection,
-    watch: &'a mut PacedWatch,
-    ending: &'a mut Ending,
-    reference: &'a mut Reference,
-    last: &'a mut ControlSample<f32>,
-    last_count: &'a mut i32,
-}
-
-impl StepMonitor for RunMonitor<'_> {
+impl StepMonitor for &mut RunParts {
     type End = Ended;
 
     #[inline(always)]
     fn acting(&mut self, sample: &ControlSample<f32>) -> f32 {
-        self.first_motion.acting(sample, self.protection)
+        self.first_motion.acting(sample, &mut self.protection)
     }
 
     #[inline(always)]
@@ -457,8 +460,8 @@ impl StepMonitor for RunMonitor<'_> {
         step: StepResult<S, A>,
     ) -> Result<ControlSample<f32>, Ended> {
         let (control, count) = step.map_err(|error| Ended::Faulted(fault_of(&error)))?;
-        let before = core::mem::replace(self.last, control);
-        *self.last_count = count;
+        let before = core::mem::replace(&mut self.last, control);
+        self.count = count;
         let checked = self.protection.check(&control, count);
         checked.map_err(Ended::Faulted)?;
         let watched = self.watch.process(&control, count, before.command);

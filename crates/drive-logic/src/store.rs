@@ -94,14 +94,15 @@ impl<F: NorFlash> Store<F> {
         (F::ERASE_SIZE / SLOT) as u32
     };
 
-    /// Opens the two areas that begin at `start`, and reads the newest record of a version.
+    /// Opens the two areas that begin at `start`. Reads the records of a version, each newer than those before, and keeps
+    /// the last of all if it was read: `read` returns false for contents of no use.
     #[inline(never)]
-    pub fn open<T>(
+    pub fn open(
         flash: F,
         start: u32,
         version: u16,
-        read_contents: impl Fn(&[u8]) -> Option<T>,
-    ) -> (Self, Option<T>, Kept) {
+        mut read: impl FnMut(&[u8]) -> bool,
+    ) -> (Self, Kept) {
         let mut store = Self {
             flash,
             start,
@@ -109,7 +110,6 @@ impl<F: NorFlash> Store<F> {
             newest: None,
             next: 0,
         };
-        let mut read = None;
         let mut kept = Kept::Nothing;
         for slot in 0..AREAS * Self::SLOTS {
             let mut bytes = [0; SLOT];
@@ -130,11 +130,7 @@ impl<F: NorFlash> Store<F> {
                     }
                     store.newest = Some(Newest { number, slot });
                     store.next = number.wrapping_add(1);
-                    read = None;
-                    if version == store.version {
-                        read = read_contents(contents);
-                    }
-                    kept = if read.is_some() {
+                    kept = if version == store.version && read(contents) {
                         Kept::Record
                     } else {
                         Kept::OtherVersion
@@ -142,7 +138,7 @@ impl<F: NorFlash> Store<F> {
                 }
             }
         }
-        (store, read, kept)
+        (store, kept)
     }
 
     /// Keeps a record, whose contents are written by a function that returns their length. It may take as long as the

@@ -1,7 +1,7 @@
 //! Levenberg's and Marquardt's method between two passes over a record. It decides whether a pass helped, how much the
 //! next step is damped, and where it leads.
 
-use crate::linalg::NormalEquations;
+use crate::linalg::{Factor, NormalEquations};
 use crate::number::Number;
 
 /// The factor by which a better or worse pass changes the damping.
@@ -66,8 +66,23 @@ impl<N: Number, const Q: usize, T: Copy> Descent<N, Q, T> {
         settings: &DescentSettings,
         pass: Explanation<N, Q, T>,
         free: [bool; Q],
-        [low, high]: [&[N; P]; 2],
+        bounds: [&[N; P]; 2],
     ) -> Option<[N; Q]> {
+        let mut step = self.take(settings, pass, free)?;
+        loop {
+            if let Some(next) = self.step_on(&mut step, bounds)? {
+                return Some(next);
+            }
+        }
+    }
+
+    /// Takes a pass, and begins the step to the next one. None if this was the last.
+    pub fn take(
+        &mut self,
+        settings: &DescentSettings,
+        pass: Explanation<N, Q, T>,
+        free: [bool; Q],
+    ) -> Option<DescentStep<N, Q>> {
         let cost = pass.equations.cost();
         let least = self.best().map(|best| best.equations.cost());
         let helped = cost.is_finite() && pass.is_better_than(self.best());
@@ -86,29 +101,25 @@ impl<N: Number, const Q: usize, T: Copy> Descent<N, Q, T> {
         if was_little || self.passes >= settings.max_passes {
             return None;
         }
-        let best = self.best()?;
-        let at = &best.unknowns;
-        let step = bounded_step(&best.equations, at, self.damping, free, low, high);
-        let mut next = moved(at, &step);
-        for ((value, &low), &high) in next.iter_mut().zip(low).zip(high) {
-            *value = value.limited(low, high);
-        }
-        Some(next)
+        let equations = &self.best()?.equations;
+        let factor = equations.begin_factor(self.damping, &free);
+        Some(DescentStep { free, factor })
     }
-}
 
-/// The damped step from unknowns of which the first P have bounds. An unknown at a bound that would leave it is kept
-/// there. The step is taken without it, so that the others do not compensate for it.
-fn bounded_step<N: Number, const P: usize, const Q: usize>(
-    equations: &NormalEquations<N, Q>,
-    unknowns: &[N; Q],
-    damping: N,
-    mut free: [bool; Q],
-    low: &[N; P],
-    high: &[N; P],
-) -> [N; Q] {
-    let mut step = equations.solve(damping, &free);
-    for _ in 0..P {
+    /// Goes on with a step. Returns the unknowns that it leads to once it is found; none of a descent without a pass.
+    pub fn step_on<const P: usize>(
+        &self,
+        DescentStep { free, factor }: &mut DescentStep<N, Q>,
+        [low, high]: [&[N; P]; 2],
+    ) -> Option<Option<[N; Q]>> {
+        let Explanation {
+            unknowns,
+            equations,
+            ..
+        } = self.best()?;
+        let Some(step) = equations.solve_on(factor) else {
+            return Some(None);
+        };
         let mut held = false;
         for i in 0..P {
             let at = unknowns[i];
@@ -119,12 +130,24 @@ fn bounded_step<N: Number, const P: usize, const Q: usize>(
                 held = true;
             }
         }
-        if !held {
-            break;
+        if held {
+            *factor = equations.begin_factor(self.damping, free);
+            return Some(None);
         }
-        step = equations.solve(damping, &free);
+        let mut next = moved(unknowns, &step);
+        for ((value, &low), &high) in next.iter_mut().zip(low).zip(high) {
+            *value = value.limited(low, high);
+        }
+        Some(Some(next))
     }
-    step
+}
+
+/// A damped step that is being found, in parts. An unknown at a bound that would leave it is kept there. The step is taken
+/// without it, so that the others do not compensate for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DescentStep<N, const Q: usize> {
+    free: [bool; Q],
+    factor: Factor<N, Q>,
 }
 
 /// Unknowns moved by a step; one that would cease to be finite stays.
@@ -141,7 +164,7 @@ fn moved<N: Number, const Q: usize>(unknowns: &[N; Q], step: &[N; Q]) -> [N; Q] 
 
 #[cfg(test)]
 mod tests {
-    use super::{Descent, DescentSettings, Explanation, bounded_step, moved};
+    use super::{Descent, DescentSettings, Explanation, moved};
     use crate::linalg::NormalEquations;
 
     const SETTINGS: DescentSettings = DescentSettings {
@@ -226,7 +249,18 @@ mod tests {
         }
         for (lowest, expected) in [(-9.0, [-4.0, 5.0]), (0.0, [0.0, 1.45 / 1.81])] {
             let low = [lowest, -9.0];
-            let found = bounded_step(&equations, &[0.0; 2], 0.0, [true; 2], &low, &[9.0; 2]);
+            let undamped = DescentSettings {
+                damping: 0.0,
+                ..SETTINGS
+            };
+            let pass = Explanation {
+                unknowns: [0.0; 2],
+                equations,
+                sums: (),
+            };
+            let next =
+                Descent::begin(&undamped).descend(&undamped, pass, [true; 2], [&low, &[9.0; 2]]);
+            let found = next.expect("a step");
             let off = [0, 1].map(|i| found[i] - expected[i]);
             assert!(off.iter().all(|off| off.abs() < 1e-6), "{found:?}");
             assert!(found[0] >= lowest - 1e-12);

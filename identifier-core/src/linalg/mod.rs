@@ -6,6 +6,7 @@ mod positive_definite;
 
 pub(crate) use factors::Lower;
 pub(crate) use factors::{Factors, Measurement};
+pub(crate) use normal_equations::Factor;
 pub use normal_equations::NormalEquations;
 pub use positive_definite::MatrixError;
 pub(crate) use positive_definite::PositiveDefinite;

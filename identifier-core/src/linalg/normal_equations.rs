@@ -57,6 +57,17 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
         self.factor(damping, free).solve(&self.right)
     }
 
+    /// The same in parts: another row of the factor, or the step once it has all.
+    pub(crate) fn solve_on(&self, factor: &mut Factor<N, Q>) -> Option<[N; Q]> {
+        let row = factor.rows;
+        if row < Q {
+            factor.add_row(self, row);
+            factor.rows += 1;
+            return None;
+        }
+        Some(factor.solve(&self.right))
+    }
+
     /// By how much the sum of squared errors falls when the unknowns that are `free` are fitted.
     #[must_use]
     pub fn explained_by(&self, free: &[bool; Q]) -> N {
@@ -99,64 +110,80 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
     }
 
     fn factor(&self, damping: N, free: &[bool; Q]) -> Factor<N, Q> {
-        /// The least pivot of the matrix scaled to a unit diagonal.
-        const MIN_PIVOT: f64 = 1e-6;
-        let scale: [N; Q] = core::array::from_fn(|i| {
-            let diagonal = self.matrix[i][i];
-            if free[i] && diagonal > N::ZERO {
-                diagonal.reciprocal_root()
-            } else {
-                N::ZERO
-            }
-        });
-        let least = N::from_f64(MIN_PIVOT);
-        let mut lower = [[N::ZERO; Q]; Q];
-        let mut inverse = [N::ZERO; Q];
+        let mut factor = self.begin_factor(damping, free);
         for i in 0..Q {
-            let mut own = [N::ZERO; Q];
-            let mut pivot = N::ONE + damping;
-            let columns = self.matrix[i]
-                .iter()
-                .zip(&scale)
-                .zip(lower.iter().zip(&inverse));
-            for (j, ((&entry, &other), (before, &per_pivot))) in columns.enumerate().take(i) {
-                let mut sum = entry * scale[i] * other;
-                for (&left, &above) in own.iter().zip(before).take(j) {
-                    sum = sum - left * above;
-                }
-                let entry = sum * per_pivot;
-                pivot = pivot - entry * entry;
-                // Looked up without a panic, also where the compiler optimises for size.
-                if let Some(place) = own.get_mut(j) {
-                    *place = entry;
-                }
-            }
-            let pivot = if pivot > least { pivot } else { least };
-            inverse[i] = pivot.reciprocal_root();
-            own[i] = pivot * inverse[i];
-            lower[i] = own;
+            factor.add_row(self, i);
         }
+        factor
+    }
+
+    /// A factor without rows.
+    pub(crate) fn begin_factor(&self, damping: N, free: &[bool; Q]) -> Factor<N, Q> {
         Factor {
-            scale,
-            lower,
-            inverse,
+            damping,
+            rows: 0,
+            scale: core::array::from_fn(|i| {
+                let diagonal = self.matrix[i][i];
+                if free[i] && diagonal > N::ZERO {
+                    diagonal.reciprocal_root()
+                } else {
+                    N::ZERO
+                }
+            }),
+            lower: [[N::ZERO; Q]; Q],
+            inverse: [N::ZERO; Q],
         }
     }
 }
 
-/// Cholesky's factor of the matrix scaled to a unit diagonal, the reciprocals of its diagonal apart.
-struct Factor<N, const Q: usize> {
+/// Cholesky's factor of the matrix scaled to a unit diagonal and damped, the reciprocals of its diagonal apart. It grows
+/// row by row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Factor<N, const Q: usize> {
+    damping: N,
+    rows: usize,
     scale: [N; Q],
     lower: [[N; Q]; Q],
     inverse: [N; Q],
 }
 
 impl<N: Number, const Q: usize> Factor<N, Q> {
+    /// Row i, after all before it. Always inlined, so that the bounds of i are known.
+    #[inline(always)]
+    fn add_row(&mut self, equations: &NormalEquations<N, Q>, i: usize) {
+        /// The least pivot of the matrix scaled to a unit diagonal.
+        const MIN_PIVOT: f64 = 1e-6;
+        let mut own = [N::ZERO; Q];
+        let mut pivot = N::ONE + self.damping;
+        let columns = equations.matrix[i]
+            .iter()
+            .zip(&self.scale)
+            .zip(self.lower.iter().zip(&self.inverse));
+        for (j, ((&entry, &other), (before, &per_pivot))) in columns.enumerate().take(i) {
+            let mut sum = entry * self.scale[i] * other;
+            for (&left, &above) in own.iter().zip(before).take(j) {
+                sum = sum - left * above;
+            }
+            let entry = sum * per_pivot;
+            pivot = pivot - entry * entry;
+            // Looked up without a panic, also where the compiler optimises for size.
+            if let Some(place) = own.get_mut(j) {
+                *place = entry;
+            }
+        }
+        let least = N::from_f64(MIN_PIVOT);
+        let pivot = if pivot > least { pivot } else { least };
+        self.inverse[i] = pivot.reciprocal_root();
+        own[i] = pivot * self.inverse[i];
+        self.lower[i] = own;
+    }
+
     fn solve(&self, right: &[N; Q]) -> [N; Q] {
         let Self {
             scale,
             lower,
             inverse,
+            ..
         } = self;
         let mut x: [N; Q] = core::array::from_fn(|i| right[i] * scale[i]);
         for i in 0..Q {

@@ -127,6 +127,19 @@ impl SampledServo {
     }
 }
 
+impl SampledServo<f32> {
+    /// With the mode of a second mass behind the delay that it was built with, s: a mode alone takes half of the time of
+    /// both.
+    #[must_use]
+    pub fn with_mode(self, delay: f64, mode: &Mode, sample_time: f64) -> Self {
+        let (_, part) = split(delay / sample_time);
+        Self {
+            mode: Some(SampledMode::new(mode, part, sample_time).single()),
+            ..self
+        }
+    }
+}
+
 impl<N: Number> SampledServo<N> {
     /// The response over b T², times δ (δ + x h₁).
     fn numerator(&self, delta: Complex<N>) -> Complex<N> {

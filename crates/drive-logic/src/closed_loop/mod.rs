@@ -15,7 +15,7 @@ use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::identifier::GaussNewtonFitted;
 
-pub(crate) use self::single::{ClosedLoop, Learnt, Settled};
+pub(crate) use self::single::{ClosedLoop, Identifier, Learnt, Settled};
 use crate::built;
 
 /// Blocks of Gauss–Newton's start record on the chip.

@@ -1,7 +1,7 @@
 //! The loop in single precision, with one of several estimators. The choice is made once, when the loop is built, and
 //! costs a branch or two per sample.
 
-use drive_link::{Estimates, Estimator, LoopSettings, NotAllowed};
+use drive_link::{Estimates, Estimator, NotAllowed};
 use identifier_core::control::{ControlSample, Setpoint, Shaped, ShapedState};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
@@ -14,7 +14,7 @@ use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknown, Unk
 use identifier_core::settings::{FromSettings, Settings};
 
 use super::unknowns::{UNKNOWNS, WithTerms};
-use super::{BLOCKS, Fitted, Handover, MAX_DELAYED, StepMonitor, check};
+use super::{BLOCKS, Fitted, Handover, MAX_DELAYED, StepMonitor};
 use crate::conversion;
 
 type Velocity = LowPass<f32>;
@@ -47,7 +47,16 @@ enum Estimators {
 type Gradient = GradientIdentifier<f32, Velocity, Unknowns<2>, 2>;
 type GradientWithFriction = GradientIdentifier<f32, Velocity, Unknowns<3>, 3>;
 
-/// State of an identifier, machine units; [`ClosedLoop::estimates`] converts it to SI.
+/// The identifier of a loop, which converts its numbers to SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Identifier {
+    Gradient(Gradient),
+    GradientWithFriction(GradientWithFriction),
+    GaussNewton(Recursion),
+    WithTerms(Termed),
+}
+
+/// State of an identifier, machine units; [`Identifier::estimates`] converts it to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Learnt {
     Gradient(<Gradient as Identify<f32>>::Snapshot),
@@ -56,7 +65,7 @@ pub(crate) enum Learnt {
     WithTerms(<Termed as Identify<f32>>::Snapshot),
 }
 
-/// Estimates that have settled, with their errors, machine units; [`ClosedLoop::settled_in`] converts them to SI.
+/// Estimates that have settled, with their errors, machine units; [`Identifier::settled_in`] converts them to SI.
 pub(crate) type Settled = SettledEstimates<f32, 4>;
 
 /// A loop with one identifier, which learns behind the amplifier if one is declared.
@@ -76,10 +85,10 @@ impl<I: Identify<f32> + FromSettings> With<I> {
     #[inline(never)]
     fn build(
         settings: &Settings,
+        amplifier: Amplifier<f32, MAX_DELAYED>,
         law: impl FnOnce(Self) -> Estimators,
     ) -> Result<ClosedLoop, NotAllowed> {
-        let (amplifier, behind) = settings.amplifier()?;
-        let servo_loop: ServoLoop<_, _, I, _> = behind.build()?;
+        let servo_loop: ServoLoop<_, _, I, _> = settings.build()?;
         Ok(ClosedLoop(law(Self {
             state: servo_loop.start(0),
             servo_loop,
@@ -100,10 +109,6 @@ impl<I: Identify<f32>> With<I> {
     fn learnt(&self) -> I::Snapshot {
         let identifier = self.servo_loop.identifier();
         identifier.snapshot(self.state.identification())
-    }
-
-    fn estimates(&self, learnt: &I::Snapshot) -> Estimates {
-        conversion::estimates(self.servo_loop.identifier(), learnt)
     }
 }
 
@@ -160,24 +165,40 @@ macro_rules! for_each_estimator {
     };
 }
 
+/// The same in the variant of the estimator's name.
+macro_rules! variant_of_each {
+    ($laws:expr, $own:pat => $of:ident($done:expr)) => {
+        match $laws {
+            Estimators::Gradient($own) => $of::Gradient($done),
+            Estimators::GradientWithFriction($own) => $of::GradientWithFriction($done),
+            Estimators::GaussNewton($own) => $of::GaussNewton($done),
+            Estimators::WithTerms($own) => $of::WithTerms($done),
+        }
+    };
+}
+
 impl ClosedLoop {
-    /// A loop at rest at count zero.
+    /// A loop at rest at count zero, behind the amplifier of its servo.
     ///
     /// # Errors
     /// The setting that is not allowed.
-    #[inline(never)]
-    pub(crate) fn new(settings: &LoopSettings) -> Result<Self, NotAllowed> {
-        check(settings)?;
-        let core = &settings.core;
-        match settings.law {
-            Estimator::Gradient { friction: false } => With::build(core, Estimators::Gradient),
+    #[inline]
+    pub(crate) fn new(
+        settings: &Settings,
+        law: Estimator,
+        amplifier: Amplifier<f32, MAX_DELAYED>,
+    ) -> Result<Self, NotAllowed> {
+        match law {
+            Estimator::Gradient { friction: false } => {
+                With::build(settings, amplifier, Estimators::Gradient)
+            }
             Estimator::Gradient { friction: true } => {
-                With::build(core, Estimators::GradientWithFriction)
+                With::build(settings, amplifier, Estimators::GradientWithFriction)
             }
-            Estimator::GaussNewton if core.identifier.terms.demanded.is_empty() => {
-                With::build(core, Estimators::GaussNewton)
+            Estimator::GaussNewton if settings.identifier.terms.demanded.is_empty() => {
+                With::build(settings, amplifier, Estimators::GaussNewton)
             }
-            Estimator::GaussNewton => With::build(core, Estimators::WithTerms),
+            Estimator::GaussNewton => With::build(settings, amplifier, Estimators::WithTerms),
         }
     }
 
@@ -227,39 +248,23 @@ impl ClosedLoop {
     /// The state of its identifier.
     #[inline]
     pub(crate) fn learnt(&self) -> Learnt {
-        match &self.0 {
-            Estimators::Gradient(own) => Learnt::Gradient(own.learnt()),
-            Estimators::GradientWithFriction(own) => Learnt::GradientWithFriction(own.learnt()),
-            Estimators::GaussNewton(own) => Learnt::GaussNewton(own.learnt()),
-            Estimators::WithTerms(own) => Learnt::WithTerms(own.learnt()),
-        }
+        variant_of_each!(&self.0, own => Learnt(own.learnt()))
+    }
+
+    /// Its identifier.
+    pub(crate) fn identifier(&self) -> Identifier {
+        variant_of_each!(&self.0, own => Identifier(*own.servo_loop.identifier()))
     }
 
     /// Estimates with their standard errors, SI, where its estimator has them; none before the first fit.
+    #[inline(never)]
     pub(crate) fn all_estimates(&self) -> Option<Estimates> {
-        let found = self.estimates(&self.learnt())?;
+        let found = self.identifier().estimates(&self.learnt())?;
         Some(match &self.0 {
             Estimators::GaussNewton(own) => own.with_errors(found),
             Estimators::WithTerms(own) => own.with_errors(found),
             _ => found,
         })
-    }
-
-    /// Estimates, SI; none before the first fit, and of a loop of another estimator.
-    pub(crate) fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
-        match (&self.0, learnt) {
-            (Estimators::Gradient(own), Learnt::Gradient(found)) => Some(own.estimates(found)),
-            (Estimators::GradientWithFriction(own), Learnt::GradientWithFriction(found)) => {
-                Some(own.estimates(found))
-            }
-            (Estimators::GaussNewton(own), Learnt::GaussNewton(found)) => {
-                Some(own.estimates(found)).filter(|found| found.servo.b > 0.0)
-            }
-            (Estimators::WithTerms(own), Learnt::WithTerms(found)) => {
-                Some(own.estimates(found)).filter(|found| found.servo.b > 0.0)
-            }
-            _ => None,
-        }
     }
 
     /// Starts Gauss–Newton from an identified servo and skips its first fit. Another estimator starts as always.
@@ -284,14 +289,6 @@ impl ClosedLoop {
         settled
     }
 
-    /// Settled estimates and their standard errors, SI; none of a loop of another estimator.
-    pub(crate) fn settled_in(&self, settled: &Settled) -> Option<[ServoParameters; 2]> {
-        match &self.0 {
-            Estimators::GaussNewton(own) => Some(own.servo_loop.identifier().settled_in(settled)),
-            _ => None,
-        }
-    }
-
     /// Transfers the block of Gauss–Newton's record that the sample completed, if any. It resumes from a first fit that
     /// has come back. True if there was a block.
     #[inline]
@@ -303,6 +300,32 @@ impl ClosedLoop {
             Estimators::GaussNewton(own) => own.exchange(hand_on),
             Estimators::WithTerms(own) => own.exchange(hand_on),
             _ => false,
+        }
+    }
+}
+
+impl Identifier {
+    /// Estimates, SI; none before the first fit, and of a loop of another estimator.
+    #[inline(never)]
+    pub(crate) fn estimates(&self, learnt: &Learnt) -> Option<Estimates> {
+        use conversion::estimates;
+        let found = match (self, learnt) {
+            (Self::Gradient(own), Learnt::Gradient(found)) => return Some(estimates(own, found)),
+            (Self::GradientWithFriction(own), Learnt::GradientWithFriction(found)) => {
+                return Some(estimates(own, found));
+            }
+            (Self::GaussNewton(own), Learnt::GaussNewton(found)) => estimates(own, found),
+            (Self::WithTerms(own), Learnt::WithTerms(found)) => estimates(own, found),
+            _ => return None,
+        };
+        (found.servo.b > 0.0).then_some(found)
+    }
+
+    /// Settled estimates and their standard errors, SI; none of a loop of another estimator.
+    pub(crate) fn settled_in(&self, settled: &Settled) -> Option<[ServoParameters; 2]> {
+        match self {
+            Self::GaussNewton(own) => Some(own.settled_in(settled)),
+            _ => None,
         }
     }
 }

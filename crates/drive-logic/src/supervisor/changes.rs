@@ -16,9 +16,9 @@ impl<F: NorFlash> Supervisor<'_, F> {
         if core::mem::replace(&mut self.examined_at, examination.noticed) != examination.noticed {
             self.changes.interrupt();
         }
-        let closed_loop = self.closed_loop.as_ref();
+        let identifier = self.identifier.as_ref();
         let settled = examination.settled.as_ref();
-        let found = settled.and_then(|settled| closed_loop?.settled_in(settled));
+        let found = settled.and_then(|settled| identifier?.settled_in(settled));
         match (found, self.predicted()) {
             (Some(found), Some(predicted)) => {
                 let [servo, errors] = &found;

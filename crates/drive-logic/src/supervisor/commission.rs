@@ -233,31 +233,19 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// The outcome of the last commissioning in a record.
     pub(super) fn outcome_in(record: &Record) -> Option<Outcome> {
-        if record.under_way {
-            return Some(Outcome {
-                commissioning: LastCommissioning {
-                    phase: Phase::Aborted,
-                    reason: Some(Reason::PowerLost),
-                },
-                servo: None,
-                tuning: None,
-                no_gains: None,
-                trial: None,
-                noise: 0.0,
-                kept: false,
-            });
-        }
-        record.commissioned.map(|found| Outcome {
-            commissioning: LastCommissioning {
-                phase: Phase::Applied,
-                reason: None,
-            },
-            servo: Some(found.servo()),
-            tuning: Some(found.tuning),
+        let found = record.commissioned.filter(|_| !record.under_way);
+        let (phase, reason) = match &found {
+            Some(_) => (Phase::Applied, None),
+            None => (Phase::Aborted, Some(Reason::PowerLost)),
+        };
+        (record.under_way || found.is_some()).then(|| Outcome {
+            commissioning: LastCommissioning { phase, reason },
+            servo: found.as_ref().map(Commissioned::servo),
+            tuning: found.map(|found| found.tuning),
             no_gains: None,
-            trial: found.trial,
+            trial: found.and_then(|found| found.trial),
             noise: 0.0,
-            kept: true,
+            kept: found.is_some(),
         })
     }
 }

@@ -28,7 +28,7 @@ use self::solver::Solver;
 use crate::built::Part;
 use crate::channel::{BackgroundEnd, Heard};
 use crate::chip::OutputStage;
-use crate::closed_loop::ClosedLoop;
+use crate::closed_loop::Identifier;
 use crate::commissioning::Commissioning;
 use crate::ending::Coasting;
 use crate::guide::{Origin, TargetsFrom};
@@ -52,8 +52,8 @@ pub struct Supervisor<'a, F> {
     configured: bool,
     /// Memory in which a run is built, unless the interrupt has it.
     run_slot: Option<Slot<Run>>,
-    /// The loop that was started last, to convert samples of the interrupt to SI.
-    closed_loop: Option<ClosedLoop>,
+    /// That of the loop that was started last, to convert samples of the interrupt to SI.
+    identifier: Option<Identifier>,
     estimates: Option<Estimates>,
     /// Memory in which a commissioning is built, unless the interrupt has it.
     commissioning_slot: Option<Slot<Part<Commissioning>>>,
@@ -128,7 +128,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             configured: record.is_some(),
             settings: record.map_or(*built_in, |record| record.settings),
             run_slot: Some(Slot::Blank(&mut memory.run)),
-            closed_loop: None,
+            identifier: None,
             estimates: record.and_then(|record| record.estimates),
             commissioning_slot: Some(Slot::Blank(&mut memory.commissioning)),
             solver: Solver::in_memory(&mut memory.solver),
@@ -249,13 +249,25 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
     /// The same, but listens to the line before motion is ordered. Building a loop and saving a record take many times
     /// as long as a stop, which may have come meanwhile.
     pub fn answer_after(&mut self, request: &Request, listen: impl FnOnce()) -> Report {
+        let done = self.obey(request, listen);
+        self.answer_to(request, done)
+    }
+
+    /// Carries a request out.
+    pub(crate) fn obey(&mut self, request: &Request, listen: impl FnOnce()) -> Result<(), Refusal> {
         if request.command.keeps_alive() {
             self.channel.count_host_frame();
         }
+        let done = self.carry_out(request, listen);
+        self.begun.count_request();
+        done
+    }
+
+    /// The answer to a request that was carried out, or not.
+    #[inline(never)]
+    pub(crate) fn answer_to(&self, request: &Request, done: Result<(), Refusal>) -> Report {
         let id = request.id;
         let refused = |refusal| Report::Refused { id, refusal };
-        let done = self.obey(request, listen);
-        self.begun.count_request();
         match done {
             Ok(()) => match request.command {
                 Command::Hello | Command::KeepAlive => self.status(Some(id)),
@@ -281,7 +293,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
     }
 
-    fn obey(&mut self, request: &Request, listen: impl FnOnce()) -> Result<(), Refusal> {
+    fn carry_out(&mut self, request: &Request, listen: impl FnOnce()) -> Result<(), Refusal> {
         let Request { id, command } = request;
         if command.may_move() {
             self.must_be_last()?;

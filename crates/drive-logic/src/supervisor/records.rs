@@ -21,14 +21,22 @@ impl<F: NorFlash> Records<F> {
     #[inline(never)]
     pub fn open(flash: F, start: u32, stage: &OutputStage) -> Self {
         let own = stage.build();
-        let read = |bytes: &[u8]| Record::from_bytes(own, bytes);
-        let (store, read, kept) = Store::open(flash, start, Record::VERSION, read);
-        let (record, kept) = match read {
-            Some(Ok(record)) if Run::check(&record.settings, stage).is_ok() => (Some(record), kept),
-            Some(Ok(_)) => (None, Kept::OtherVersion),
-            Some(Err(stored)) => (None, Kept::OtherBuild { stored, own }),
-            None => (None, kept),
-        };
+        let mut read = None;
+        let (store, mut kept) = Store::open(flash, start, Record::VERSION, |bytes| {
+            read = Record::from_bytes(own, bytes);
+            read.is_some()
+        });
+        if kept == Kept::Record
+            && let Some(Err(stored)) = read
+        {
+            kept = Kept::OtherBuild { stored, own };
+        }
+        let mut record = read.and_then(Result::ok).filter(|_| kept == Kept::Record);
+        if let Some(Record { settings, .. }) = &record
+            && Run::check(settings, stage).is_err()
+        {
+            (record, kept) = (None, Kept::OtherVersion);
+        }
         Self {
             store,
             record,

@@ -50,6 +50,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         }
     }
 
+    #[inline(never)]
     fn take_in_state(&mut self, state: InterruptState) {
         self.counts = state.counts;
         self.fault = state.fault;
@@ -85,6 +86,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         }
     }
 
+    #[inline(never)]
     pub(super) fn status(&self, id: Option<u8>) -> Report {
         let status = Status {
             state: self.state(),
@@ -130,8 +132,8 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 
     fn take_in(&mut self, learnt: &Learnt) {
-        let closed_loop = self.closed_loop.as_ref();
-        let found = closed_loop.and_then(|closed_loop| closed_loop.estimates(learnt));
+        let identifier = self.identifier.as_ref();
+        let found = identifier.and_then(|identifier| identifier.estimates(learnt));
         self.estimates = found.or(self.estimates);
     }
 

@@ -2,11 +2,12 @@
 
 use commissioning::Phase;
 use commissioning::servo_change::ServoChangeState;
-use drive_link::{Commissioned, Estimates, LoopSettings, NotAllowed, Refusal, Settings};
+use drive_link::{Commissioned, Estimates, NotAllowed, Refusal, Settings};
 use embedded_storage::nor_flash::NorFlash;
 
 use super::Supervisor;
 use super::memory::Slot;
+use super::solver::{Fitter, Solver};
 use crate::chip::OutputStage;
 use crate::conversion;
 use crate::messages::{Mode, Order};
@@ -17,13 +18,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
     pub(super) fn start(&mut self, listen: impl FnOnce()) -> Result<(), Refusal> {
         self.must_be_ready()?;
         self.must_be_startable()?;
-        let known = self.known();
-        let slot = self.run_slot.as_mut().ok_or(Refusal::Busy)?;
-        let begun_from = prepare(slot, &self.settings, &known, &self.stage);
-        let begun_from = begun_from.map_err(Refusal::Setting)?;
+        let fitter = self.prepare_before()?;
         listen();
         self.must_be_last()?;
-        self.order_run(&begun_from, Order::Begin)
+        self.order_run(fitter, Order::Begin)
     }
 
     /// Orders a run if a commissioning that is over holds the servo, unless it was ordered already. The gains are those
@@ -31,37 +29,40 @@ impl<F: NorFlash> Supervisor<'_, F> {
     #[cold]
     #[inline(never)]
     pub(super) fn resume(&mut self) {
-        if self.is_stopping() {
+        if self.is_stopping() || self.run_slot.is_none() {
             return;
         }
-        let validated = self.validated();
-        let before = self.known();
-        let Some(slot) = self.run_slot.as_mut() else {
-            return;
-        };
-        let prepared = validated
-            .and_then(|(settings, known)| prepare(slot, &settings, &known, &self.stage).ok())
-            .or_else(|| prepare(slot, &self.settings, &before, &self.stage).ok());
+        let prepared = self
+            .prepare_validated()
+            .or_else(|| self.prepare_before().ok());
         match prepared {
             // If there is no room for the order, the next turn tries again.
-            Some(begun_from) => drop(self.order_run(&begun_from, Order::Replace)),
+            Some(fitter) => drop(self.order_run(fitter, Order::Replace)),
             None => self.channel.stop(),
         }
     }
 
-    /// The settings with the gains that a commissioning has validated, and its knowledge of the servo.
-    fn validated(&self) -> Option<(Settings, Known)> {
+    /// Prepares a run under the gains that a commissioning has validated, if it has, and with its knowledge of the servo.
+    #[inline(never)]
+    fn prepare_validated(&mut self) -> Option<Option<Fitter>> {
         if self.phase != Phase::Applied {
             return None;
         }
         let (servo, tuning) = (self.solver.servo()?, self.solver.tuning()?);
-        let found = Commissioned::new(servo, *tuning, None);
-        let settings = self.settings_with(&found).ok()?;
         let known = Known {
             estimates: Some(conversion::identified(servo)),
-            identified: Some(found),
+            identified: Some(Commissioned::new(servo, *tuning, None)),
         };
-        Some((settings, known))
+        let settings = self.settings_with(known.identified.as_ref()?).ok()?;
+        prepare(self.run_slot.as_mut()?, &settings, &known, &self.stage).ok()
+    }
+
+    /// Prepares one under the settings in force.
+    #[inline(never)]
+    fn prepare_before(&mut self) -> Result<Option<Fitter>, Refusal> {
+        let known = self.known();
+        let slot = self.run_slot.as_mut().ok_or(Refusal::Busy)?;
+        prepare(slot, &self.settings, &known, &self.stage).map_err(Refusal::Setting)
     }
 
     /// Knowledge of the servo: from a commissioning, unless a run has learnt since.
@@ -79,25 +80,25 @@ impl<F: NorFlash> Supervisor<'_, F> {
     #[inline(never)]
     fn order_run(
         &mut self,
-        begun_from: &LoopSettings,
+        fitter: Option<Fitter>,
         order: impl FnOnce(Mode) -> Order,
     ) -> Result<(), Refusal> {
         let Some(run) = self.run_slot.take().and_then(Slot::into_filled) else {
             return Err(Refusal::Busy);
         };
         run.set_origin(self.origin);
-        let closed_loop = *run.closed_loop();
+        let identifier = run.closed_loop().identifier();
         self.channel.discard_record();
         self.order(order(Mode::Run(run)))?;
-        self.closed_loop = Some(closed_loop);
+        self.identifier = Some(identifier);
         self.changes = ServoChangeState::START;
-        self.solver.begin_run(begun_from);
+        self.solver.begin_run(fitter);
         Ok(())
     }
 }
 
 /// Fills a slot with a run that starts from the knowledge of the servo. If the settings would be rejected with it, the
-/// run starts from the configuration. Returns the settings that its loop was built from.
+/// run starts from the configuration. Returns the fitter of its first fit, if it needs one.
 ///
 /// Not generic, to be compiled here and once.
 #[inline(never)]
@@ -106,7 +107,7 @@ fn prepare(
     settings: &Settings,
     known: &Known,
     stage: &OutputStage,
-) -> Result<LoopSettings, NotAllowed> {
+) -> Result<Option<Fitter>, NotAllowed> {
     if let Some(estimates) = &known.estimates {
         let mut settings = *settings;
         conversion::set_initial(estimates, &mut settings.closed_loop.core.identifier);
@@ -115,14 +116,14 @@ fn prepare(
             if let Some(found) = &known.identified {
                 run.know(&found.servo(), &found.motion());
             }
-            return Ok(settings.closed_loop);
+            return Ok(Solver::fitter(&settings.closed_loop));
         }
     }
     let run = fill(slot, settings, stage)?;
     if let Some(estimates) = &known.estimates {
         run.balance(estimates, settings);
     }
-    Ok(settings.closed_loop)
+    Ok(Solver::fitter(&settings.closed_loop))
 }
 
 /// Fills a slot with a run. Not inlined, for its stack to be free again.

@@ -20,7 +20,8 @@ const SLICE: u32 = 8;
 
 pub(super) type CommissioningSolver = CommissionSolver<f32, MOTION_BLOCKS>;
 
-type Fitter = GaussNewtonFitter<f32, Unknowns<4>, 4, BLOCKS>;
+/// Makes the first fit of a run.
+pub(super) type Fitter = GaussNewtonFitter<f32, Unknowns<4>, 4, BLOCKS>;
 type FitterState = GaussNewtonFitterState<f32, BLOCKS>;
 
 /// The background's half of a mode.
@@ -55,11 +56,16 @@ impl Solver {
         }
     }
 
-    /// Begins a run with these settings.
+    /// The fitter of a run with these settings, if its estimator needs a first fit.
     #[inline(never)]
-    pub(super) fn begin_run(&mut self, settings: &LoopSettings) {
+    pub(super) fn fitter(settings: &LoopSettings) -> Option<Fitter> {
         let needs_fit = settings.law == Estimator::GaussNewton;
-        let fitter: Option<Fitter> = settings.core.build().ok().filter(|_| needs_fit);
+        settings.core.build().ok().filter(|_| needs_fit)
+    }
+
+    /// Begins a run with this fitter.
+    #[inline(never)]
+    pub(super) fn begin_run(&mut self, fitter: Option<Fitter>) {
         self.first_fit = fitter.map(|fitter| (fitter, fitter.start()));
         self.pending = None;
     }

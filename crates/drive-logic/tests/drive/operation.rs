@@ -543,7 +543,7 @@ fn a_record_that_this_stage_refuses_is_not_used() {
 #[test]
 fn a_record_of_the_previous_version_is_left_alone_until_it_is_replaced() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let (mut old, ..) = Store::open(flash.clone(), 0, 1, |_| None::<()>);
+    let (mut old, _) = Store::open(flash.clone(), 0, 1, |_| false);
     old.keep(|_| Some(128)).expect("power is there");
     let mut drive = Drive::boot(bench, &flash);
     assert_eq!(drive.status().kept, Kept::OtherVersion);

@@ -24,12 +24,15 @@ fn written(k: u32) -> impl FnOnce(&mut [u8]) -> Option<usize> {
 
 /// Opens a store of such contents.
 fn open(flash: Flash, version: u16) -> (Store<Flash>, Option<[u32; 32]>, Kept) {
-    Store::open(flash, 0, version, |bytes| {
+    let mut read = None;
+    let (store, kept) = Store::open(flash, 0, version, |bytes| {
         let (words, rest) = bytes.as_chunks::<4>();
         let words = words.iter().map(|&word| u32::from_le_bytes(word));
         let contents: Vec<u32> = words.collect();
-        contents.try_into().ok().filter(|_| rest.is_empty())
-    })
+        read = contents.try_into().ok().filter(|_| rest.is_empty());
+        read.is_some()
+    });
+    (store, read.filter(|_| kept == Kept::Record), kept)
 }
 
 fn opened(flash: &Flash) -> (Store<Flash>, Option<[u32; 32]>, Kept) {

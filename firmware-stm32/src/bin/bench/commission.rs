@@ -6,6 +6,7 @@ use commissioning::{
     CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
     CommissionState, Limits, Phase,
 };
+use firmware_stm32::host::{Text, print};
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::counted;
 use firmware_stm32::paper;
@@ -16,6 +17,10 @@ const SAMPLE_TIME: f64 = 1e-4;
 
 /// Friction, rad/s².
 const COULOMB: f64 = 5.0;
+
+/// Instructions that a slice of the solver should not exceed, and that one without work does not.
+const LONG: u32 = 20_000;
+const IDLE: u32 = 100;
 
 /// Samples within which it is over.
 const PATIENCE: u32 = 200_000;
@@ -45,7 +50,12 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
     let mut plant = Plant::at_rest(&paper::parameters(COULOMB), SAMPLE_TIME);
     let (_, encoder): (_, Encoder) = paper::servo();
     let mut samples = Phase::ALL.map(|phase| (phase, Tally::default()));
-    let mut slices = Tally::default();
+    let (mut slices, mut working, mut long) = (Tally::default(), 0, 0);
+    let mut add = |taken: u32| {
+        slices.add(taken);
+        working += u32::from(taken > IDLE);
+        long += u32::from(taken > LONG);
+    };
     let mut decision = None;
     for _ in 0..PATIENCE {
         let inputs = black_box(CommissionInputs {
@@ -69,11 +79,11 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
         }
         if let Some(finding) = &step.finding {
             let ((), taken) = counted(instructions, || solver.take(finding));
-            slices.add(taken);
+            add(taken);
         }
         for _ in 0..interrupt.slices() {
             let (decided, taken) = counted(instructions, || solver.work());
-            slices.add(taken);
+            add(taken);
             decision = decided.or(decision);
         }
         plant.advance(f64::from(step.command.unwrap_or(0.0)));
@@ -86,5 +96,8 @@ fn commission(instructions: &Instructions) -> Result<Phase, CommissionError> {
         }
     }
     slices.print("slice", size_of::<CommissionSolver<f32>>());
+    for (name, slices) in [("slices-working", working), ("slices-long", long)] {
+        print(&["count", name, Text::whole(slices).as_str()]);
+    }
     Ok(phase)
 }

@@ -75,28 +75,41 @@ pub(super) fn mode(unknowns: &Unknowns) -> Mode {
 
 impl ResponseModel {
     pub(super) fn new(unknowns: &Unknowns, two_masses: bool, sample_time: f64) -> Self {
-        let mode = two_masses.then(|| mode(unknowns));
         let servo = servo(unknowns, sample_time);
-        Self::of(&servo, mode.as_ref(), unknowns[LAG], sample_time)
+        let one = Self::of(&servo, unknowns[LAG], sample_time);
+        match two_masses {
+            true => one.with_mode(servo.delay, &mode(unknowns), sample_time),
+            false => one,
+        }
     }
 
-    /// Of a servo with a lag in samples.
-    pub(super) fn of(
-        servo: &PossibleServo,
-        mode: Option<&Mode>,
-        lag: f64,
-        sample_time: f64,
-    ) -> Self {
+    /// Of one mass with a lag in samples.
+    pub(super) fn of(servo: &PossibleServo, lag: f64, sample_time: f64) -> Self {
         Self {
-            servo: SampledServo::new(servo, mode, sample_time).single(),
+            servo: SampledServo::new(servo, None, sample_time).single(),
             lag: lag as f32,
             gain: (servo.b * sample_time * sample_time) as f32,
             delay: (servo.delay / sample_time) as f32,
-            mode: mode.map(|mode| {
-                let frequency = mode.frequency * sample_time;
-                let damped = 2.0 * mode.damping * frequency;
-                [damped, frequency * frequency, mode.ratio].map(|part| part as f32)
-            }),
+            mode: None,
+        }
+    }
+
+    /// With another lag, samples.
+    pub(super) fn with_lag(self, lag: f64) -> Self {
+        Self {
+            lag: lag as f32,
+            ..self
+        }
+    }
+
+    /// With a second mass, behind the same delay, s.
+    pub(super) fn with_mode(self, delay: f64, mode: &Mode, sample_time: f64) -> Self {
+        let frequency = mode.frequency * sample_time;
+        let damped = 2.0 * mode.damping * frequency;
+        Self {
+            servo: self.servo.with_mode(delay, mode, sample_time),
+            mode: Some([damped, frequency * frequency, mode.ratio].map(|part| part as f32)),
+            ..self
         }
     }
 

@@ -1,7 +1,9 @@
-use super::model::{DAMPING, FRICTION, LAG, Place, RATIO, ResponseModel, UNKNOWNS, Unknowns};
+use super::model::{
+    DAMPING, DELAY, FREQUENCY, FRICTION, LAG, Place, RATIO, ResponseModel, UNKNOWNS, Unknowns, mode,
+};
 use identifier_core::number::Complex;
 use identifier_core::replay::NormalEquations;
-use identifier_core::tuning::MeasuredLine;
+use identifier_core::tuning::{MeasuredLine, Mode};
 
 /// A pass over the measured lines with unknowns and their derivatives. It computes one response of one model at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,6 +13,8 @@ pub(super) struct ResponsePass {
     own: ResponseModel,
     models: [ResponseModel; UNKNOWNS],
     built: usize,
+    /// The mode of the unknowns, and that of all beside it by a step.
+    modes: [Mode; 2],
     /// The unknowns that are fitted.
     pub(super) free: [bool; UNKNOWNS],
     line: usize,
@@ -67,6 +71,7 @@ impl ResponsePass {
             own,
             models: [own; UNKNOWNS],
             built: 0,
+            modes: [mode(unknowns); 2],
             free: [false; UNKNOWNS],
             line: 0,
             next: None,
@@ -112,7 +117,33 @@ impl ResponsePass {
             Self::STEPS.get(place),
         ) {
             *value += step;
-            *model = ResponseModel::new(&beside, two_masses, sample_time);
+            // What the unknown changes, and no more: a whole model of two masses takes a chip long.
+            let [at, next] = self.modes;
+            let with = |mode| {
+                let delay = beside[DELAY] * sample_time;
+                self.own.with_mode(delay, &mode, sample_time)
+            };
+            *model = match place {
+                LAG => {
+                    // With the little work of a lag, so that no model of a mode has it.
+                    let next = core::array::from_fn(|i| self.unknowns[i] + Self::STEPS[i]);
+                    self.modes = [&self.unknowns, &next].map(mode);
+                    self.own.with_lag(beside[LAG])
+                }
+                FREQUENCY => with(Mode {
+                    frequency: next.frequency,
+                    ..at
+                }),
+                DAMPING => with(Mode {
+                    damping: next.damping,
+                    ..at
+                }),
+                RATIO => with(Mode {
+                    ratio: next.ratio,
+                    ..at
+                }),
+                _ => ResponseModel::new(&beside, two_masses, sample_time),
+            };
             return true;
         }
         false

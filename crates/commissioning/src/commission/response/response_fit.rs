@@ -2,7 +2,7 @@ use super::super::corrected::{scale, scale_errors, set_one_known};
 use super::model::{DAMPING, DELAY, FREQUENCY, FRICTION, GAIN, LAG, UNKNOWNS, Unknowns, mode};
 use super::pass::ResponsePass;
 use super::scan::{Scan, Starts, delay_and_lag};
-use identifier_core::fit::{Descent, DescentSettings, Explanation};
+use identifier_core::fit::{Descent, DescentSettings, DescentStep, Explanation};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{MeasuredLine, Resonance};
 
@@ -31,6 +31,8 @@ enum Stage {
 struct ResponseDescent {
     pass: ResponsePass,
     descent: Descent<f64, UNKNOWNS>,
+    /// The step to the next pass, while it is found.
+    step: Option<DescentStep<f64, UNKNOWNS>>,
 }
 
 /// The unknowns that explain the lines best.
@@ -306,6 +308,7 @@ impl ResponseDescent {
         Self {
             pass: ResponsePass::at(start, friction, two_masses, sample_time),
             descent: Descent::begin(&Self::SETTINGS),
+            step: None,
         }
     }
 
@@ -315,6 +318,15 @@ impl ResponseDescent {
 
     /// A slice; true at the end.
     fn work(&mut self, lines: &[MeasuredLine], friction: [f64; 2], sample_time: f64) -> bool {
+        if let Some(step) = &mut self.step {
+            match self.descent.step_on(step, [&Self::LOW, &Self::HIGH]) {
+                Some(None) => return false,
+                Some(Some(next)) => self.pass.begin(&next, friction),
+                None => return true,
+            }
+            self.step = None;
+            return false;
+        }
         if !self.pass.work(lines, sample_time) {
             return false;
         }
@@ -323,12 +335,7 @@ impl ResponseDescent {
             equations: self.pass.equations,
             sums: (),
         };
-        let (free, bounds) = (self.pass.free, [&Self::LOW, &Self::HIGH]);
-        let next = (self.descent).descend(&Self::SETTINGS, pass, free, bounds);
-        let Some(next) = next else {
-            return true;
-        };
-        self.pass.begin(&next, friction);
-        false
+        self.step = self.descent.take(&Self::SETTINGS, pass, self.pass.free);
+        self.step.is_none()
     }
 }

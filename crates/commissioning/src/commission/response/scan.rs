@@ -87,7 +87,7 @@ impl Scan {
             delay: delay * sample_time,
         };
         let Some(one) = &self.one else {
-            self.one = Some(ResponseModel::of(&servo, None, lag, sample_time));
+            self.one = Some(ResponseModel::of(&servo, lag, sample_time));
             return None;
         };
         let Some(two) = &self.two else {
@@ -96,7 +96,7 @@ impl Scan {
                 damping: Self::DAMPING,
                 ratio: 1.0,
             };
-            self.two = Some(ResponseModel::of(&servo, Some(&mode), lag, sample_time));
+            self.two = Some(one.with_mode(servo.delay, &mode, sample_time));
             self.equations = NormalEquations::EMPTY;
             self.line = 0;
             return None;
