@@ -3,7 +3,7 @@
 use identifier_core::Settings;
 use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{
-    ControllerSettings, IdentifierSettings, ParameterRangeSettings, SettingsError, diagonal,
+    ControllerSettings, IdentifierSettings, ParameterRangeSettings, SettingsError,
 };
 use virtual_servo::excitation::BandLimitedWhiteNoise;
 use virtual_servo::{Encoder, Plant};
@@ -42,7 +42,7 @@ pub fn settings() -> Settings {
                 a: identifier::servo_range::A,
                 b: identifier::servo_range::B,
             }),
-            gamma: Some(diagonal([of_a, of_b, 100.0, 0.0])),
+            gamma: Some(PerParameter::new(of_a, of_b, 100.0, 0.0)),
             mu: Some(identifier::MU),
             ..IdentifierSettings::UNSTATED
         },

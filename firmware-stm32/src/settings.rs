@@ -4,7 +4,7 @@
 use drive_link::{
     Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
 };
-use identifier_core::settings::diagonal;
+use identifier_core::parameters::PerParameter;
 
 use crate::paper;
 
@@ -12,7 +12,7 @@ use crate::paper;
 #[must_use]
 pub fn built_in() -> Settings {
     let mut core = paper::settings();
-    core.identifier.gamma = Some(diagonal([2.0, 300.0, 10.0, 0.0]));
+    core.identifier.gamma = Some(PerParameter::new(2.0, 300.0, 10.0, 0.0));
     Settings {
         closed_loop: LoopSettings {
             core,

@@ -78,7 +78,7 @@ fn random_scenario(random: &mut Random, excess: f64) -> Option<Scenario> {
     learning.gamma = None;
     let mut scenario = scenario.with_gamma_chosen();
     let gamma = scenario.stated.identifier.gamma.as_mut()?;
-    for entry in gamma.iter_mut().flatten() {
+    for entry in [&mut gamma.a, &mut gamma.b] {
         *entry *= excess;
     }
     scenario.buildable().is_ok().then_some(scenario)

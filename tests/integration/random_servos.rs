@@ -136,10 +136,8 @@ fn gauss_newton_knows_b_of_the_median_servo_after_a_quarter_of_a_second() {
 fn a_gain_a_thousand_times_too_large_is_slowed_and_reported() {
     let mut scenarios = scenarios();
     for scenario in &mut scenarios {
-        let gamma = &mut scenario.stated.identifier.gamma;
-        for entry in gamma.iter_mut().flatten().flatten() {
-            *entry *= 1000.0;
-        }
+        let gamma = scenario.stated.identifier.gamma.as_mut().expect("chosen");
+        *gamma = PerParameter::from_fn(|parameter| 1000.0 * gamma.get(parameter));
     }
     for summary in in_parallel(&scenarios, run) {
         let truth = &summary.truth.expect("known");

@@ -16,7 +16,7 @@ use crate::term_sizes::TermSizes;
 /// The version of these messages, which every request but a stop carries. A drive rejects those of another.
 ///
 /// Above every index that a command had before requests carried it.
-pub const PROTOCOL: u8 = 23;
+pub const PROTOCOL: u8 = 24;
 
 /// The second and last byte of a stop, in every version from 18 on.
 pub(crate) const STOP: u8 = 6;

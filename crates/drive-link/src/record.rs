@@ -41,7 +41,7 @@ const ENTRIES: usize = 15;
 
 impl Record {
     /// The version of its bytes: another one is another meaning of them.
-    pub const VERSION: u16 = 13;
+    pub const VERSION: u16 = 14;
 
     /// Writes it behind the fingerprint of its build, and returns the number of bytes; none if there is not room for it.
     #[inline(never)]

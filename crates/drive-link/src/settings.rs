@@ -2,10 +2,10 @@ use core::fmt;
 
 use commissioning::CommissionError;
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, PerParameter};
 use identifier_core::settings::{
-    ControllerSettings, GainError, IdentifierSettings, MatrixError, ParameterRangeSettings,
-    RangeSettings, SettingsError,
+    ControllerSettings, GainError, IdentifierSettings, ParameterRangeSettings, RangeSettings,
+    SettingsError,
 };
 use serde::{Deserialize, Serialize};
 
@@ -221,11 +221,14 @@ fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Resu
             write!(f, "\n{name} is known and stays fixed")?;
         }
     }
-    if let Some(rows) = given.gamma {
-        f.write_str("\ngamma")?;
-        for row in rows {
-            write!(f, " {row:?}")?;
-        }
+    if let Some(PerParameter {
+        a,
+        b,
+        coulomb,
+        load,
+    }) = given.gamma
+    {
+        write!(f, "\ngamma a {a}, b {b}, coulomb {coulomb}, load {load}")?;
     }
     if let Some([kp, kd, ki]) = given.correction {
         write!(f, "\ncorrection kp {kp}, kd {kd}, ki {ki}")?;
@@ -364,8 +367,6 @@ pub enum Why {
         /// The given value.
         given: f64,
     },
-    /// The matrix is not symmetric positive definite.
-    Matrix(MatrixError),
     /// It was not given, and none follows from the other settings.
     NoGamma(GainError),
     /// It has no default, and was not given.
@@ -429,7 +430,6 @@ impl From<SettingsError> for NotAllowed {
             }
             SettingsError::Estimate(error) => error.out_of_range().into(),
             SettingsError::NotGiven { setting } => Self::new(setting, Why::NotGiven),
-            SettingsError::Gamma(error) => Self::new("gamma", Why::Matrix(error)),
             SettingsError::NoGamma(error) => Self::new("gamma", Why::NoGamma(error)),
             SettingsError::NoSuchTerm { term } => Self::new(term.name(), Why::NotHere),
             SettingsError::NoAmplifier { setting } | SettingsError::NotShaped { setting } => {
@@ -477,7 +477,6 @@ impl fmt::Display for NotAllowed {
                 "with {name} = {given} the sampled loop is unstable for a servo of the parameter range: sample \
                  faster, raise the cut-off, lower the gains, or narrow the parameter range"
             ),
-            Why::Matrix(error) => write!(f, "{name}: {error}"),
             Why::NoGamma(error) => error.fmt(f),
             Why::NotGiven => write!(f, "{name} is required here"),
             Why::NotHere => write!(f, "this firmware has no such {name}"),

@@ -45,11 +45,7 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
             a: [low, next()],
             b: [next(), next()],
         }),
-        gamma: perhaps(next).map(|first| {
-            let mut gamma = [[0.0; 4]; 4].map(|row| row.map(|_| next()));
-            gamma[0][0] = first;
-            gamma
-        }),
+        gamma: perhaps(next).map(|a| PerParameter::new(a, next(), next(), next())),
         mu: perhaps(next),
         correction: perhaps(next).map(|kp| [kp, next(), next()]),
         bandwidth: perhaps(next),

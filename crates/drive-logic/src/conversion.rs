@@ -99,18 +99,13 @@ mod tests {
 
     use std::string::ToString;
 
-    use identifier_core::settings::GainError;
-    use identifier_core::settings::{MatrixError, SettingsError};
+    use identifier_core::settings::{GainError, SettingsError};
 
     use super::*;
 
     #[test]
     fn a_refusal_of_the_core_says_on_the_line_what_it_says_in_the_core() {
         for error in [
-            SettingsError::Gamma(MatrixError::NotPositiveDefinite {
-                row: 1,
-                pivot: -2.0,
-            }),
             SettingsError::NoGamma(GainError::AtRest),
             SettingsError::NotGiven { setting: "bounds" },
             OutOfRange::new("feed_forward.coulomb_speed", -0.5, Allowed::Above(0.0)).into(),

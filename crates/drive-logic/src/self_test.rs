@@ -44,10 +44,6 @@ pub fn self_test(board: &str, counter: fn() -> u32) -> (BoardTest, Result<(), Fa
 }
 
 fn settings() -> Settings {
-    let mut gamma = [[0.0; 4]; 4];
-    gamma[0][0] = 0.2;
-    gamma[1][1] = 100.0;
-    gamma[2][2] = 1.0;
     Settings {
         sample_time: 1e-3,
         resolution: 6e-4,
@@ -66,7 +62,7 @@ fn settings() -> Settings {
                 coulomb: Some([0.0, 100.0]),
                 load: None,
             },
-            gamma: Some(gamma),
+            gamma: Some(PerParameter::new(0.2, 100.0, 1.0, 0.0)),
             ..IdentifierSettings::UNSTATED
         },
     }

@@ -331,7 +331,7 @@ mod tests {
                 a: [ANY; 2],
                 b: [ANY; 2],
             }),
-            gamma: Some([[ANY; 4]; 4]),
+            gamma: Some(PerParameter::all(ANY)),
             mu: Some(ANY),
             correction: Some([ANY; 3]),
             bandwidth: Some(ANY),

@@ -6,7 +6,7 @@ use identifier_core::excitation::Prbs;
 use identifier_core::measurement::LowPass;
 use identifier_core::parameters::{PerParameter, Unknowns};
 use identifier_core::settings::{
-    ControllerSettings, ParameterRangeSettings, RangeSettings, SettingsError, diagonal,
+    ControllerSettings, ParameterRangeSettings, RangeSettings, SettingsError,
 };
 
 use crate::object::{answered, check};
@@ -222,7 +222,7 @@ impl Settings {
         own.uncertainty = self.uncertainty.map(stated);
         let gamma = &self.gamma;
         if *gamma != Each::default() {
-            own.gamma = Some(diagonal([gamma.a, gamma.b, gamma.coulomb, gamma.load]));
+            own.gamma = Some(gamma.map(|entry| entry));
         }
         let correction = &self.correction;
         if *correction != Gains::default() {
@@ -311,12 +311,11 @@ unsafe fn choose_gamma(
     } else {
         gamma::<Unknowns<2>, 2>(own, amplitude, hold, samples)
     };
-    let [[a, ..], [_, b, ..], [_, _, coulomb, _], _] =
-        chosen.map_err(|refused| Error::settings(&refused))?;
+    let chosen = chosen.map_err(|refused| Error::settings(&refused))?;
     let chosen = Each {
-        a,
-        b,
-        coulomb,
+        a: chosen.a,
+        b: chosen.b,
+        coulomb: chosen.coulomb,
         load: 0.0,
     };
     // SAFETY: guaranteed by the caller; it was checked.
@@ -324,13 +323,13 @@ unsafe fn choose_gamma(
     Ok(status::OK)
 }
 
-/// The diagonal of Γ for a model of P parameters.
+/// Γ for a model of P parameters.
 fn gamma<S, const P: usize>(
     given: &Settings,
     amplitude: f64,
     hold: f64,
     samples: u32,
-) -> Result<[[f64; 4]; 4], SettingsError>
+) -> Result<PerParameter<f64>, SettingsError>
 where
     S: identifier_core::parameters::ParameterSet<P>,
 {

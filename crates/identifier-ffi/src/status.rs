@@ -4,7 +4,7 @@ use core::ffi::{CStr, c_char};
 use core::ptr;
 
 use identifier_core::error::{Allowed, OutOfRange, StepError};
-use identifier_core::settings::{GainError, MatrixError, SettingsError};
+use identifier_core::settings::{GainError, SettingsError};
 use identifier_core::tuning::TuningError;
 
 use crate::parameter::field;
@@ -160,24 +160,11 @@ impl Error {
     /// Settings that cannot be built.
     pub(crate) fn settings(error: &SettingsError) -> Self {
         match *error {
+            SettingsError::Range(ref error) if error.parameter.starts_with("gamma.") => {
+                Self::about(GAMMA, error)
+            }
             SettingsError::Range(ref error) => Self::about(OUT_OF_RANGE, error),
             SettingsError::NotGiven { setting } => Self::not_given(setting),
-            SettingsError::Gamma(matrix) => {
-                let (row, value) = match matrix {
-                    MatrixError::NotFinite { row, value, .. }
-                    | MatrixError::NotSymmetric { row, value, .. }
-                    | MatrixError::NotDiagonal { row, value, .. }
-                    | MatrixError::NotPositiveDefinite { row, pivot: value } => (row, value),
-                    _ => return Self::of(GAMMA),
-                };
-                let name = match row {
-                    0 => "gamma.a",
-                    1 => "gamma.b",
-                    2 => "gamma.coulomb",
-                    _ => "gamma.load",
-                };
-                Self::about(GAMMA, &OutOfRange::new(name, value, Allowed::Above(0.0)))
-            }
             SettingsError::NoGamma(GainError::AtRest) => Self::of(NO_MOTION),
             SettingsError::NoGamma(_) => Self::of(LOOP_UNSTABLE),
             SettingsError::Certificate(error) => Self::about(CERTIFICATE, &error.out_of_range()),

@@ -52,9 +52,9 @@ fn constants() -> Vec<u32> {
     let mut given = identifier_core::Settings::new(1e-3, 1e4);
     given.identifier.correction = Some([9.0, 0.19, 4.0]);
     given.identifier.initial.b = Some(200.0);
-    given.identifier.gamma = Some(identifier_core::settings::diagonal([
+    given.identifier.gamma = Some(identifier_core::parameters::PerParameter::new(
         23.0, 1700.0, 0.0, 0.0,
-    ]));
+    ));
     let built: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2> =
         given.build().expect("right settings");
     let mut constants = Vec::new();

@@ -29,8 +29,7 @@ fn what_a_text_states_is_written_again() {
     for text in [
         "[encoder]\ncounts_per_rev = 4096\n[amplifier]\nlimit = [-2.0, 3.0]\ndelay = 0.001\n[controller]\nkd = 0.25\n\
          feed_forward = { bandwidth = 60.0, acceleration = 0.005 }\nvelocity_filter = { kind = \"averaged-difference\" }\n\
-         [identifier]\nparameters = [\"b\", \"a\", \"coulomb\"]\ngamma = [[3000.0, 1.0, 0.0], [1.0, 20.0, 0.0], [0.0, \
-         0.0, 7.0]]\nservo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }\n[log]\ntime = 1\ntime_unit = \"ms\"\n\
+         [identifier]\nparameters = [\"b\", \"a\", \"coulomb\"]\ngamma = [3000.0, 20.0, 7.0]\nservo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }\n[log]\ntime = 1\ntime_unit = \"ms\"\n\
          reference = \"q \\\"r\\\"\"\nreference_unit = \"deg\"\nposition = 3\ncommand = \"u\"\nbridge_gaps = 4\n",
         "[identifier]\nlaw = \"gauss-newton\"\nrequired_terms = [\"gravity\", \"delay\"]\ninitial = { b = 70.0 }\n[physical]\n\
          torque_constant = 0.5\n[log]\ntime = \"t\"\nposition = \"q\"\nangle = \"absolute\"\ncommand = \"u\"\n\

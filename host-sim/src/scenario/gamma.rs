@@ -4,7 +4,7 @@ use identifier_core::Settings;
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::Word;
 use identifier_core::measurement::VelocityEstimate;
-use identifier_core::parameters::{ParameterSet, ServoParameters};
+use identifier_core::parameters::{ParameterSet, PerParameter, ServoParameters};
 use identifier_core::settings::{ParameterRangeSettings, SettingsError};
 
 use identifier_log::log::Log;
@@ -53,7 +53,7 @@ fn automatic_gamma<V, S, const P: usize>(
     settings: &Settings,
     reference: &impl Excitation<f64>,
     samples: u32,
-) -> Result<[[f64; 4]; 4], SettingsError>
+) -> Result<PerParameter<f64>, SettingsError>
 where
     V: VelocityEstimate<f64>,
     S: ParameterSet<P>,
@@ -65,9 +65,9 @@ where
 pub(crate) fn gamma_over<S: ParameterSet<P>, const P: usize>(
     settings: &Settings,
 ) -> Option<Vec<Vec<f64>>> {
-    let places = S::PARAMETERS.map(|parameter| parameter as usize);
     settings.identifier.gamma.map(|gamma| {
-        let row = |i: usize| places.iter().map(|&j| gamma[i][j]).collect();
-        places.iter().map(|&i| row(i)).collect()
+        let entry = |of, beside| if of == beside { gamma.get(of) } else { 0.0 };
+        let row = |of| S::PARAMETERS.map(|beside| entry(of, beside)).to_vec();
+        S::PARAMETERS.map(row).to_vec()
     })
 }

@@ -93,8 +93,8 @@ mod tests {
     use super::*;
     use crate::gradient::GradientIdentifier;
     use crate::measurement::velocity::BackwardDifference;
-    use crate::parameters::Unknowns;
-    use crate::settings::{ControllerSettings, Settings, diagonal};
+    use crate::parameters::{PerParameter, Unknowns};
+    use crate::settings::{ControllerSettings, Settings};
 
     struct Sensor(Result<i32, &'static str>);
 
@@ -138,7 +138,7 @@ mod tests {
             ..Settings::new(1e-3, 1.0)
         };
         settings.identifier.initial.b = Some(100.0);
-        settings.identifier.gamma = Some(diagonal([1.0, 1.0, 0.0, 0.0]));
+        settings.identifier.gamma = Some(PerParameter::new(1.0, 1.0, 0.0, 0.0));
         settings.build().expect("valid")
     }
 

@@ -56,8 +56,7 @@
 //!
 //! An error range that leaves less than a sixteenth of a count. Bounds of a beyond a quarter of the sample rate. A
 //! cut-off beyond 0.693 of the sample rate. A velocity range so far below the error's that ε would not fit 64 bits. A
-//! command range below the limit. A sample time at which an error adds nothing to an integral. A μ that vanishes. A Γ
-//! that is not diagonal.
+//! command range below the limit. A sample time at which an error adds nothing to an integral. A μ that vanishes.
 //!
 //! A Γ that moves an estimate by more than its sum can hold. A Γ so small that less than ten bits of Γφ are left (four
 //! for friction and load). A Γ whose φᵀΓφ at full scale is so large that the guard's bound would be lost in it.

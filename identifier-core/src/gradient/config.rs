@@ -1,7 +1,5 @@
-use super::gain::Gain;
 use crate::error::{Allowed, OutOfRange};
 use crate::interval::Interval;
-use crate::linalg::PositiveDefinite;
 use crate::number::Arithmetic;
 use crate::parameters::Parameter;
 use crate::scales::{APART, FullScales, exponent_above, least, power};
@@ -11,9 +9,9 @@ use crate::scales::{APART, FullScales, exponent_above, least, power};
 pub(crate) struct GradientConfig<const P: usize> {
     /// The parameters.
     pub parameters: [Parameter; P],
-    /// Γ.
-    pub gamma: PositiveDefinite<P>,
-    /// Its diagonal in SI, for messages.
+    /// The diagonal of Γ.
+    pub gamma: [f64; P],
+    /// The same in SI, for messages.
     pub given: [f64; P],
     /// μ T.
     pub mu: f64,
@@ -29,6 +27,13 @@ pub(crate) struct GradientConfig<const P: usize> {
     pub initial_gain: f64,
     /// Parameters that are known and stay at their initial values.
     pub frozen: [bool; P],
+}
+
+impl<const P: usize> GradientConfig<P> {
+    /// The entry of Γ; zero for a frozen parameter.
+    pub(super) fn moving_gamma(&self, i: usize) -> f64 {
+        if self.frozen[i] { 0.0 } else { self.gamma[i] }
+    }
 }
 
 /// The exponents of the full scales of the law in fixed point.
@@ -65,11 +70,8 @@ impl<const P: usize> LawScales<P> {
         let regressor = own.map(|of| scales.regressor(of));
         // A product of two words has two fraction bits less than a sum.
         let level = own.map(|of| scales.estimate(of) - output - 2);
-        let entries = config.gamma.entries();
-        let least_of: [i32; P] = core::array::from_fn(|i| {
-            let entry = if config.frozen[i] { 0.0 } else { entries[i][i] };
-            least(entry, regressor[i])
-        });
+        let least_of: [i32; P] =
+            core::array::from_fn(|i| least(config.moving_gamma(i), regressor[i]));
         let up: [i32; P] = core::array::from_fn(|i| (least_of[i] - level[i]).max(0));
         let directed: [i32; P] = core::array::from_fn(|i| level[i] + up[i]);
         // Two bits for a product, and two for its shift: the halves of four add up to less than one.
@@ -88,7 +90,7 @@ impl<const P: usize> LawScales<P> {
     pub(super) fn check<N: Arithmetic>(
         &self,
         config: &GradientConfig<P>,
-        (gamma, mu): (&Gain<N, P>, N::Factor),
+        (gamma, mu): (&[N::Factor; P], N::Factor),
         scales: &FullScales,
         bound: f64,
     ) -> Result<(), OutOfRange> {
@@ -102,8 +104,8 @@ impl<const P: usize> LawScales<P> {
                 Parameter::A | Parameter::B => Self::FELT,
                 Parameter::Coulomb | Parameter::Load => Self::FELT_WHERE_CONSTANT,
             };
-            if !config.frozen[i] && !gamma.is_felt(i, bits) {
-                let least_of = least(config.gamma.entries()[i][i], self.regressor[i]);
+            if !config.frozen[i] && !N::is_felt(gamma[i], bits) {
+                let least_of = least(config.gamma[i], self.regressor[i]);
                 let short = self.directed[i] - least_of - (Self::PRODUCT_BITS - bits);
                 Allowed::AtLeast(given * power(short)).check("gamma", given)?;
             }
@@ -111,7 +113,7 @@ impl<const P: usize> LawScales<P> {
         let excess = self.strength - Self::GUARD_BITS - (exponent_above(bound) - 1);
         let strengths = (0..P).map(|i| {
             let strength = self.directed[i] + self.regressor[i];
-            (strength, config.given[i], config.gamma.entries()[i][i])
+            (strength, config.given[i], config.gamma[i])
         });
         let largest = strengths.max_by_key(|&(strength, ..)| strength);
         if let (1.., Some((_, given, machine))) = (excess, largest) {

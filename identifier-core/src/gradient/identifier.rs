@@ -48,7 +48,7 @@ pub struct GradientIdentifier<N: Arithmetic, V, S, const P: usize> {
     pub(crate) increments: N::Counts,
     pub(crate) initial: [N; P],
     pub(crate) bounds: [Interval; P],
-    pub(crate) gamma: [[f64; P]; P],
+    pub(crate) gamma: [f64; P],
     pub(crate) mu: f64,
     pub(crate) scales: FullScales,
     pub(crate) units: Units,
@@ -130,9 +130,9 @@ where
         self.mu
     }
 
-    /// Γ over the parameters of the set, SI.
+    /// The diagonal of Γ over the parameters of the set, SI.
     #[must_use]
-    pub fn gamma(&self) -> &[[f64; P]; P] {
+    pub fn gamma(&self) -> &[f64; P] {
         &self.gamma
     }
 

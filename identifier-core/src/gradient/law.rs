@@ -1,12 +1,11 @@
 use super::config::{GradientConfig, LawScales};
-use super::gain::Gain;
 use super::projection::Projection;
 use crate::constants::encode;
 use crate::error::{Allowed, OutOfRange};
 use crate::number::{Arithmetic, Encoded};
 use crate::parameters::Parameter;
 use crate::scales::{FullScales, power};
-use crate::unrolled::each;
+use crate::unrolled::{each, from_fn};
 
 /// The Γ-gradient estimator (11), θ̂˙ = −Γ φ (μ ε + ε̇), for P parameters.
 ///
@@ -18,11 +17,12 @@ use crate::unrolled::each;
 /// sample. Without a parameter range the smallest α follows from the present estimate b̂. The widest bound would slow
 /// the identification of a servo with strong damping many times.
 ///
-/// In fixed point Γ is diagonal. Γφ has a scale at which its product with y has the estimate's last bits. Where Γφ asks
+/// Γ is diagonal. In fixed point Γφ has a scale at which its product with y has the estimate's last bits. Where Γφ asks
 /// for more, y is raised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Gradient<N: Arithmetic, const P: usize> {
-    gamma: Gain<N, P>,
+    /// The diagonal of Γ.
+    gamma: [N::Factor; P],
     mu: N::Factor,
     /// From ε̇ to the scale of y.
     to_output: N::Shift,
@@ -108,7 +108,9 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
             known
         };
         let law = Self {
-            gamma: Gain::new(&config.gamma, config.frozen, of.regressor, of.directed),
+            gamma: core::array::from_fn(|i| {
+                N::factor(config.moving_gamma(i), of.regressor[i], of.directed[i])
+            }),
             mu: N::factor(config.mu, scales.position, output),
             to_output: N::lower(output - scales.rate()),
             to_strength: core::array::from_fn(|i| {
@@ -118,11 +120,11 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
             strongest_per_gain: N::factor(per_gain, scales.estimate(Parameter::B), strength),
             raise: of.up.map(N::raise),
             small: N::most_raised(furthest.min(LawScales::<P>::FURTHEST)),
-            projection: Projection::new(low, high, &config.gamma),
+            projection: Projection::new(low, high),
         };
         if N::IS_FIXED {
             let at_start = known + per_gain * config.initial_gain;
-            of.check(config, (&law.gamma, law.mu), scales, at_start)?;
+            of.check::<N>(config, (&law.gamma, law.mu), scales, at_start)?;
         }
         Ok(law)
     }
@@ -144,7 +146,7 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
         output_error_rate: N,
         gain: N,
     ) -> GradientStep<N, P> {
-        let direction = self.gamma.times(regressor);
+        let direction = from_fn(N::ZERO, |i| regressor[i].by(self.gamma[i]));
         // Written out: a closure would be called.
         let mut strength = regressor[0]
             .times(direction[0])
@@ -201,13 +203,12 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
 mod tests {
     use super::*;
     use crate::interval::Interval;
-    use crate::linalg::PositiveDefinite;
 
-    fn law(gamma: [[f64; 3]; 3]) -> Gradient<f64, 3> {
+    fn law(gamma: [f64; 3], frozen: [bool; 3]) -> Gradient<f64, 3> {
         let wide = Interval::new("bounds", -1e3, 1e3).expect("ordered");
         let config = GradientConfig {
             parameters: [Parameter::A, Parameter::B, Parameter::Coulomb],
-            gamma: PositiveDefinite::new(gamma).expect("positive definite"),
+            gamma,
             given: [1.0; 3],
             initial_gain: 1.0,
             mu: 0.5,
@@ -215,16 +216,16 @@ mod tests {
             slowest_decay: 100.0,
             decay_per_gain: 0.0,
             bounds: [wide; 3],
-            frozen: [false; 3],
+            frozen,
         };
         Gradient::new(&config, &FullScales::NONE).expect("valid")
     }
 
-    const GAMMA: [[f64; 3]; 3] = [[2.0, 0.5, 0.0], [0.5, 1.0, 0.1], [0.0, 0.1, 3.0]];
+    const GAMMA: [f64; 3] = [2.0, 1.0, 3.0];
 
     #[test]
-    fn a_step_is_gamma_phi_y_with_a_full_gamma() {
-        let law = law(GAMMA);
+    fn a_step_is_gamma_phi_y() {
+        let law = law(GAMMA, [false; 3]);
         let mut state = [1.0, 2.0, 3.0];
         let phi = [0.3, -0.2, 0.5];
         let (error, rate) = (0.4, -0.1);
@@ -234,18 +235,25 @@ mod tests {
         law.projection.apply(&mut state);
         let y = 0.5 * error + rate;
         for (i, estimate) in state.into_iter().enumerate() {
-            let step: f64 = (0..3).map(|j| GAMMA[i][j] * phi[j]).sum();
-            assert!((estimate - ((i + 1) as f64 + step * y)).abs() < 1e-12);
+            let step = GAMMA[i] * phi[i] * y;
+            assert!((estimate - ((i + 1) as f64 + step)).abs() < 1e-12);
         }
     }
 
     #[test]
+    fn a_frozen_parameter_is_not_moved() {
+        let law = law(GAMMA, [false, true, false]);
+        let mut state = [1.0, 2.0, 3.0];
+        let update = law.update(&[0.25, 4.0, 0.5], 1.0, 0.0, 0.0);
+        law.add(&mut state, &update);
+        assert_eq!(state.map(|x| x == 2.0), [false, true, false]);
+    }
+
+    #[test]
     fn the_guard_shortens_the_step_to_its_bound() {
-        let law = law(GAMMA);
+        let law = law(GAMMA, [false; 3]);
         let phi = [3.0, -2.0, 5.0];
-        let strength: f64 = (0..3)
-            .flat_map(|i| (0..3).map(move |j| phi[i] * GAMMA[i][j] * phi[j]))
-            .sum();
+        let strength: f64 = (0..3).map(|i| GAMMA[i] * phi[i] * phi[i]).sum();
         let bound = Gradient::<f64, 3>::GUARD * 100.0;
         assert!(strength > bound, "the case is strong");
         let mut state = [0.0; 3];
@@ -259,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_step_that_is_not_finite_is_not_taken() {
-        let law = law(GAMMA);
+        let law = law(GAMMA, [false; 3]);
         let mut state = [1.0; 3];
         let before = state;
         let update = law.update(&[1e200, 1e200, 0.0], 1.0, 0.0, 0.0);

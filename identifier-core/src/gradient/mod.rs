@@ -3,7 +3,6 @@
 
 mod certificate;
 mod config;
-mod gain;
 mod identifier;
 mod law;
 mod parameter_range;

@@ -1,20 +1,19 @@
 use super::parameter_range::nominal_range;
-use super::{ControllerSettings, GainError, Settings, SettingsError, diagonal};
+use super::{ControllerSettings, GainError, Settings, SettingsError};
 use crate::control::{ControlState, Controller, Gains, Shaped};
+use crate::error::Allowed;
 use crate::excitation::Excitation;
 use crate::gradient::Gradient;
-use crate::linalg::PositiveDefinite;
 use crate::measurement::velocity::VelocityEstimate;
 use crate::model::ZeroOrderHoldStep;
-use crate::parameters::{Parameter, ParameterSet};
+use crate::parameters::{Parameter, ParameterSet, PerParameter};
 use crate::stability::ParameterRange;
 use crate::units::Units;
 
 impl Settings {
     /// The automatic Γ for the parameters of the set S, in the loop of these settings with the velocity estimate V. It
     /// follows from the parameter range, or without one from the servo of the initial estimates. It also follows from
-    /// the sample time and the reference, of which `samples` are played. It is over a, b, Coulomb friction and load.
-    /// The diagonal is one for a parameter that S does not have.
+    /// the sample time and the reference, of which `samples` are played. It is one for a parameter that S does not have.
     ///
     /// A loop that another controller closes is taken to be like the correction's.
     ///
@@ -25,7 +24,7 @@ impl Settings {
         &self,
         reference: &impl Excitation<f64>,
         samples: u32,
-    ) -> Result<[[f64; 4]; 4], SettingsError>
+    ) -> Result<PerParameter<f64>, SettingsError>
     where
         V: VelocityEstimate<f64>,
         S: ParameterSet<P>,
@@ -42,16 +41,7 @@ impl Settings {
         let moments = corners(&range)
             .map(|(a, b)| simulated_moments(&units, &controller, reference, samples, a, b));
         let gamma = gamma_for::<S, P>(&units, &range, gains.kd(), moments)?;
-        let place = |parameter| Parameter::ALL.iter().position(|&one| one == parameter);
-        let mut spread = diagonal([1.0; 4]);
-        for (row, of) in gamma.entries().iter().zip(S::PARAMETERS) {
-            for (&entry, beside) in row.iter().zip(S::PARAMETERS) {
-                if let (Some(i), Some(j)) = (place(of), place(beside)) {
-                    spread[i][j] = entry;
-                }
-            }
-        }
-        Ok(spread)
+        Ok(PerParameter::of_set::<S, P>(&gamma, 1.0))
     }
 }
 
@@ -79,7 +69,7 @@ pub(crate) fn gamma_by_limit<S: ParameterSet<P>, const P: usize>(
     range: &ParameterRange,
     gains: &Gains,
     limit: f64,
-) -> Result<PositiveDefinite<P>, GainError> {
+) -> Result<[f64; P], GainError> {
     /// Root mean square of the command over its limit.
     const SHARE: f64 = 0.125;
     let command = SHARE * limit * SHARE * limit;
@@ -110,7 +100,7 @@ fn gamma_for<S: ParameterSet<P>, const P: usize>(
     range: &ParameterRange,
     kd: f64,
     moments: [Moments; 4],
-) -> Result<PositiveDefinite<P>, GainError> {
+) -> Result<[f64; P], GainError> {
     let mut both = moments.iter().flat_map(|m| [m.command, m.velocity]);
     if !both.clone().all(f64::is_finite) {
         return Err(GainError::Unstable);
@@ -131,7 +121,9 @@ fn gamma_for<S: ParameterSet<P>, const P: usize>(
     });
     let bound = Gradient::<f64, P>::GUARD * range.slowest_decay(kd) / units.sample_time();
     let gamma_b = STRENGTH * bound / strength;
-    PositiveDefinite::diagonal(ratios.map(|ratio| ratio * gamma_b)).map_err(|_| GainError::Unstable)
+    let gamma = ratios.map(|ratio| ratio * gamma_b);
+    let is_allowed = gamma.iter().all(|&entry| Allowed::Above(0.0).holds(entry));
+    is_allowed.then_some(gamma).ok_or(GainError::Unstable)
 }
 
 fn least(moments: &[Moments; 4], of: impl Fn(&Moments) -> f64) -> f64 {

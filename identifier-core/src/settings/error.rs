@@ -1,7 +1,6 @@
 use core::fmt;
 
 use crate::error::OutOfRange;
-use crate::linalg::MatrixError;
 use crate::parameters::Term;
 use crate::stability::{CertificateError, EstimateError, SampledLoopError};
 
@@ -40,8 +39,6 @@ impl core::error::Error for GainError {}
 pub enum SettingsError {
     /// A value outside its range.
     Range(OutOfRange),
-    /// Γ is not symmetric positive definite.
-    Gamma(MatrixError),
     /// None was given, and none can be chosen.
     NoGamma(GainError),
     /// The certificate fails.
@@ -78,7 +75,6 @@ impl fmt::Display for SettingsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Range(error) => error.fmt(f),
-            Self::Gamma(error) => write!(f, "gamma: {error}"),
             Self::NoGamma(error) => error.fmt(f),
             Self::Certificate(error) => error.fmt(f),
             Self::SampledLoop(error) => error.fmt(f),
@@ -117,7 +113,6 @@ macro_rules! from {
 
 from! {
     OutOfRange => Range,
-    MatrixError => Gamma,
     GainError => NoGamma,
     CertificateError => Certificate,
     SampledLoopError => SampledLoop,

@@ -11,12 +11,11 @@ use crate::gradient::{
     automatic_mu,
 };
 use crate::interval::Interval;
-use crate::linalg::PositiveDefinite;
 use crate::measurement::standstill::Standstill;
 use crate::measurement::velocity::{Transfer, VelocityEstimate};
 use crate::model::{ModelLoop, ZeroOrderHoldStep};
 use crate::number::Arithmetic;
-use crate::parameters::{Parameter, ParameterSet};
+use crate::parameters::{Parameter, ParameterSet, PerParameter};
 use crate::scales::FullScales;
 use crate::stability::SampledLoop;
 use crate::units::Units;
@@ -27,7 +26,7 @@ struct GradientPlan<const P: usize> {
     pub(crate) units: Units,
     /// Gains of the correction, in command form.
     pub(crate) gains: Gains,
-    pub(crate) gamma: PositiveDefinite<P>,
+    pub(crate) gamma: [f64; P],
     pub(crate) mu: f64,
     /// The known part of α = a + b k_d.
     pub(crate) decay: Decay,
@@ -189,10 +188,18 @@ impl<const P: usize> GradientPlan<P> {
             ..
         } = correction;
         let gamma = match (given.gamma, settings.largest_command()) {
-            (Some(gamma), _) => PositiveDefinite::new(
-                S::PARAMETERS
-                    .map(|own| S::PARAMETERS.map(|other| gamma[own as usize][other as usize])),
-            )?,
+            (Some(gamma), _) => {
+                for parameter in S::PARAMETERS {
+                    let name = match parameter {
+                        Parameter::A => "gamma.a",
+                        Parameter::B => "gamma.b",
+                        Parameter::Coulomb => "gamma.coulomb",
+                        Parameter::Load => "gamma.load",
+                    };
+                    Allowed::Above(0.0).check(name, gamma.get(parameter))?;
+                }
+                S::PARAMETERS.map(|parameter| gamma.get(parameter))
+            }
             (None, Some(limit)) => gamma_by_limit::<S, P>(&units, &nominal, &gains, limit)?,
             (None, None) => return Err(SettingsError::NotGiven { setting: "gamma" }),
         };
@@ -221,7 +228,6 @@ impl<const P: usize> GradientPlan<P> {
             return Ok((Self::new::<S>(settings, velocity)?, FullScales::NONE));
         }
         let mut plan = Self::new::<S>(&bounded::<S, P>(settings)?, velocity)?;
-        plan.gamma.check_diagonal()?;
         plan.keep_within_bounds::<S>(settings)?;
         Ok((plan, full_scales::<N>(settings)?))
     }
@@ -253,7 +259,10 @@ impl<const P: usize> GradientPlan<P> {
                     parameter: "gamma",
                     value,
                     allowed: Allowed::PositiveUpTo(most),
-                })) => self.gamma = self.gamma.scaled([libm::sqrt(most / value); P])?,
+                })) => {
+                    let root = libm::sqrt(most / value);
+                    self.gamma = self.gamma.map(|entry| entry * (root * root));
+                }
                 other => return other,
             }
         }
@@ -277,12 +286,17 @@ impl<const P: usize> GradientPlan<P> {
             Parameter::B => initial * parameter.scale(units),
             _ => 0.0,
         });
+        let gamma: [f64; P] = core::array::from_fn(|i| {
+            let scale = scale[i] / units.velocity();
+            self.gamma[i] * (scale * scale)
+        });
+        for entry in gamma {
+            Allowed::Above(0.0).check("gamma", entry)?;
+        }
         let config = GradientConfig {
             parameters: S::PARAMETERS,
-            gamma: self
-                .gamma
-                .scaled(scale.map(|scale| scale / units.velocity()))?,
-            given: core::array::from_fn(|i| self.gamma.entries()[i][i]),
+            gamma,
+            given: self.gamma,
             mu: self.mu * units.rate(),
             rate: units.rate(),
             slowest_decay,
@@ -308,11 +322,11 @@ impl Settings {
     {
         let velocity = self.velocity::<N, V>()?.transfer();
         let (mut plan, scales) = GradientPlan::<P>::in_arithmetic::<N, S>(self, &velocity)?;
-        let before = plan.gamma.entries()[0][0];
+        let before = plan.gamma[0];
         plan.lowered_law::<N, S>(&scales)?;
-        let factor = plan.gamma.entries()[0][0] / before;
-        for entry in self.identifier.gamma.iter_mut().flatten().flatten() {
-            *entry *= factor;
+        let factor = plan.gamma[0] / before;
+        if let Some(gamma) = &mut self.identifier.gamma {
+            *gamma = PerParameter::from_fn(|parameter| factor * gamma.get(parameter));
         }
         Ok(())
     }
@@ -329,7 +343,7 @@ where
     /// sampled loop is unstable, or the estimate whose sampled correction is.
     ///
     /// In fixed point also a missing bound from which a full scale follows: `bounds.b` (unless there is a parameter
-    /// range), `bounds.coulomb` or `bounds.load`. Also a Γ that is not diagonal. Also a range, bound, gain or sample time
+    /// range), `bounds.coulomb` or `bounds.load`. Also a range, bound, gain or sample time
     /// that does not fit, with the value that would.
     fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
         let velocity = settings.velocity::<N, V>()?;
@@ -352,7 +366,7 @@ where
                 scales.estimate_of(parameter, plan.initial[i] * parameter.scale(&units))
             }),
             bounds: plan.bounds,
-            gamma: *plan.gamma.entries(),
+            gamma: plan.gamma,
             mu: plan.mu,
             scales,
             units,

@@ -21,10 +21,9 @@ pub struct IdentifierSettings {
     /// Where the true servo may lie, to be certified. None: nothing is certified.
     #[cfg_attr(feature = "serde", serde(rename = "servo_range"))]
     pub parameter_range: Option<ParameterRangeSettings>,
-    /// Γ of the gradient estimator, symmetric positive definite over a, b, Coulomb friction and load in this order.
-    /// Only the rows and columns of the model's parameters count. None: chosen from parameter range, gains and the
-    /// limit of the controller, which must then be stated.
-    pub gamma: Option<[[f64; 4]; 4]>,
+    /// The diagonal of Γ, positive for each of the model's parameters; the others do not count. None: chosen from
+    /// parameter range, gains and the limit of the controller, which must then be stated.
+    pub gamma: Option<PerParameter<f64>>,
     /// μ of the gradient estimator, 1/s. None: chosen from gains and parameter range.
     pub mu: Option<f64>,
     /// Gains of the gradient's correction in command form (kp, kd, ki as of a PID). None: those of

@@ -16,7 +16,6 @@ mod parameter_range;
 mod servo_loop;
 mod terms;
 
-pub use crate::linalg::MatrixError;
 pub use error::{GainError, SettingsError};
 pub use identifier::{IdentifierSettings, ParameterRangeSettings, RangeSettings, TermSettings};
 
@@ -67,12 +66,6 @@ pub struct ControllerSettings {
     pub notch: f64,
     /// The [`FeedForward`] behind that filter; none if the PID gets the reference unchanged.
     pub feed_forward: Option<FeedForwardSettings>,
-}
-
-/// A diagonal Γ over a, b, Coulomb friction and load.
-#[must_use]
-pub fn diagonal(entries: [f64; 4]) -> [[f64; 4]; 4] {
-    core::array::from_fn(|i| core::array::from_fn(|j| if i == j { entries[i] } else { 0.0 }))
 }
 
 /// A part that [`Settings::build`] can build.

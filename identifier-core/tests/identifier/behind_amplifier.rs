@@ -4,8 +4,8 @@
 use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{ServoParameters, Term, Terms, Unknown, Unknowns};
-use identifier_core::settings::{FromSettings, TermSettings, diagonal};
+use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown, Unknowns};
+use identifier_core::settings::{FromSettings, TermSettings};
 use virtual_servo::Effects;
 
 use crate::support::{TRUTH, beside_pid, on_all_cores, paper};
@@ -33,9 +33,7 @@ fn settings(declared: &TermSettings) -> Settings {
     let mut settings = Settings::new(1e-3, 10_000.0).with_servo_range([0.0, 5.0], [150.0, 400.0]);
     let given = &mut settings.identifier;
     given.bandwidth = Some(35.0);
-    given.gamma = Some(diagonal(
-        [30.0, 2000.0, 600.0, 0.0].map(|entry| entry + 1e-6),
-    ));
+    given.gamma = Some(PerParameter::new(30.0, 2000.0, 600.0, 1e-6));
     given.known.load = true;
     given.initial.load = Some(TRUTH.load);
     given.terms = *declared;

@@ -10,9 +10,9 @@ use identifier_core::identifier::{
 };
 use identifier_core::measurement::{AveragedDifference, BackwardDifference, LowPass};
 use identifier_core::parameters::{
-    AbLoad, IdentifiedServo, Parameter, ParameterSet, ServoParameters, Unknowns,
+    AbLoad, IdentifiedServo, Parameter, ParameterSet, PerParameter, ServoParameters, Unknowns,
 };
-use identifier_core::settings::{FromSettings, diagonal};
+use identifier_core::settings::FromSettings;
 use identifier_core::{GradientLoop, Settings};
 
 type GaussNewtonLoop<I> = ServoLoop<f32, LowPass<f32>, I>;
@@ -30,7 +30,7 @@ fn settings(seed: u32) -> Settings {
     identifier.initial.b = Some(150.0 + 100.0 * part);
     identifier.bounds.coulomb = Some([0.0, 100.0]);
     identifier.bounds.load = Some([-100.0, 100.0]);
-    identifier.gamma = Some(diagonal([20.0, 1000.0, 100.0, 100.0]));
+    identifier.gamma = Some(PerParameter::new(20.0, 1000.0, 100.0, 100.0));
     settings
 }
 

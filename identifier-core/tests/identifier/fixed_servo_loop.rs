@@ -11,10 +11,10 @@ use identifier_core::identifier::{Event, GradientIdentifier, Identify, ServoLoop
 use identifier_core::measurement::{
     AveragedDifference, BackwardDifference, LowPass, VelocityEstimate,
 };
-use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, ServoParameters, Unknowns};
-use identifier_core::settings::{
-    ControllerSettings, RangeSettings, Settings, SettingsError, diagonal,
+use identifier_core::parameters::{
+    AbLoad, Parameter, ParameterSet, PerParameter, ServoParameters, Unknowns,
 };
+use identifier_core::settings::{ControllerSettings, RangeSettings, Settings, SettingsError};
 use proptest::prelude::*;
 
 /// The paper's loop with a box and a limit.
@@ -25,7 +25,7 @@ fn settings() -> Settings {
     identifier.bounds.a = Some([0.0, 100.0]);
     identifier.bounds.coulomb = Some([0.0, 100.0]);
     identifier.bounds.load = Some([-100.0, 100.0]);
-    identifier.gamma = Some(diagonal([20.0, 1000.0, 100.0, 100.0]));
+    identifier.gamma = Some(PerParameter::new(20.0, 1000.0, 100.0, 100.0));
     settings
 }
 
@@ -155,13 +155,16 @@ fn assert_alike(estimates: [ServoParameters; 2], tolerance: f64) {
 #[test]
 fn fast_loops_fit_and_give_the_same_estimates() {
     for sample_time in [2.5e-5, 1e-4, 2.5e-4] {
-        for gamma in [[20.0, 1000.0, 100.0, 100.0], [0.2, 110.0, 10.0, 10.0]] {
+        for gamma in [
+            PerParameter::new(20.0, 1000.0, 100.0, 100.0),
+            PerParameter::new(0.2, 110.0, 10.0, 10.0),
+        ] {
             let mut settings = Settings {
                 sample_time,
                 cutoff: 500.0,
                 ..settings()
             };
-            settings.identifier.gamma = Some(diagonal(gamma));
+            settings.identifier.gamma = Some(gamma);
             let (_, estimates) = side_by_side::<Unknowns<4>, 4>(&settings, &WITH_FRICTION, 5.0);
             assert_alike(estimates, 5e-3);
         }
@@ -254,13 +257,13 @@ fn ranges(settings: &mut Settings) -> &mut RangeSettings {
 #[test]
 fn settings_out_of_range_are_refused_with_a_value_that_fits() {
     fn gamma(settings: &mut Settings, b: f64) {
-        settings.identifier.gamma = Some(diagonal([20.0, b, 100.0, 100.0]));
+        settings.identifier.gamma = Some(PerParameter::new(20.0, b, 100.0, 100.0));
     }
     type Change = fn(&mut Settings);
     fn pid(settings: &mut Settings) -> &mut ControllerSettings {
         settings.controller.as_mut().expect("it has one")
     }
-    let rows: [(&str, Change); 10] = [
+    let rows: [(&str, Change); 9] = [
         ("ranges.error = 1000000 … at most 42165", |s| {
             ranges(s).error = 1e6
         }),
@@ -269,10 +272,6 @@ fn settings_out_of_range_are_refused_with_a_value_that_fits() {
         }),
         ("gamma = 1e12 … at most", |s| gamma(s, 1e12)),
         ("gamma = 1e-11 … at least", |s| gamma(s, 1e-11)),
-        ("gamma … diagonal", |s| {
-            let gamma = s.identifier.gamma.as_mut().expect("given");
-            (gamma[0][1], gamma[1][0]) = (1.0, 1.0);
-        }),
         ("sample_time = 0.001 … at least", |s| pid(s).ki = 1e-7),
         ("bounds.a = 300 … 250", |s| {
             s.identifier.bounds.a = Some([0.0, 300.0])
@@ -313,7 +312,8 @@ fn the_value_that_a_refusal_names_is_accepted() {
         let mut gamma = [20.0_f64, 1000.0, 100.0, 100.0];
         let built = (0..12).any(|_| {
             settings.identifier.ranges = Some(ranges);
-            settings.identifier.gamma = Some(diagonal(gamma));
+            let [a, b, coulomb, load] = gamma;
+            settings.identifier.gamma = Some(PerParameter::new(a, b, coulomb, load));
             let built: Result<Words, SettingsError> = settings.build();
             let Err(SettingsError::Range(refused)) = built else {
                 return built.is_ok();
@@ -427,7 +427,7 @@ proptest! {
         nothing_wraps::<AveragedDifference<Word>, Unknowns<3>, 3>(&settings, &samples, 1e-6)?;
         nothing_wraps::<BackwardDifference, AbLoad, 3>(&settings, &samples, 1e-6)?;
         // Steps that are large, and a guard that follows b̂.
-        settings.identifier.gamma = Some(diagonal([400.0, 30_000.0, 400.0, 400.0]));
+        settings.identifier.gamma = Some(PerParameter::new(400.0, 30_000.0, 400.0, 400.0));
         settings.identifier.parameter_range = None;
         settings.identifier.bounds.b = Some([0.1, 2000.0]);
         settings.identifier.mu = Some(10.0);
@@ -466,12 +466,10 @@ proptest! {
         identifier.bounds.load = Some([-load * most, most]);
         let gamma = log(gamma, 1e-3, 1e3);
         let speed_of = limit / kd * log(speed, 0.01, 1.0);
-        identifier.gamma = Some(diagonal([
-            gamma * omega / (speed_of * speed_of),
+        identifier.gamma = Some(PerParameter::new(gamma * omega / (speed_of * speed_of),
             gamma * omega / (limit * limit),
             gamma * omega,
-            gamma * omega,
-        ]));
+            gamma * omega));
         nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples, 1e-4 * limit)?;
     }
 

@@ -6,8 +6,7 @@ use crate::support::{
 use identifier_core::Settings;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{ParameterSet, ServoParameters, Unknowns};
-use identifier_core::settings::diagonal;
+use identifier_core::parameters::{ParameterSet, PerParameter, ServoParameters, Unknowns};
 
 type Listener<S, const P: usize> = GradientIdentifier<f32, LowPass<f32>, S, P>;
 
@@ -24,7 +23,7 @@ fn settings(servo: &Servo) -> Settings {
     let ratio = (0.5 * servo.limit / (0.3 * speed)).powi(2);
     let gamma_b = 0.05 * servo.bandwidth / servo.sample_time / servo.limit.powi(2);
     let gamma_c = gamma_b * (0.5 * servo.limit).powi(2);
-    settings.identifier.gamma = Some(diagonal([ratio * gamma_b, gamma_b, gamma_c, 0.0]));
+    settings.identifier.gamma = Some(PerParameter::new(ratio * gamma_b, gamma_b, gamma_c, 0.0));
     settings
 }
 

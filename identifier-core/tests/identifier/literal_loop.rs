@@ -3,8 +3,8 @@
 
 use crate::support::{Bench, Draw, paper_noise};
 use identifier_core::GradientLoop;
-use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{ControllerSettings, Settings, diagonal};
+use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::settings::{ControllerSettings, Settings};
 
 /// The paper's equations, sampled: every quantity in SI and double precision. A sample takes reference, measured position and
 /// its velocity estimate, and gives ε, â and b̂.
@@ -84,7 +84,7 @@ fn where_no_limit_acts_it_is_the_papers_loop() {
             .with_pid(kp, kd, ki, f64::INFINITY)
             .with_servo_range([0.0, 20.0], [b / 1.5, b * 1.5]);
         settings.identifier.initial.b = Some(guess);
-        settings.identifier.gamma = Some(diagonal([gamma[0], gamma[1], 0.0, 0.0]));
+        settings.identifier.gamma = Some(PerParameter::new(gamma[0], gamma[1], 0.0, 0.0));
         let servo_loop: GradientLoop<f64, 2> = settings.build().expect("certified");
         let identifier = servo_loop.identifier();
 

@@ -5,8 +5,8 @@ use identifier_core::control::CommandLimit;
 use identifier_core::error::StepError;
 use identifier_core::identifier::{GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::Unknowns;
-use identifier_core::settings::{ControllerSettings, FromSettings, SettingsError, diagonal};
+use identifier_core::parameters::{PerParameter, Unknowns};
+use identifier_core::settings::{ControllerSettings, FromSettings, SettingsError};
 use identifier_core::units::Units;
 use identifier_core::{GaussNewton, GradientLoop, Settings};
 
@@ -14,7 +14,7 @@ type Listener = GradientIdentifier<f32, LowPass<f32>, Unknowns<3>, 3>;
 
 fn valid() -> Settings {
     let mut settings = certified();
-    settings.identifier.gamma = Some(diagonal([23.0, 1700.0, 100.0, 0.0]));
+    settings.identifier.gamma = Some(PerParameter::new(23.0, 1700.0, 100.0, 0.0));
     settings
 }
 
@@ -64,8 +64,8 @@ fn every_setting_out_of_range_is_named() {
             s.identifier.gamma = None;
             pid(s, 9.0, 0.19, 4.0);
         }),
-        ("gamma", |s| {
-            s.identifier.gamma = Some(diagonal([1.0, -1.0, 1.0, 0.0]))
+        ("gamma.b", |s| {
+            s.identifier.gamma = Some(PerParameter::new(1.0, -1.0, 1.0, 0.0))
         }),
         ("mu", |s| s.identifier.mu = Some(0.0)),
         ("mu", |s| s.identifier.mu = Some(10.5)),

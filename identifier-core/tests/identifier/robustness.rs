@@ -7,8 +7,8 @@ use identifier_core::error::StepError;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
 use identifier_core::number::Number;
-use identifier_core::parameters::{Parameter, ServoParameters, Unknowns};
-use identifier_core::settings::{ControllerSettings, FromSettings, SettingsError, diagonal};
+use identifier_core::parameters::{Parameter, PerParameter, ServoParameters, Unknowns};
+use identifier_core::settings::{ControllerSettings, FromSettings, SettingsError};
 use proptest::prelude::*;
 
 type Identifier<N> = GradientIdentifier<N, LowPass<N>, Unknowns<2>, 2>;
@@ -25,14 +25,12 @@ fn settings(limit: Option<f64>) -> Settings {
     let learning = &mut settings.identifier;
     learning.initial.a = Some(0.0);
     learning.mu = None;
-    learning.gamma = Some(gamma([20.0, 10.0, 3000.0]));
+    learning.gamma = Some(gamma(20.0, 3000.0));
     settings
 }
 
-fn gamma([a, mixed, b]: [f64; 3]) -> [[f64; 4]; 4] {
-    let mut gamma = diagonal([a, b, 0.0, 0.0]);
-    (gamma[0][1], gamma[1][0]) = (mixed, mixed);
-    gamma
+fn gamma(a: f64, b: f64) -> PerParameter<f64> {
+    PerParameter::new(a, b, 0.0, 0.0)
 }
 
 /// Numbers of every kind, finite and not.
@@ -240,7 +238,7 @@ proptest! {
         learning.initial.b = Some(1.0);
         learning.bounds.a = Some([0.0, 0.5 / sample_time]);
         learning.bounds.b = bounded.then_some([1e-6, 1e9]);
-        learning.gamma = Some(gamma([10_f64.powf(9.0 * ga), 0.0, 10_f64.powf(9.0 * gb)]));
+        learning.gamma = Some(gamma(10_f64.powf(9.0 * ga), 10_f64.powf(9.0 * gb)));
         learning.mu = Some(10_f64.powf(6.0 * mu));
         let controller: Controller<f32, LowPass<f32>> = settings.build().expect("in range");
         let Ok(identifier) = settings.build::<Identifier<f32>>() else {
@@ -279,7 +277,7 @@ fn build(n: &[f64; 16], small: &[f64; 4]) -> Result<Identifier<f32>, SettingsErr
     learning.initial.b = Some(n[14]);
     learning.bounds.a = Some([-n[15], n[15]]);
     learning.bounds.b = Some([small[3], n[15]]);
-    learning.gamma = Some(gamma([n[11], small[2], n[12]]));
+    learning.gamma = Some(gamma(n[11], n[12]));
     learning.mu = Some(n[10]);
     settings.build()
 }

@@ -5,8 +5,8 @@ use crate::support::{Kind, Loop, Servo, paper};
 use identifier_core::Settings;
 use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{ServoParameters, Unknowns};
-use identifier_core::settings::{FromSettings, diagonal};
+use identifier_core::parameters::{PerParameter, ServoParameters, Unknowns};
+use identifier_core::settings::FromSettings;
 
 const SERVO: Servo = paper(ServoParameters::new(0.5, 250.0, 0.0, 20.0), 40.0, 5);
 
@@ -18,7 +18,7 @@ fn settings() -> Settings {
     // More than the servo has.
     identifier.bounds.a = Some([5.0, 100.0]);
     identifier.correction = Some([9.0, 0.19, 4.0]);
-    identifier.gamma = Some(diagonal([200.0, 1000.0, 100.0, 100.0]));
+    identifier.gamma = Some(PerParameter::new(200.0, 1000.0, 100.0, 100.0));
     settings
 }
 

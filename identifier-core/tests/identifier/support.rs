@@ -5,8 +5,7 @@ use identifier_core::Settings;
 use identifier_core::excitation::Excitation;
 use identifier_core::identifier::{Identify, Update};
 use identifier_core::number::Number;
-use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::diagonal;
+use identifier_core::parameters::{PerParameter, ServoParameters};
 use rayon::prelude::*;
 use virtual_servo::excitation::{BandLimitedWhiteNoise, NormalSource};
 use virtual_servo::{Effects, Encoder, Plant, Servo as TrueServo};
@@ -235,7 +234,7 @@ pub(crate) fn learn_as_the_paper(settings: &mut Settings) {
     learning.initial.b = Some(50.0);
     learning.bounds.a = Some([0.0, 100.0]);
     learning.bounds.b = Some([5.0, 5000.0]);
-    learning.gamma = Some(diagonal([0.2, 110.0, 0.0, 0.0]));
+    learning.gamma = Some(PerParameter::new(0.2, 110.0, 0.0, 0.0));
     learning.mu = Some(10.0);
 }
 

@@ -4,8 +4,8 @@
 use identifier_core::control::{ControlState, Controller, Gains};
 use identifier_core::interval::Interval;
 use identifier_core::measurement::{LowPass, VelocityEstimate};
-use identifier_core::parameters::ServoParameters;
-use identifier_core::settings::{ControllerSettings, SettingsError, diagonal};
+use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::settings::{ControllerSettings, SettingsError};
 use identifier_core::stability::{Certificate, CertificateError, ParameterRange, SampledLoop};
 use identifier_core::{GradientLoop, Settings};
 use virtual_servo::Plant;
@@ -222,7 +222,7 @@ fn a_loop_that_sampling_makes_unstable_is_refused_although_its_range_is_certifie
     learning.initial.b = Some(50.0);
     learning.bounds.a = Some([0.0, 25.0]);
     learning.bounds.b = Some([5.0, 5000.0]);
-    learning.gamma = Some(diagonal([0.2, 110.0, 0.0, 0.0]));
+    learning.gamma = Some(PerParameter::new(0.2, 110.0, 0.0, 0.0));
     learning.mu = Some(10.0);
     let parameter_range = range([0.0, 50.0], [110.0, 1000.0]);
     let gains = Gains::new(9.0, 0.19, 4.0).expect("positive");

@@ -1,7 +1,8 @@
 //! Settings that targets begin with.
 
 use identifier_core::Settings;
-use identifier_core::settings::{ControllerSettings, ParameterRangeSettings, diagonal};
+use identifier_core::parameters::PerParameter;
+use identifier_core::settings::{ControllerSettings, ParameterRangeSettings};
 
 /// A loop that is certified.
 #[must_use]
@@ -23,7 +24,7 @@ pub fn certified() -> Settings {
     identifier.bounds.b = Some([5.0, 5000.0]);
     identifier.bounds.coulomb = Some([0.0, 100.0]);
     identifier.bounds.load = Some([-100.0, 100.0]);
-    identifier.gamma = Some(diagonal([20.0, 3000.0, 20.0, 20.0]));
+    identifier.gamma = Some(PerParameter::new(20.0, 3000.0, 20.0, 20.0));
     identifier.start_time = Some(32.0 * settings.sample_time);
     settings
 }

@@ -8,6 +8,7 @@ use crate::support::{Flash, HOMING, SECTOR, settings};
 use commissioning::CommissionSettings;
 use drive_link::{Command, Estimator, Homing, Report, Settings, State, TargetSource};
 use drive_logic::Conversation;
+use identifier_core::parameters::PerParameter;
 use proptest::prelude::*;
 
 /// The numbers of settings that a user may get wrong.
@@ -64,7 +65,15 @@ fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
     if let Some(within) = &mut identifier.parameter_range {
         numbers.extend(within.a.iter_mut().chain(&mut within.b));
     }
-    numbers.extend(identifier.gamma.iter_mut().flatten().flatten());
+    if let Some(gamma) = &mut identifier.gamma {
+        let PerParameter {
+            a,
+            b,
+            coulomb,
+            load,
+        } = gamma;
+        numbers.extend([a, b, coulomb, load]);
+    }
     numbers
 }
 

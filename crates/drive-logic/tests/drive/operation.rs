@@ -472,7 +472,9 @@ fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
         ("initial.b", |s| identifier(s).initial.b = Some(1e9)),
         ("bounds.a", |s| identifier(s).bounds.a = Some([3.0, 1.0])),
         ("bounds.b", |s| identifier(s).bounds.b = Some([5.0, 1e6])),
-        ("gamma", |s| identifier(s).gamma = Some([[1.0; 4]; 4])),
+        ("gamma.a", |s| {
+            identifier(s).gamma = Some(PerParameter::all(0.0))
+        }),
         ("hold", |s| s.dither.hold = 1e-4),
         ("following_error", |s| s.protection.following_error = 0.0),
         ("stall_time", |s| s.protection.stall_time = f64::NAN),

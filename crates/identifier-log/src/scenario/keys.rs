@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use identifier_core::control::{FeedForwardSettings, Gains};
 use identifier_core::error::Allowed;
-use identifier_core::parameters::Parameter;
+use identifier_core::parameters::{Parameter, PerParameter};
 use identifier_core::settings::{
     ControllerSettings, IdentifierSettings, ParameterRangeSettings, RangeSettings,
 };
@@ -15,7 +15,7 @@ use identifier_core::units::Units;
 
 use super::kind::Default::{Derived, FirstChoice, Initial, Required, Value};
 use super::kind::Kind::{
-    Choice as OneOf, Column as ColumnOf, Limit, Matrix, Number, Pair, Pairs, Parameters, Table,
+    Choice as OneOf, Column as ColumnOf, Limit, Number, Numbers, Pair, Pairs, Parameters, Table,
     Terms as TermList, Two, Whole,
 };
 use super::kind::Place::{Checked, Held, Optional};
@@ -111,8 +111,8 @@ pub fn of_log<S: AsMut<Options>>() -> Vec<Key<S>> {
     "what is estimated; the others stay at their initial values";
 "identifier.arithmetic": OneOf(Arithmetic::CHOICES, |s, i| s.as_mut().identifier.arithmetic = Arithmetic::ALL[i], |s| s.as_mut().identifier.arithmetic as usize), FirstChoice, "",
     "number format of the loop; \"fixed\" exists for gradient and pd-gradient";
-"identifier.gamma": Matrix(Checked(|s, v| weigh(s, &v), weights)), Derived("automatic, from parameter range and reference"), "",
-    "adaptation gain of each estimate, the matrix of (11)";
+"identifier.gamma": Numbers(POSITIVE, Checked(weigh, weights)), Derived("automatic, from parameter range and reference"), "",
+    "adaptation gain of each of the parameters, the diagonal of the matrix of (11)";
 "identifier.mu": Number(POSITIVE, Optional(|s| &mut given(s).mu)), Derived("automatic, from gains and parameter range"), "1/s",
     "weight of the output error against its derivative in (11)";
 "identifier.initial": Table(Always), Derived("as below"), "", "initial estimates, inside the bounds";
@@ -372,45 +372,27 @@ fn chosen<S: AsMut<Options>>(s: &mut S) -> Option<Vec<Parameter>> {
     (*parameters != law.default_parameters()).then(|| parameters.clone())
 }
 
-/// Spreads the rows for the chosen parameters over those of all four.
-fn weigh<S: AsMut<Options>>(s: &mut S, rows: &[Vec<f64>]) -> Result<(), String> {
+/// Spreads the entries for the chosen parameters over all four.
+fn weigh<S: AsMut<Options>>(s: &mut S, entries: Vec<f64>) -> Result<(), String> {
     let parameters = &s.as_mut().identifier.parameters;
-    let count = parameters.len();
-    if rows.len() != count {
-        return Err(format!("{} entries for {count} parameters", rows.len()));
+    let (given, count) = (entries.len(), parameters.len());
+    if given != count {
+        return Err(format!("{given} entries for {count} parameters"));
     }
-    let mut matrix = identity();
-    for (i, (values, of)) in rows.iter().zip(parameters).enumerate() {
-        if values.len() != count {
-            return Err(format!(
-                "row {i} has {} entries for {count} parameters",
-                values.len()
-            ));
-        }
-        for (value, beside) in values.iter().zip(parameters) {
-            matrix[*of as usize][*beside as usize] = *value;
-        }
-    }
-    s.as_mut().stated.identifier.gamma = Some(matrix);
+    let entry = |of| {
+        let place = parameters.iter().position(|&chosen| chosen == of);
+        place.map_or(1.0, |place| entries[place])
+    };
+    let gamma = PerParameter::from_fn(entry);
+    s.as_mut().stated.identifier.gamma = Some(gamma);
     Ok(())
 }
 
-/// The rows for the chosen parameters.
-fn weights<S: AsMut<Options>>(s: &mut S) -> Option<Vec<Vec<f64>>> {
-    let matrix = s.as_mut().stated.identifier.gamma?;
-    let parameters = &s.as_mut().identifier.parameters;
-    let row = |of: &Parameter| {
-        let row = parameters
-            .iter()
-            .map(|beside| matrix[*of as usize][*beside as usize]);
-        row.collect()
-    };
-    Some(parameters.iter().map(row).collect())
-}
-
-/// The matrix of which nothing is stated yet.
-fn identity() -> [[f64; 4]; 4] {
-    std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))
+/// The entries for the chosen parameters.
+fn weights<S: AsMut<Options>>(s: &mut S) -> Option<Vec<f64>> {
+    let gamma = s.as_mut().stated.identifier.gamma?;
+    let parameters = s.as_mut().identifier.parameters.iter();
+    Some(parameters.map(|&of| gamma.get(of)).collect())
 }
 
 /// All keys as a text for the help.

@@ -87,8 +87,6 @@ pub enum Kind<S> {
     Parameters(Place<S, Vec<Parameter>>),
     /// A list of optional terms of the model.
     Terms(Place<S, Terms>),
-    /// The rows of a matrix, or its diagonal.
-    Matrix(Place<S, Vec<Vec<f64>>>),
 }
 
 /// Tables of which there may be many.
@@ -194,7 +192,6 @@ impl<S: Document> Kind<S> {
             },
             Self::Terms(place) => place.set(to, terms(key, value)?),
             Self::Parameters(place) => place.set(to, parameters(key, value)?),
-            Self::Matrix(place) => place.set(to, matrix(key, value)?),
         };
         stored.map_err(|fault| refused(key, value, fault))
     }
@@ -227,7 +224,6 @@ impl<S: Document> Kind<S> {
                 let names = place.get(from)?.into_iter().map(Parameter::name);
                 format!("{:?}", names.collect::<Vec<_>>())
             }
-            Self::Matrix(place) => format!("{:?}", place.get(from)?),
         })
     }
 
@@ -303,9 +299,6 @@ impl<S: Document> Kind<S> {
                 let names = either(Term::ALL.iter().map(|term| term.name()));
                 format!("a list of {names}").replace(" or ", " and ")
             }
-            Self::Matrix(_) => "the diagonal [g_a, g_b, ..] or the full symmetric positive \
-                definite matrix [[..], ..], in the order of parameters"
-                .to_owned(),
         }
     }
 
@@ -341,10 +334,6 @@ impl<S: Document> Kind<S> {
             Self::Flag(_) => json!({ "type": "boolean" }),
             Self::Parameters(_) => unique(&Parameter::ALL.map(Parameter::name)),
             Self::Terms(_) => unique(&Term::ALL.map(Term::name)),
-            Self::Matrix(_) => {
-                let most = Parameter::ALL.len();
-                list_of(json!({ "anyOf": [any(), list_of(any(), most)] }), most)
-            }
         }
     }
 }
@@ -560,24 +549,6 @@ fn terms<S>(key: &Key<S>, value: &Value<'_>) -> Result<Terms, Fault> {
         terms = terms.with(term.ok_or_else(|| unknown(key, entry, "term ", name, names))?);
     }
     Ok(terms)
-}
-
-/// The rows of a matrix; of a diagonal, with zeros beside it.
-fn matrix<S>(key: &Key<S>, value: &Value<'_>) -> Result<Vec<Vec<f64>>, Fault> {
-    let entries = list(key, value, Parameter::ALL.len())?;
-    let row = |(i, entry): (usize, &Value<'_>)| match entry.get_ref() {
-        DeValue::Array(_) => {
-            let row = list(key, entry, Parameter::ALL.len())?.iter();
-            row.map(|entry| number(key, entry, Allowed::Finite))
-                .collect()
-        }
-        _ => {
-            let mut row = vec![0.0; entries.len()];
-            row[i] = number(key, entry, Allowed::Finite)?;
-            Ok(row)
-        }
-    };
-    entries.iter().enumerate().map(row).collect()
 }
 
 /// The name that a word is most likely meant to be.

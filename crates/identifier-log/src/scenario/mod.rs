@@ -264,7 +264,6 @@ impl Options {
             SettingsError::SampledLoop(_) => "controller.sample_time".to_owned(),
             SettingsError::NoSuchTerm { .. } => "identifier.required_terms".to_owned(),
             SettingsError::Estimate(_) => "identifier.bounds.b".to_owned(),
-            _ => "identifier.gamma".to_owned(),
         }
     }
 }

@@ -130,8 +130,8 @@ kd = 0.19 | kd = nan | controller.kd |
 cutoff = 500.0 | cutoff = 4000.0 | controller.velocity_filter.cutoff | 3141.59
 b = [5.0, 5000.0] | b = [0.0, 5000.0] | identifier.bounds.b |
 a = [0.0, 100.0] | a = [3.0, 1.0] | identifier.bounds.a |
-gamma = [0.2, 110.0] | gamma = [[1.0, 2.0], [2.0, 1.0]] | identifier.gamma |
-gamma = [0.2, 110.0] | gamma = [[1.0, 0.2], [0.1, 1.0]] | identifier.gamma |
+gamma = [0.2, 110.0] | gamma = [[1.0, 0.0], [0.0, 1.0]] | identifier.gamma |
+gamma = [0.2, 110.0] | gamma = [0.2, -1.0] | identifier.gamma |
 mu = 10.0 | mu = 12.0 | identifier.mu |
 kp = 9.0 | kp = 2.0 | controller.kp |
 sample_time = 0.1 | sample_time = 0.1005 | excitation.sample_time | 0.101

@@ -13,7 +13,7 @@ use crate::support::pages::root;
 use crate::support::simulated_drive::{Hand, SERVO, SimulatedDrive, built_in};
 use crate::support::{Folder, number, own_folder, printed, signal, standard_error, table};
 use drive_link::{Estimator, Receiver, Settings};
-use identifier_core::settings::diagonal;
+use identifier_core::parameters::PerParameter;
 
 #[test]
 fn the_test_of_a_board_compares_its_bits_and_has_no_cycles_where_none_are_counted() {
@@ -46,7 +46,7 @@ fn the_test_of_a_board_compares_its_bits_and_has_no_cycles_where_none_are_counte
 /// The settings of a drive that was never configured, with the gradient estimator.
 fn example() -> Settings {
     let mut settings = built_in(Estimator::Gradient { friction: true });
-    settings.closed_loop.core.identifier.gamma = Some(diagonal([20.0, 3000.0, 100.0, 0.0]));
+    settings.closed_loop.core.identifier.gamma = Some(PerParameter::new(20.0, 3000.0, 100.0, 0.0));
     // This machine may be busy.
     settings.protection.link_timeout = 20.0;
     settings

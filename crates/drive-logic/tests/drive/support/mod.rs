@@ -18,7 +18,7 @@ use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use identifier_core::drive::{Actuator, PositionSensor};
-use identifier_core::parameters::ServoParameters;
+use identifier_core::parameters::{PerParameter, ServoParameters};
 use identifier_core::settings::{ControllerSettings, IdentifierSettings, ParameterRangeSettings};
 use virtual_servo::{Encoder, Plant, VirtualBrake};
 
@@ -48,7 +48,7 @@ pub(crate) fn settings() -> Settings {
     identifier.initial.b = Some(150.0);
     identifier.bounds.a = Some([0.0, 100.0]);
     identifier.bounds.coulomb = Some([0.0, 200.0]);
-    identifier.gamma = Some(diagonal([20.0, 3000.0, 20.0, 20.0]));
+    identifier.gamma = Some(PerParameter::new(20.0, 3000.0, 20.0, 20.0));
     Settings {
         closed_loop: LoopSettings {
             core,
@@ -90,14 +90,6 @@ pub(crate) fn first_contact() -> Settings {
     wanted.closed_loop.law = Estimator::GaussNewton;
     wanted.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
     wanted
-}
-
-pub(crate) fn diagonal(entries: [f64; 4]) -> [[f64; 4]; 4] {
-    let mut rows = [[0.0; 4]; 4];
-    for (i, entry) in entries.into_iter().enumerate() {
-        rows[i][i] = entry;
-    }
-    rows
 }
 
 pub(crate) const SECTOR: usize = 4096;
