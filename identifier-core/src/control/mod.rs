@@ -4,8 +4,8 @@
 //!
 //! u_k = sat( k_p e_k − k_d v_k + k_i T ∑ e_j + f_k, j < k )
 //!
-//! - e_k is the position error of this sample ([`Setpoint::error`]). With a [`ReferenceFilter`] it is that of the
-//!   filtered reference. With a [`FeedForward`], whose command is f_k, it is that of the reference model behind the
+//! - e_k is the position error of this sample ([`Setpoint::error`]). With a `ReferenceFilter` it is that of the
+//!   filtered reference. With a `FeedForward`, whose command is f_k, it is that of the reference model behind the
 //!   filter. The velocity v_k is the estimate of the *measured* velocity, this sample's increment included
 //!   ([`VelocityEstimate`]). The reference is not differentiated.
 //! - The sum contains the errors of the samples *before* this one; e_k is added after the command was
@@ -29,15 +29,17 @@ mod pid;
 mod reference_filter;
 mod shaping;
 
-pub use feed_forward::{FeedForward, FeedForwardSettings, ReferenceMotion};
+pub use feed_forward::FeedForwardSettings;
+pub(crate) use feed_forward::FeedForward;
 pub use gains::Gains;
 pub use limit::CommandLimit;
-pub use notch::Notch;
+pub(crate) use notch::Notch;
 pub(crate) use notch::notch_at;
 use pid::Command;
 pub(crate) use pid::{Pid, PidTerms, per_error, sum_exponent};
-pub use reference_filter::ReferenceFilter;
-pub use shaping::{Shaped, ShapedState, Shaping, Unshaped};
+pub(crate) use reference_filter::ReferenceFilter;
+pub(crate) use shaping::Shaping;
+pub use shaping::{Shaped, ShapedState, Unshaped};
 
 use crate::constants::{Encode, encode};
 use crate::error::StepError;
@@ -46,7 +48,7 @@ use crate::number::{Arithmetic, Encoded, Number, RunningSum};
 use crate::scales::FullScales;
 use crate::units::Units;
 
-/// The sampled controller: velocity estimate and PID, and around the PID a [`Shaping`]: filter of the reference,
+/// The sampled controller: velocity estimate and PID, and around the PID a `Shaping`: filter of the reference,
 /// feed-forward and notch, or none of them. The documentation of this [module](self) has its control law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller<N: Arithmetic, V, S = Unshaped> {

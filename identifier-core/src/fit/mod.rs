@@ -32,7 +32,6 @@ pub(crate) use early::EarlyCommand;
 pub use fit_result::FitResult;
 pub use fitter::{Fit, Fitter};
 pub use levenberg_marquardt::{Descent, DescentSettings, DescentStep, Explanation};
-pub use prediction::Predicted;
 pub(crate) use prior::{FitterConfig, Prior};
 pub use record::Blocks;
 pub(crate) use record::Record;

@@ -9,5 +9,5 @@ pub(crate) mod direction;
 pub(crate) mod standstill;
 pub(crate) mod velocity;
 
-pub use counter::{Counter, CounterRegister};
+pub use counter::Counter;
 pub use velocity::{AveragedDifference, BackwardDifference, LowPass, Transfer, VelocityEstimate};

@@ -7,7 +7,8 @@ mod running_sum;
 pub use arithmetic::Arithmetic;
 pub(crate) use arithmetic::Encoded;
 pub use complex::Complex;
-pub use running_sum::{Compensated, RunningSum};
+pub(crate) use running_sum::Compensated;
+pub use running_sum::RunningSum;
 
 use crate::unrolled::each;
 use core::fmt::Debug;

@@ -60,11 +60,11 @@ pub struct ControllerSettings {
     pub ki: f64,
     /// Lowest and highest command, command units; infinite for none.
     pub limit: [f64; 2],
-    /// Time constant of the [`ReferenceFilter`], s; zero for none.
+    /// Time constant of the `ReferenceFilter`, s; zero for none.
     pub reference_filter: f64,
-    /// Frequency of the [`Notch`], rad/s; zero for none.
+    /// Frequency of the `Notch`, rad/s; zero for none.
     pub notch: f64,
-    /// The [`FeedForward`] behind that filter; none if the PID gets the reference unchanged.
+    /// The `FeedForward` behind that filter; none if the PID gets the reference unchanged.
     pub feed_forward: Option<FeedForwardSettings>,
 }
 
@@ -126,7 +126,7 @@ impl ControllerSettings {
     /// The filter of the reference.
     ///
     /// # Errors
-    /// See [`ReferenceFilter::new`].
+    /// See `ReferenceFilter::new`.
     pub fn reference_filter<N: Arithmetic>(
         &self,
         units: &Units,
@@ -137,7 +137,7 @@ impl ControllerSettings {
     /// The notch filter of the command.
     ///
     /// # Errors
-    /// See [`Notch::new`].
+    /// See `Notch::new`.
     pub fn notch<N: Arithmetic>(&self, units: &Units) -> Result<Notch<N>, OutOfRange> {
         Notch::new(units, self.notch)
     }
@@ -145,7 +145,7 @@ impl ControllerSettings {
     /// The feed-forward, for the controller's estimate of the velocity.
     ///
     /// # Errors
-    /// See [`FeedForward::new`], and a gain out of its range.
+    /// See `FeedForward::new`, and a gain out of its range.
     pub fn feed_forward<N: Arithmetic>(
         &self,
         units: &Units,

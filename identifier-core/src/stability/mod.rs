@@ -8,4 +8,5 @@ mod hurwitz;
 mod sampled_loop;
 
 pub use crate::gradient::{Certificate, CertificateError, ParameterRange};
-pub use sampled_loop::{EstimateError, SampledLoop, SampledLoopError};
+pub(crate) use sampled_loop::EstimateError;
+pub use sampled_loop::{SampledLoop, SampledLoopError};

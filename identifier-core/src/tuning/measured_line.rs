@@ -41,16 +41,6 @@ impl MeasuredLine {
         Some([sensitivity, sensitivity * sensitivity * deviation])
     }
 
-    /// True if gains certainly have a larger sensitivity than this on the line. The sample time is in s.
-    #[must_use]
-    pub fn disproves(&self, tuning: &Tuning, sample_time: f64, most: f64) -> bool {
-        /// Standard deviations of the line.
-        const CERTAIN: f64 = 2.0;
-        let [sensitivity, deviation] = self.sensitivity(tuning, sample_time).unwrap_or_default();
-        let is_sure = self.deviation * self.deviation < Self::SURE * Self::SURE * self.gain.power();
-        is_sure && sensitivity - CERTAIN * deviation > most
-    }
-
     /// True if C G keeps the distance from −1 on this line that the largest sensitivity demands. An uncertain line
     /// counts only where it could matter. `crossover` is the gain crossover (rad/s).
     pub(super) fn allows(&self, controller: Complex, crossover: f64, max_sensitivity: f64) -> bool {
@@ -75,33 +65,6 @@ mod tests {
     use crate::tuning::{Mode, Resonance, Tuner, TuningSettings};
 
     const SAMPLE_TIME: f64 = 1e-4;
-
-    #[test]
-    fn gains_are_disproved_by_a_line_that_is_sure_alone() {
-        let settings = TuningSettings::new(SAMPLE_TIME, 0.0, 10.0, 0.1);
-        let servo = IdentifiedServo::known(ServoParameters::new(0.2, 200.0, 0.0, 0.0), SAMPLE_TIME);
-        let tuning = settings.tune(&servo).expect("gains");
-        // The response of the servo, turned: with the phase of a delay the gain brings the loop next to −1.
-        let disproves = |angle: f64, part: f64| {
-            let frequency = 2.0 * tuning.bandwidth;
-            let size = 200.0 / (frequency * frequency);
-            let turned = Complex {
-                re: 0.0,
-                im: -angle,
-            }
-            .exponential();
-            let line = MeasuredLine {
-                frequency,
-                gain: turned.scaled(-size),
-                deviation: part * size,
-            };
-            line.disproves(&tuning, SAMPLE_TIME, 1.8)
-        };
-        assert!(!disproves(0.0, 0.001));
-        let worst = |part| (1..40).any(|turn| disproves(f64::from(turn) * 0.05, part));
-        assert!(worst(0.001));
-        assert!(!worst(0.5));
-    }
 
     /// b (1/s² + β/(s² + 2ζω₂s + ω₂²)) e^(−1.5 sT) at s = jω. The hold delays by half of a sample, the reading by one.
     fn two_masses(b: f64, mode: &Mode, omega: f64) -> Complex {

@@ -63,7 +63,7 @@ encode! {
 
 /// State of a [`FeedForward`], machine units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ReferenceMotion<N> {
+pub(crate) struct ReferenceMotion<N> {
     /// The error r − q of the last sample.
     error: N,
     lags: [N; 3],
