@@ -8,6 +8,7 @@ use commissioning::{
     RecordEvent,
 };
 use identifier_core::error::{Allowed, OutOfRange};
+use identifier_core::parameters::IdentifiedServo as Servo;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::TuningSettings;
 
@@ -16,7 +17,7 @@ use crate::object::{
 };
 use crate::settings::{Settings, given, needed, needed_range, stated};
 use crate::status::{self, Error, of_loop};
-use crate::tuner::{Servo, Tuning};
+use crate::tuner::Tuning;
 
 /// The interrupt's half.
 #[derive(Debug, Clone, Copy)]
@@ -319,7 +320,7 @@ face! {
             reason: state.reason().map_or(0, |reason| reason.number().into()),
             has_servo: state.servo().is_some().into(),
             has_tuning: state.tuning().is_some().into(),
-            servo: state.servo().copied().map(Into::into).unwrap_or_default(),
+            servo: state.servo().copied().unwrap_or_default(),
             tuning: state.tuning().copied().map(Into::into).unwrap_or_default(),
             measured_rise_time: trial.and_then(|trial| trial.rise_time).unwrap_or(f64::NAN),
             measured_overshoot: trial.map_or(f64::NAN, |trial| trial.overshoot),

@@ -1,68 +1,23 @@
 //! Settings: a structure whose fields are zero where nothing is stated.
 
+use core::ffi::CStr;
+
 use identifier_core::Settings as CoreSettings;
-use identifier_core::control::FeedForwardSettings;
+use identifier_core::control::FeedForwardSettings as FeedForward;
 use identifier_core::excitation::Prbs;
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{PerParameter, Unknowns};
+use identifier_core::parameters::{PerParameter as Each, Unknowns};
 use identifier_core::settings::{
-    ControllerSettings, ParameterRangeSettings, RangeSettings, SettingsError,
+    ControllerSettings, ParameterRangeSettings as ServoRange, RangeSettings as SignalRanges,
+    SettingsError,
 };
 
 use crate::object::{answered, check};
+use crate::parameter::name;
 use crate::status::{self, Error};
 
 /// Lowest and highest: `servo_id_range` in the header.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct Range {
-    /// Lowest.
-    pub low: f64,
-    /// Highest.
-    pub high: f64,
-}
-
-/// One of each parameter: `servo_id_parameters` and the like in the header.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct Each<T> {
-    /// a.
-    pub a: T,
-    /// b.
-    pub b: T,
-    /// Coulomb friction.
-    pub coulomb: T,
-    /// Load.
-    pub load: T,
-}
-
-/// A feed-forward: `servo_id_feed_forward` in the header.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct FeedForward {
-    /// Of its reference model, rad/s; zero for none.
-    pub bandwidth: f64,
-    /// 1/b, command units per rad/s².
-    pub acceleration: f64,
-    /// a/b, command units per rad/s.
-    pub velocity: f64,
-    /// Command units.
-    pub coulomb: f64,
-    /// Below it linear through zero, rad/s.
-    pub coulomb_speed: f64,
-}
-
-impl From<FeedForwardSettings> for FeedForward {
-    fn from(given: FeedForwardSettings) -> Self {
-        Self {
-            bandwidth: given.bandwidth,
-            acceleration: given.acceleration,
-            velocity: given.velocity,
-            coulomb: given.coulomb,
-            coulomb_speed: given.coulomb_speed,
-        }
-    }
-}
+pub type Range = [f64; 2];
 
 /// Gains: `servo_id_gains` in the header.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -76,28 +31,22 @@ pub struct Gains {
     pub ki: f64,
 }
 
-/// Where true servos lie: `servo_id_servo_range` in the header.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct ServoRange {
-    /// 1/s.
-    pub a: Range,
-    /// rad/s² per command unit.
-    pub b: Range,
+/// The structure, and the names of its fields.
+macro_rules! named {
+    ($(#[$meta:meta])* pub struct Settings { $(pub $field:ident: $type:ty,)* }) => {
+        $(#[$meta])*
+        pub struct Settings {
+            $(pub $field: $type,)*
+        }
+
+        impl Settings {
+            /// The names of its fields, which the core has too.
+            pub const NAMES: &[&CStr] = &[$(name(concat!(stringify!($field), "\0"))),*];
+        }
+    };
 }
 
-/// The ranges of fixed point: `servo_id_signal_ranges` in the header.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct SignalRanges {
-    /// Position error, rad.
-    pub error: f64,
-    /// rad/s.
-    pub velocity: f64,
-    /// Command units.
-    pub command: f64,
-}
-
+named! {
 /// `servo_id_settings` in the header, which documents the fields.
 #[allow(missing_docs, reason = "the header has them")]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -144,6 +93,7 @@ pub struct Settings {
     pub with_feed_forward: i32,
     pub unused: i32,
 }
+}
 
 /// A value that was stated.
 pub(crate) fn stated(value: f64) -> Option<f64> {
@@ -152,7 +102,7 @@ pub(crate) fn stated(value: f64) -> Option<f64> {
 
 /// The range that was stated.
 fn range(of: Range) -> Option<[f64; 2]> {
-    (of != Range::default()).then_some([of.low, of.high])
+    (of != Range::default()).then_some(of)
 }
 
 /// A range that must be stated.
@@ -163,17 +113,6 @@ pub(crate) fn needed_range(name: &str, of: Range) -> Result<[f64; 2], Error> {
 /// A value that must be stated.
 pub(crate) fn needed(name: &str, value: f64) -> Result<f64, Error> {
     stated(value).ok_or(Error::not_given(name))
-}
-
-impl<T: Copy> Each<T> {
-    fn map<U>(&self, of: impl Fn(T) -> U) -> PerParameter<U> {
-        PerParameter {
-            a: of(self.a),
-            b: of(self.b),
-            coulomb: of(self.coulomb),
-            load: of(self.load),
-        }
-    }
 }
 
 impl Settings {
@@ -195,54 +134,38 @@ impl Settings {
             .any(|gain| gain != 0.0)
         {
             let pid = ControllerSettings::pid(self.kp, self.kd, self.ki);
-            let led = &self.feed_forward;
             settings.controller = Some(ControllerSettings {
                 limit: range(self.limit).unwrap_or(pid.limit),
                 reference_filter: self.reference_filter,
                 notch: self.notch,
-                feed_forward: stated(led.bandwidth).map(|bandwidth| FeedForwardSettings {
-                    bandwidth,
-                    acceleration: led.acceleration,
-                    velocity: led.velocity,
-                    coulomb: led.coulomb,
-                    coulomb_speed: led.coulomb_speed,
-                }),
+                feed_forward: stated(self.feed_forward.bandwidth).map(|_| self.feed_forward),
                 ..pid
             });
         }
         let own = &mut settings.identifier;
-        own.known = self.known.map(|known| known != 0);
-        let (initial, known) = (self.initial.map(stated), own.known);
+        own.known = Each::from_fn(|one| self.known.get(one) != 0);
+        let known = own.known;
         // It may be known to be zero.
-        own.initial = PerParameter::from_fn(|parameter| {
-            let zero = known.get(parameter).then_some(0.0);
-            initial.get(parameter).or(zero)
+        own.initial = Each::from_fn(|one| {
+            let zero = known.get(one).then_some(0.0);
+            stated(self.initial.get(one)).or(zero)
         });
-        own.bounds = self.bounds.map(range);
-        own.uncertainty = self.uncertainty.map(stated);
-        let gamma = &self.gamma;
-        if *gamma != Each::default() {
-            own.gamma = Some(gamma.map(|entry| entry));
-        }
+        own.bounds = Each::from_fn(|one| range(self.bounds.get(one)));
+        own.uncertainty = Each::from_fn(|one| stated(self.uncertainty.get(one)));
+        own.gamma = (self.gamma != Each::default()).then_some(self.gamma);
         let correction = &self.correction;
         if *correction != Gains::default() {
             own.correction = Some([correction.kp, correction.kd, correction.ki]);
         }
-        if let (Some(a), Some(b)) = (range(self.servo_range.a), range(self.servo_range.b)) {
-            own.parameter_range = Some(ParameterRangeSettings { a, b });
-        }
+        let within = self.servo_range;
+        own.parameter_range = (within != ServoRange::default()).then_some(within);
         own.mu = stated(self.mu);
         own.bandwidth = stated(self.bandwidth);
         own.start_time = stated(self.start_time);
         own.memory = stated(self.memory);
         own.noise = stated(self.noise);
         own.max_speed = stated(self.max_speed);
-        let ranges = self.ranges;
-        own.ranges = (ranges != SignalRanges::default()).then_some(RangeSettings {
-            error: ranges.error,
-            velocity: ranges.velocity,
-            command: ranges.command,
-        });
+        own.ranges = (self.ranges != SignalRanges::default()).then_some(self.ranges);
         settings
     }
 
@@ -311,12 +234,9 @@ unsafe fn choose_gamma(
     } else {
         gamma::<Unknowns<2>, 2>(own, amplitude, hold, samples)
     };
-    let chosen = chosen.map_err(|refused| Error::settings(&refused))?;
     let chosen = Each {
-        a: chosen.a,
-        b: chosen.b,
-        coulomb: chosen.coulomb,
         load: 0.0,
+        ..chosen.map_err(|refused| Error::settings(&refused))?
     };
     // SAFETY: guaranteed by the caller; it was checked.
     unsafe { (&raw mut (*settings).gamma).write(chosen) };
@@ -329,7 +249,7 @@ fn gamma<S, const P: usize>(
     amplitude: f64,
     hold: f64,
     samples: u32,
-) -> Result<PerParameter<f64>, SettingsError>
+) -> Result<Each<f64>, SettingsError>
 where
     S: identifier_core::parameters::ParameterSet<P>,
 {

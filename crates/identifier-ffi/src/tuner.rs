@@ -1,26 +1,13 @@
 //! Gains for an identified servo.
 
-use identifier_core::parameters::{IdentifiedServo, ServoParameters};
+use identifier_core::control::FeedForwardSettings as FeedForward;
+use identifier_core::parameters::{IdentifiedServo as Servo, ServoParameters};
 use identifier_core::tuning::{Cap, Goal, Tuner as CoreTuner, TunerState, TuningSettings};
 
 use crate::identifier::Estimates;
 use crate::object::{Content, Object, answered, check, content, fill, read, storage, write};
-use crate::settings::{FeedForward, Settings, given, stated};
+use crate::settings::{Settings, given, stated};
 use crate::status::{self, Error};
-
-/// An identified servo, SI: `servo_id_servo` in the header.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct Servo {
-    /// a, b, Coulomb friction and load.
-    pub value: [f64; 4],
-    /// From a command to its acceleration, s.
-    pub delay: f64,
-    /// Covariance of a, b, Coulomb friction, delay and load.
-    pub covariance: [[f64; 5]; 5],
-    /// Standard deviation of the position that the model leaves unexplained, rad.
-    pub unexplained: f64,
-}
 
 /// Gains and their predicted performance, SI: `servo_id_tuning` in the header.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -119,40 +106,6 @@ impl Settings {
     }
 }
 
-impl From<IdentifiedServo> for Servo {
-    fn from(servo: IdentifiedServo) -> Self {
-        let ServoParameters {
-            a,
-            b,
-            coulomb,
-            load,
-        } = servo.parameters;
-        Self {
-            value: [a, b, coulomb, load],
-            delay: servo.delay,
-            covariance: servo.covariance,
-            unexplained: servo.unexplained,
-        }
-    }
-}
-
-impl From<Servo> for IdentifiedServo {
-    fn from(servo: Servo) -> Self {
-        let [a, b, coulomb, load] = servo.value;
-        Self {
-            parameters: ServoParameters {
-                a,
-                b,
-                coulomb,
-                load,
-            },
-            delay: servo.delay,
-            covariance: servo.covariance,
-            unexplained: servo.unexplained,
-        }
-    }
-}
-
 impl From<identifier_core::tuning::Tuning> for Tuning {
     fn from(found: identifier_core::tuning::Tuning) -> Self {
         let predicted_response = found.predicted_response;
@@ -163,7 +116,7 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
             cutoff: found.cutoff,
             reference_filter: found.reference_filter,
             notch: found.notch,
-            feed_forward: found.feed_forward.map(Into::into).unwrap_or_default(),
+            feed_forward: found.feed_forward.unwrap_or_default(),
             bandwidth: found.bandwidth,
             step: predicted_response.step,
             rise_time: [
@@ -204,8 +157,8 @@ unsafe fn build(
         let object = storage(tuner, size)?;
         let given = given(settings)?;
         let servo = read(servo)?;
-        let tuner = CoreTuner::new(&given.tuning(), &servo.into())
-            .map_err(|error| Error::tuning(&error))?;
+        let tuner =
+            CoreTuner::new(&given.tuning(), &servo).map_err(|error| Error::tuning(&error))?;
         let state = tuner.start();
         fill(object, Working { tuner, state });
     }
@@ -244,8 +197,9 @@ face! {
         }
         let [a, b, coulomb, load] = estimates.std_error;
         let deviations = [a, b, coulomb, 0.0, load];
+        let [of_a, of_b, of_coulomb, of_load] = estimates.value;
         let mut found = Servo {
-            value: estimates.value,
+            parameters: ServoParameters::new(of_a, of_b, of_coulomb, of_load),
             delay,
             covariance: [[0.0; 5]; 5],
             unexplained,

@@ -5,25 +5,25 @@ use std::ptr::null_mut;
 
 use identifier_core::identifier::GradientIdentifier;
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::Unknowns;
+use identifier_core::parameters::{IdentifiedServo as Servo, PerParameter as Each, Unknowns};
+use identifier_core::settings::ParameterRangeSettings as ServoRange;
 use identifier_ffi::commission::{CommissionResult, CommissionStep};
 use identifier_ffi::identifier::Estimates;
 use identifier_ffi::judge::Verdict;
-use identifier_ffi::settings::{Each, Range, ServoRange, Settings};
+use identifier_ffi::settings::Settings;
 use identifier_ffi::status::{self, Error};
-use identifier_ffi::tuner::{Servo, Tuning};
+use identifier_ffi::tuner::Tuning;
 use identifier_ffi::{Argument, objects, prototypes};
 
 /// Settings that every estimator accepts.
 fn settings() -> Settings {
-    let range = |low, high| Range { low, high };
     Settings {
         sample_time: 1e-3,
         counts_per_revolution: 1e4,
         kp: 9.0,
         kd: 0.19,
         ki: 4.0,
-        limit: range(-10.0, 10.0),
+        limit: [-10.0, 10.0],
         gamma: Each {
             a: 23.0,
             b: 1700.0,
@@ -31,16 +31,16 @@ fn settings() -> Settings {
             load: 0.0,
         },
         bounds: Each {
-            coulomb: range(0.0, 100.0),
+            coulomb: [0.0, 100.0],
             ..Each::default()
         },
         servo_range: ServoRange {
-            a: range(0.0, 50.0),
-            b: range(110.0, 1000.0),
+            a: [0.0, 50.0],
+            b: [110.0, 1000.0],
         },
         command: 10.0,
         step: 0.1,
-        travel: range(-0.3, 0.3),
+        travel: [-0.3, 0.3],
         speed: 15.0,
         duration: 1.0,
         ..Settings::default()
@@ -52,9 +52,7 @@ fn constants() -> Vec<u32> {
     let mut given = identifier_core::Settings::new(1e-3, 1e4);
     given.identifier.correction = Some([9.0, 0.19, 4.0]);
     given.identifier.initial.b = Some(200.0);
-    given.identifier.gamma = Some(identifier_core::parameters::PerParameter::new(
-        23.0, 1700.0, 0.0, 0.0,
-    ));
+    given.identifier.gamma = Some(Each::new(23.0, 1700.0, 0.0, 0.0));
     let built: GradientIdentifier<f32, LowPass<f32>, Unknowns<2>, 2> =
         given.build().expect("right settings");
     let mut constants = Vec::new();

@@ -4,6 +4,7 @@ use commissioning::Phase;
 use identifier_ffi::commission::CONDITIONS;
 use identifier_ffi::judge::STATES;
 use identifier_ffi::object::Object;
+use identifier_ffi::settings::Settings;
 use identifier_ffi::status::ALLOWED;
 use identifier_ffi::tuner::CAPS;
 use identifier_ffi::{Prototype, parameter, status};
@@ -118,8 +119,12 @@ fn objects_have_the_same_size() {
     }
 }
 
-/// The sources with structures that C has too.
-const SOURCES: [&str; 6] = [
+/// The sources with structures that C has too: those of the core are its own.
+const SOURCES: [&str; 10] = [
+    include_str!("../../../identifier-core/src/control/feed_forward/mod.rs"),
+    include_str!("../../../identifier-core/src/parameters/identified_servo.rs"),
+    include_str!("../../../identifier-core/src/parameters/per_parameter.rs"),
+    include_str!("../../../identifier-core/src/settings/identifier.rs"),
     include_str!("../src/commission.rs"),
     include_str!("../src/identifier.rs"),
     include_str!("../src/judge.rs"),
@@ -173,12 +178,22 @@ fn structures_have_the_same_fields() {
         .flat_map(|of| of.split("#[repr(C)]\npub struct ").skip(1))
     {
         match structure.split_once(" {\n").expect("fields") {
-            ("Each<T>", fields) => OF_EACH
+            ("PerParameter<T>", fields) => OF_EACH
                 .iter()
                 .for_each(|(name, of)| compare(name, &fields.replace(": T,", &format!(": {of},")))),
+            ("FeedForwardSettings", fields) => compare("feed_forward", fields),
+            ("IdentifiedServo", fields) => compare(
+                "servo",
+                &fields.replace("parameters: ServoParameters", "value: [f64; 4]"),
+            ),
+            ("ParameterRangeSettings", fields) => {
+                compare("servo_range", &fields.replace("[f64; 2]", "Range"));
+            }
+            ("RangeSettings", fields) => compare("signal_ranges", fields),
             (name, fields) => compare(&snake_case(name), fields),
         }
     }
+    compare("range", "    pub low: f64,\n    pub high: f64,\n}");
     let of_objects = code.matches("uint64_t words[").count();
     assert_eq!(found, code.matches("typedef struct").count() - of_objects);
 }
@@ -214,7 +229,7 @@ fn fields() -> Vec<String> {
 #[test]
 fn a_refusal_names_a_field_of_the_header() {
     let fields = fields();
-    for field in parameter::NAMES {
+    for field in Settings::NAMES.iter().chain(parameter::PARTS) {
         let field = field.to_str().expect("text");
         assert!(fields.iter().any(|own| own == field), "{field}");
     }

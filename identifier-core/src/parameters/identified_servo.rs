@@ -1,8 +1,9 @@
 use super::ServoParameters;
 
-/// An identified servo with its uncertainty, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// An identified servo with its uncertainty, SI, laid out as C does.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct IdentifiedServo {
     /// a, b, Coulomb friction and load.
     pub parameters: ServoParameters,

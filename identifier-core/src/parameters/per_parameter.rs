@@ -1,10 +1,11 @@
 use super::{Parameter, ParameterSet};
 use crate::unrolled::each;
 
-/// A value for each of the parameters.
+/// A value for each of the parameters, laid out as C does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct PerParameter<T> {
     /// For a = f/J, viscous friction over inertia.
     pub a: T,

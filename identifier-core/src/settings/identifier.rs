@@ -106,9 +106,10 @@ impl TermSettings {
 }
 
 /// The ranges of a loop's signals in fixed point, SI: the full scales of the words are no smaller. A
-/// signal beyond its range saturates, it never wraps.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// signal beyond its range saturates, it never wraps. Laid out as C does.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct RangeSettings {
     /// Position error and output error, rad.
     pub error: f64,
@@ -118,9 +119,10 @@ pub struct RangeSettings {
     pub command: f64,
 }
 
-/// Lowest and highest a (1/s) and b (rad/s² per command unit) of the servo.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Lowest and highest a (1/s) and b (rad/s² per command unit) of the servo, laid out as C does.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct ParameterRangeSettings {
     /// a, 1/s.
     pub a: [f64; 2],

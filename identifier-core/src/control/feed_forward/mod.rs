@@ -10,9 +10,10 @@ use crate::measurement::velocity::Transfer;
 use crate::number::Arithmetic;
 use crate::units::Units;
 
-/// Feed-forward of a reference model's motion, SI: u = (ÿ + a ẏ + c s(ẏ))/b, y = r/(1 + s/ω_m)³.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Feed-forward of a reference model's motion, SI: u = (ÿ + a ẏ + c s(ẏ))/b, y = r/(1 + s/ω_m)³. Laid out as C does.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct FeedForwardSettings {
     /// ω_m of the reference model's three poles, rad/s: from 10⁻⁵ to 1 per sample.
     pub bandwidth: f64,
