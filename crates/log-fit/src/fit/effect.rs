@@ -1,5 +1,28 @@
 //! The effects that a fit may estimate.
 
+macro_rules! effects {
+    ($(#[$meta:meta])* pub enum Effect { $($(#[$doc:meta])* $effect:ident: $unit:expr;)* }) => {
+        $(#[$meta])*
+        pub enum Effect {
+            $($(#[$doc])* $effect,)*
+        }
+
+        impl Effect {
+            /// All effects.
+            pub const ALL: [Self; [$(Self::$effect),*].len()] = [$(Self::$effect),*];
+
+            /// The powers of a count and of a sample in its unit.
+            #[must_use]
+            pub const fn unit(self) -> [i32; 2] {
+                match self {
+                    $(Self::$effect => $unit,)*
+                }
+            }
+        }
+    };
+}
+
+effects! {
 /// An effect of the servo, of its amplifier or of its encoder that a fit may estimate.
 ///
 /// q̈ (1 + i(q)) = −½ i′(q) q̇² − (a ± δa + a₂|q̇|) q̇ + b (1 + t_s sin Mq + t_c cos Mq) C(u(t − τ)) + d
@@ -11,135 +34,78 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Effect {
     /// a, viscous friction over inertia, 1/sample.
-    A,
+    A: [0, -1];
     /// b, gain over inertia, counts/sample² per command unit.
-    B,
+    B: [1, -2];
     /// c, Coulomb friction over inertia, counts/sample².
-    Coulomb,
+    Coulomb: [1, -2];
     /// d, load over inertia, counts/sample².
-    Load,
+    Load: [1, -2];
     /// τ, delay from command to acceleration, samples; negative where the command was recorded late.
-    Delay,
+    Delay: [0, 1];
     /// Time constant of the current loop, samples.
-    CurrentLoop,
+    CurrentLoop: [0, 1];
     /// δa, half the difference of viscous friction between the directions, 1/sample.
-    Asymmetry,
+    Asymmetry: [0, -1];
     /// a₂, friction that grows with the square of the velocity, 1/count.
-    Quadratic,
+    Quadratic: [-1, 0];
     /// s, friction that fades with speed, counts/sample².
-    LowSpeed,
+    LowSpeed: [1, -2];
     /// v_s, the speed at which it fades, counts/sample.
-    LowSpeedVelocity,
+    LowSpeedVelocity: [1, -1];
     /// g_s, gravity with sin q, counts/sample².
-    GravitySine,
+    GravitySine: [1, -2];
     /// g_c, gravity with cos q, counts/sample².
-    GravityCosine,
+    GravityCosine: [1, -2];
     /// r_s, ripple with sin Nq, counts/sample².
-    RippleSine,
+    RippleSine: [1, -2];
     /// r_c, ripple with cos Nq, counts/sample².
-    RippleCosine,
+    RippleCosine: [1, -2];
     /// Dead band of the bridge to either side, command units.
-    DeadBand,
+    DeadBand: [0, 0];
     /// λ, friction per acceleration by the command, 1.
-    LoadFriction,
+    LoadFriction: [0, 0];
     /// Relative change of the gain over the record, 1.
-    GainDrift,
+    GainDrift: [0, 0];
     /// Relative change of all friction over the record, 1.
-    FrictionDrift,
+    FrictionDrift: [0, 0];
     /// Command from which on the amplifier gives less than it is asked, command units.
-    HiddenLimit,
+    HiddenLimit: [0, 0];
     /// Part of the command beyond the hidden limit that is lost, 1.
-    LimitSlope,
+    LimitSlope: [0, 0];
     /// Half the relative difference of the gain between the directions of the command, 1.
-    GainAsymmetry,
+    GainAsymmetry: [0, 0];
     /// t_s, ripple of the gain with sin Mq, 1.
-    TorqueRippleSine,
+    TorqueRippleSine: [0, 0];
     /// t_c, ripple of the gain with cos Mq, 1.
-    TorqueRippleCosine,
+    TorqueRippleCosine: [0, 0];
     /// i_s, inertia with sin Kq, 1.
-    InertiaSine,
+    InertiaSine: [0, 0];
     /// i_c, inertia with cos Kq, 1.
-    InertiaCosine,
+    InertiaCosine: [0, 0];
     /// Twist of a compliant shaft per acceleration, which it follows at once, sample².
-    Compliance,
+    Compliance: [0, 2];
     /// ω, resonance of motor and load on the spring between them, both free, rad/sample.
-    ResonanceFrequency,
+    ResonanceFrequency: [0, -1];
     /// ζ, its damping, 1.
-    ResonanceDamping,
+    ResonanceDamping: [0, 0];
     /// ρ, the load's share of the inertia behind that spring, 1; zero without one.
-    LoadShare,
+    LoadShare: [0, 0];
     /// Play between motor and encoder, counts.
-    Backlash,
+    Backlash: [1, 0];
     /// e_s, error of an eccentric encoder with sin q, counts.
-    EccentricitySine,
+    EccentricitySine: [1, 0];
     /// e_c, error of an eccentric encoder with cos q, counts.
-    EccentricityCosine,
+    EccentricityCosine: [1, 0];
+}
 }
 
 impl Effect {
     /// The number of effects.
     pub const COUNT: usize = Self::ALL.len();
 
-    /// All effects.
-    pub const ALL: [Self; 32] = [
-        Self::A,
-        Self::B,
-        Self::Coulomb,
-        Self::Load,
-        Self::Delay,
-        Self::CurrentLoop,
-        Self::Asymmetry,
-        Self::Quadratic,
-        Self::LowSpeed,
-        Self::LowSpeedVelocity,
-        Self::GravitySine,
-        Self::GravityCosine,
-        Self::RippleSine,
-        Self::RippleCosine,
-        Self::DeadBand,
-        Self::LoadFriction,
-        Self::GainDrift,
-        Self::FrictionDrift,
-        Self::HiddenLimit,
-        Self::LimitSlope,
-        Self::GainAsymmetry,
-        Self::TorqueRippleSine,
-        Self::TorqueRippleCosine,
-        Self::InertiaSine,
-        Self::InertiaCosine,
-        Self::Compliance,
-        Self::ResonanceFrequency,
-        Self::ResonanceDamping,
-        Self::LoadShare,
-        Self::Backlash,
-        Self::EccentricitySine,
-        Self::EccentricityCosine,
-    ];
-
     /// The effects of every servo.
     pub const BASE: [Self; 5] = [Self::A, Self::B, Self::Coulomb, Self::Load, Self::Delay];
-
-    /// The powers of a count and of a sample in its unit.
-    #[must_use]
-    pub const fn unit(self) -> [i32; 2] {
-        match self {
-            Self::A | Self::Asymmetry | Self::ResonanceFrequency => [0, -1],
-            Self::B
-            | Self::Coulomb
-            | Self::Load
-            | Self::LowSpeed
-            | Self::GravitySine
-            | Self::GravityCosine
-            | Self::RippleSine
-            | Self::RippleCosine => [1, -2],
-            Self::Delay | Self::CurrentLoop => [0, 1],
-            Self::Quadratic => [-1, 0],
-            Self::LowSpeedVelocity => [1, -1],
-            Self::Compliance => [0, 2],
-            Self::Backlash | Self::EccentricitySine | Self::EccentricityCosine => [1, 0],
-            _ => [0, 0],
-        }
-    }
 
     /// True of an effect of every servo.
     pub(super) const fn is_base(self) -> bool {

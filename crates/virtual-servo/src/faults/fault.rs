@@ -15,71 +15,57 @@ pub struct InjectedFault {
     pub size: f64,
 }
 
-/// Kinds of failures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FaultKind {
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $kind:ident: $name:literal;)*) => {
+        /// Kinds of failures.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum FaultKind {
+            $($(#[$doc])* $kind,)*
+        }
+
+        impl FaultKind {
+            /// All of them.
+            pub const ALL: [Self; [$(Self::$kind),*].len()] = [$(Self::$kind),*];
+
+            /// Its name in scenarios.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $name,)*
+                }
+            }
+        }
+    };
+}
+
+kinds! {
     /// The encoder's counter is stuck; when it resumes, the counts between are lost.
-    EncoderStuck,
+    EncoderStuck: "encoder-stuck";
     /// The encoder gives no valid reading; its counter continues meanwhile.
-    EncoderLost,
+    EncoderLost: "encoder-lost";
     /// The counter jumps by `size` counts.
-    EncoderJump,
+    EncoderJump: "encoder-jump";
     /// The counter counts the other way.
-    EncoderReversed,
+    EncoderReversed: "encoder-reversed";
     /// No command acts.
-    ActuatorDead,
+    ActuatorDead: "actuator-dead";
     /// The share `size` of the command acts.
-    ActuatorWeak,
+    ActuatorWeak: "actuator-weak";
     /// The command acts the other way.
-    ActuatorReversed,
+    ActuatorReversed: "actuator-reversed";
     /// A load of `size`, rad/s², is there in addition.
-    LoadStep,
+    LoadStep: "load-step";
     /// Coulomb friction is higher by `size`, rad/s².
-    FrictionRise,
+    FrictionRise: "friction-rise";
     /// Samples end too late: the command before acts for one more.
-    Overrun,
+    Overrun: "overrun";
     /// A limit switch is open.
-    LimitSwitch,
+    LimitSwitch: "limit-switch";
     /// The amplifier reports a fault and disables its output.
-    AmplifierFault,
+    AmplifierFault: "amplifier-fault";
 }
 
 impl FaultKind {
-    /// All of them.
-    pub const ALL: [Self; 12] = [
-        Self::EncoderStuck,
-        Self::EncoderLost,
-        Self::EncoderJump,
-        Self::EncoderReversed,
-        Self::ActuatorDead,
-        Self::ActuatorWeak,
-        Self::ActuatorReversed,
-        Self::LoadStep,
-        Self::FrictionRise,
-        Self::Overrun,
-        Self::LimitSwitch,
-        Self::AmplifierFault,
-    ];
-
-    /// Its name in scenarios.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::EncoderStuck => "encoder-stuck",
-            Self::EncoderLost => "encoder-lost",
-            Self::EncoderJump => "encoder-jump",
-            Self::EncoderReversed => "encoder-reversed",
-            Self::ActuatorDead => "actuator-dead",
-            Self::ActuatorWeak => "actuator-weak",
-            Self::ActuatorReversed => "actuator-reversed",
-            Self::LoadStep => "load-step",
-            Self::FrictionRise => "friction-rise",
-            Self::Overrun => "overrun",
-            Self::LimitSwitch => "limit-switch",
-            Self::AmplifierFault => "amplifier-fault",
-        }
-    }
-
     /// The allowed range of its size; none for a kind without one.
     #[must_use]
     pub fn sizes(self) -> Option<Allowed> {
