@@ -19,11 +19,8 @@ pub struct CommissionOrder {
     pub duration: f64,
     pub response_time: Option<f64>,
     pub bandwidth: Option<f64>,
-    pub stiffest: Option<bool>,
     pub max_sensitivity: f64,
     pub trial_step: Option<f64>,
-    /// Whether the gains may have a notch filter.
-    pub notch: Option<bool>,
     /// Whether the gains may have a feed-forward.
     pub feed_forward: bool,
     pub max_gain: Option<f64>,
@@ -79,21 +76,13 @@ impl CommissionOrder {
 
     /// The goal of the tuning.
     fn goal(&self) -> Result<Goal, Fault> {
-        match (self.response_time, self.bandwidth, self.stiffest) {
-            (Some(time), None, None | Some(false)) => Ok(Goal::ResponseTime(time)),
-            (None, Some(bandwidth), None | Some(false)) => Ok(Goal::Bandwidth(bandwidth)),
-            (None, None, None | Some(true)) => Ok(Goal::Stiffest),
-            (None, None, Some(false)) => Err(Fault::new(
-                "commission.stiffest",
-                "without it response_time or bandwidth is required",
-            )),
-            (_, Some(_), _) => Err(Fault::new(
+        match (self.response_time, self.bandwidth) {
+            (Some(time), None) => Ok(Goal::ResponseTime(time)),
+            (None, Some(bandwidth)) => Ok(Goal::Bandwidth(bandwidth)),
+            (None, None) => Ok(Goal::Stiffest),
+            (Some(_), Some(_)) => Err(Fault::new(
                 "commission.bandwidth",
-                "there is a second goal: state one of response_time, bandwidth and stiffest",
-            )),
-            (Some(_), None, _) => Err(Fault::new(
-                "commission.response_time",
-                "there is a second goal: state one of response_time, bandwidth and stiffest",
+                "there is a second goal: state one of response_time and bandwidth",
             )),
         }
     }
@@ -137,7 +126,7 @@ impl Scenario {
             goal: order.goal()?,
             max_sensitivity: order.max_sensitivity,
             trial_step: order.trial_step,
-            notch: order.notch.unwrap_or(true),
+            notch: true,
             feed_forward: order.leads()?,
         })
     }

@@ -211,14 +211,10 @@ fn of_experiment() -> Vec<Key<Scenario>> {
     "goal: the time from 10 to 90 % of a step of the reference";
 "commission.bandwidth": Number(POSITIVE, Optional(|s| &mut order(s).bandwidth)), Derived("none"), "rad/s",
     "goal: the magnitude of the loop's poles";
-"commission.stiffest": Flag(Optional(|s| &mut order(s).stiffest)), Derived("true without response_time and bandwidth"), "",
-    "goal: as stiff as this servo permits";
 "commission.max_sensitivity": Number(ABOVE_ONE, Held(|s| &mut order(s).max_sensitivity)), Value(TuningSettings::MAX_SENSITIVITY), "",
     "the largest sensitivity of the loop; 1/max_sensitivity is its distance from instability";
 "commission.trial_step": Number(POSITIVE, Optional(|s| &mut order(s).trial_step)), Derived("half of the travel"), "rad",
     "the step of the reference in the trial";
-"commission.notch": Flag(Optional(|s| &mut order(s).notch)), Derived("true"), "",
-    "the gains may have a notch";
 "commission.feed_forward": Flag(Held(|s| &mut order(s).feed_forward)), Derived("false"), "",
     "the gains may have a reference model with feed-forward, if the step then rises faster; not with response_time";
 "commission.max_gain": Number(POSITIVE, Optional(|s| &mut order(s).max_gain)), Derived("the highest b of \

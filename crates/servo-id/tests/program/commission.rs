@@ -132,7 +132,7 @@ travel = 0.5 | travel = [0.0, 0.5] | commission.travel | identify
 travel = 0.5 | # | commission.travel | travel = 0.5
 speed = | command = 12.0; speed = | commission.command | [-10, 10]
 limit = 10.0 | # | commission.command | amplifier.limit
-speed = | bandwidth = 20.0; stiffest = true; speed = | commission.bandwidth |
+speed = | bandwidth = 20.0; response_time = 0.1; speed = | commission.bandwidth |
 speed = | trial_step = 3.0; speed = | commission.trial_step |
 speed = | max_sensitivity = 0.9; speed = | commission.max_sensitivity | 1
 speed = | slide_rounds = 1; speed = | commission.slide_rounds |
