@@ -31,7 +31,7 @@ pub mod status;
 pub mod tuner;
 
 pub use face::{Argument, Prototype};
-use object::Storage;
+use object::HasWords;
 
 /// All functions of the header.
 pub fn prototypes() -> impl Iterator<Item = &'static Prototype> {
@@ -46,7 +46,7 @@ pub fn prototypes() -> impl Iterator<Item = &'static Prototype> {
 /// The objects of the header: names without the prefix, and eight-byte words.
 #[must_use]
 pub fn objects() -> [(&'static str, usize); 15] {
-    fn words<T: Storage>(name: &'static str) -> (&'static str, usize) {
+    fn words<T: HasWords>(name: &'static str) -> (&'static str, usize) {
         (name, T::WORDS)
     }
     [

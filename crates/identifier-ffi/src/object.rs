@@ -25,12 +25,12 @@ pub struct Object<T> {
 }
 
 /// Size and name of an object in the header.
-pub trait Storage {
+pub trait HasWords {
     /// Eight-byte words.
     const WORDS: usize;
 }
 
-impl<T: Content> Storage for Object<T> {
+impl<T: Content> HasWords for Object<T> {
     const WORDS: usize = T::WORDS;
 }
 

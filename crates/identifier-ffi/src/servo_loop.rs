@@ -27,9 +27,9 @@ type StateOf<N> = <LowPass<N> as VelocityEstimate<N>>::State;
 type State<N, I> = ServoLoopState<N, StateOf<N>, <I as Identify<N>>::State, ShapedState<N>>;
 
 /// The loop of an identifier.
-pub type Inner<N, I> = Closed<Loop<N, I>, State<N, I>, ControlSample<N>>;
+pub type InnerOf<N, I> = Closed<Loop<N, I>, State<N, I>, ControlSample<N>>;
 
-impl<N: NumberOfC, I: Readiness<N>> Identifies<N> for Inner<N, I>
+impl<N: NumberOfC, I: Readiness<N>> Identifies<N> for InnerOf<N, I>
 where
     Self: Content,
 {
@@ -41,14 +41,14 @@ where
 }
 
 unsafe fn build<N: NumberOfC, I: Identify<N> + FromSettings>(
-    object: *mut Object<Inner<N, I>>,
+    object: *mut Object<InnerOf<N, I>>,
     size: u32,
     settings: *const Settings,
     count: i32,
 ) -> Result<i32, Error>
 where
     Controller<N, LowPass<N>, Shaped<N>>: FromSettings,
-    Inner<N, I>: Content,
+    InnerOf<N, I>: Content,
 {
     // SAFETY: guaranteed by the caller.
     unsafe {
@@ -66,7 +66,7 @@ where
 
 #[inline(always)]
 unsafe fn from_constants<N: NumberOfC, I: Readiness<N>>(
-    object: *mut Object<Inner<N, I>>,
+    object: *mut Object<InnerOf<N, I>>,
     size: u32,
     constants: *const u32,
     words: u32,
@@ -74,7 +74,7 @@ unsafe fn from_constants<N: NumberOfC, I: Readiness<N>>(
 ) -> Result<i32, i32>
 where
     Loop<N, I>: Configuration,
-    Inner<N, I>: Content,
+    InnerOf<N, I>: Content,
 {
     // SAFETY: guaranteed by the caller.
     unsafe {
@@ -99,12 +99,12 @@ where
 /// where it is refused.
 #[inline(always)]
 unsafe fn sample<N: NumberOfC, I: Identify<N>, const LEARNS: bool>(
-    object: *mut Object<Inner<N, I>>,
+    object: *mut Object<InnerOf<N, I>>,
     (setpoint, offset, count): (i32, N::C, i32),
     command: *mut N::C,
 ) -> Result<i32, i32>
 where
-    Inner<N, I>: Content,
+    InnerOf<N, I>: Content,
 {
     check(command)?;
     let done = || {
@@ -135,7 +135,7 @@ where
 /// The functions of a loop with numbers of a type, and further functions.
 macro_rules! closed {
     ($name:ident $object:ident: $identifier:ty, $number:ty, $c:ty, $mark:literal, $words:literal words; $($more:tt)*) => {
-        use super::Inner as InnerOf;
+        use super::InnerOf;
         use crate::identifier::NumberOfC;
 
         identifying! {

@@ -11,7 +11,7 @@ use crate::parameter::field;
 
 /// A status: its constant in the header, its number, and a sentence.
 #[derive(Debug, Clone, Copy)]
-pub struct Row {
+pub struct StatusRow {
     /// Its constant in the header, without the prefix.
     pub constant: &'static str,
     /// Its number.
@@ -28,7 +28,7 @@ macro_rules! statuses {
         )*
 
         /// All of them.
-        pub const ROWS: &[Row] = &[$(Row {
+        pub const ROWS: &[StatusRow] = &[$(StatusRow {
             constant: stringify!($constant),
             number: $number,
             text: $text,

@@ -11,7 +11,7 @@ use crate::motion_unit::AxisKind;
 
 /// A quantity with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Quantity {
+pub struct PhysicalQuantity {
     /// Its value.
     pub value: f64,
     /// None for a stated quantity, and if the error is unknown. Infinite, null in JSON, if the motion contains no
@@ -91,15 +91,15 @@ pub struct Ratios {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Physical {
     /// Inertia of all that moves, about the joint: J.
-    pub inertia: Quantity,
+    pub inertia: PhysicalQuantity,
     /// Torque of a unit of command: b J.
-    pub torque_constant: Quantity,
+    pub torque_constant: PhysicalQuantity,
     /// Viscous friction: a J.
-    pub viscous: Quantity,
+    pub viscous: PhysicalQuantity,
     /// Coulomb friction: c J; none where it was not estimated.
-    pub coulomb: Option<Quantity>,
+    pub coulomb: Option<PhysicalQuantity>,
     /// Torque of the constant load: d J; none where it was not estimated.
-    pub load: Option<Quantity>,
+    pub load: Option<PhysicalQuantity>,
 }
 
 /// Feed-forward of a voltage-driven motor, u = kS sign(v) + kV v + kA v̇ + kG, in the form of WPILib.
@@ -107,16 +107,16 @@ pub struct Physical {
 pub struct VoltageGains {
     /// c/b; none where the friction was not estimated.
     #[serde(rename = "kS")]
-    pub ks: Option<Quantity>,
+    pub ks: Option<PhysicalQuantity>,
     /// a/b.
     #[serde(rename = "kV")]
-    pub kv: Quantity,
+    pub kv: PhysicalQuantity,
     /// 1/b.
     #[serde(rename = "kA")]
-    pub ka: Quantity,
+    pub ka: PhysicalQuantity,
     /// −d/b, the voltage that holds the constant load; none where the load was not estimated.
     #[serde(rename = "kG")]
-    pub kg: Option<Quantity>,
+    pub kg: Option<PhysicalQuantity>,
 }
 
 /// Units of inertia, torque and viscous friction, and of kV and kA.
@@ -184,7 +184,7 @@ impl Ratios {
         let b = (above_zero("b", self.b.0)?, self.b.1);
         let (inertia, torque_constant) = scale.of_gain(b)?;
         let [of_inertia, of_torque, of_friction, ..] = self.units();
-        let torque = |(value, error): Known, unit| Quantity {
+        let torque = |(value, error): Known, unit| PhysicalQuantity {
             value: value * inertia.0,
             std_error: error
                 .zip(inertia.1)
@@ -207,7 +207,7 @@ impl Ratios {
     pub fn voltage_gains(&self) -> Result<VoltageGains, ScaleError> {
         let b = above_zero("b", self.b.0)?;
         let [_, _, _, of_kv, of_ka] = self.units();
-        let ratio = |(value, error): Known, unit| Quantity {
+        let ratio = |(value, error): Known, unit| PhysicalQuantity {
             value: value / b,
             std_error: error
                 .zip(self.b.1)
@@ -234,8 +234,8 @@ fn of_zero(value: f64, error: f64) -> f64 {
 }
 
 /// A stated quantity has no standard error.
-fn quantity((value, std_error): Known, unit: &'static str) -> Quantity {
-    Quantity {
+fn quantity((value, std_error): Known, unit: &'static str) -> PhysicalQuantity {
+    PhysicalQuantity {
         value,
         std_error: std_error.filter(|&error| error > 0.0),
         unit,
@@ -270,8 +270,8 @@ mod tests {
     };
 
     #[track_caller]
-    fn assert_close(found: impl Into<Option<Quantity>>, value: f64, error: f64) {
-        let quantity: Quantity = found.into().expect("estimated");
+    fn assert_close(found: impl Into<Option<PhysicalQuantity>>, value: f64, error: f64) {
+        let quantity: PhysicalQuantity = found.into().expect("estimated");
         let off = quantity.value - value;
         assert!(off.abs() < 1e-12 * value.abs(), "{quantity:?}");
         let off = quantity.std_error.expect("known") - error;

@@ -3,7 +3,7 @@
 use identifier_log::physical::Scale;
 use identifier_log::result::KeptResult;
 use pyo3::prelude::*;
-use servo_id::export::{Format, Identified};
+use servo_id::export::{Identified, JointFormat};
 
 use crate::fault::value_error;
 
@@ -24,7 +24,7 @@ pub(crate) fn export(
     resistance: Option<f64>,
     accept_unconverged: bool,
 ) -> PyResult<String> {
-    let format: Format =
+    let format: JointFormat =
         (format.parse()).map_err(|names| value_error(format!("format = {format}: {names}")))?;
     let joints = joints.iter().map(|(name, result, constant, inertia, links, limit)| {
         let kept = KeptResult::read(result).map_err(value_error)?;

@@ -10,16 +10,16 @@ use identifier_log::{RecordedSamples, identify_run};
 
 /// A run that has ended.
 #[derive(Debug, Clone)]
-pub struct Experiment {
+pub struct PageRun {
     scenario: Scenario,
     samples: Vec<Sample>,
     outcome: Outcome,
 }
 
-/// Columns of [`Experiment::rows`].
+/// Columns of [`PageRun::rows`].
 pub const COLUMNS: usize = 13;
 
-impl Experiment {
+impl PageRun {
     /// Runs a scenario.
     ///
     /// # Errors

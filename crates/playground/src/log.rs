@@ -12,7 +12,7 @@ use identifier_log::tune::Tuned;
 
 /// Why a log was not identified, and the columns of which others may be chosen; none of a log that cannot be read.
 #[derive(Debug, Clone)]
-pub struct Refusal {
+pub struct LogRefusal {
     /// A line each; questions begin with a question mark.
     pub text: String,
     /// The names of its columns.
@@ -63,14 +63,14 @@ fn columns(table: &Table) -> Vec<String> {
 ///
 /// # Errors
 /// Why it cannot be, with the columns that may be chosen.
-pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, Refusal> {
+pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, LogRefusal> {
     let table = Table::of_text(Path::new("the log"), Cursor::new(bytes));
-    let table = table.map_err(|error| Refusal {
+    let table = table.map_err(|error| LogRefusal {
         text: error.to_string(),
         columns: Vec::new(),
     })?;
     let columns = columns(&table);
-    let refused = |text| Refusal {
+    let refused = |text| LogRefusal {
         text,
         columns: columns.clone(),
     };

@@ -10,7 +10,7 @@ use identifier_log::recognise::{LogOptions, Recognised};
 use identifier_log::result::Summary;
 use identifier_log::tune::{Conditions, Tuned};
 
-use crate::experiment::Experiment;
+use crate::experiment::PageRun;
 use crate::log;
 use crate::settings::Settings;
 
@@ -19,7 +19,7 @@ struct Page {
     input: Vec<u8>,
     text: String,
     numbers: Vec<f64>,
-    experiment: Option<Experiment>,
+    experiment: Option<PageRun>,
     summary: Option<Summary>,
 }
 
@@ -208,7 +208,7 @@ pub extern "C" fn run() -> u32 {
     answer(|page| {
         let scenario = page.settings()?.scenario();
         let scenario = scenario.map_err(|fault| fault.to_string())?;
-        let experiment = Experiment::run(scenario).map_err(|fault| fault.to_string())?;
+        let experiment = PageRun::run(scenario).map_err(|fault| fault.to_string())?;
         page.numbers = experiment.rows();
         page.experiment = Some(experiment);
         page.summary = None;

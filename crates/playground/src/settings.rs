@@ -33,7 +33,7 @@ pub struct Settings {
     /// Cut-off of the velocity estimate, rad/s.
     pub cutoff: f64,
     /// The reference.
-    pub reference: Reference,
+    pub reference: PageReference,
     /// Its amplitude, rad: of noise the standard deviation.
     pub amplitude: f64,
     /// Its time, s: for which noise holds a value, of the slower sine and of a square wave the period.
@@ -46,7 +46,7 @@ pub struct Settings {
 
 /// The references that the page offers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reference {
+pub enum PageReference {
     /// Band-limited white noise.
     Noise,
     /// Two sines.
@@ -65,7 +65,11 @@ impl Settings {
     /// From values in the order of the fields; none for another number of them or an unknown reference.
     #[must_use]
     pub fn from_values(values: &[f64]) -> Option<Self> {
-        const REFERENCES: [Reference; 3] = [Reference::Noise, Reference::Sines, Reference::Square];
+        const REFERENCES: [PageReference; 3] = [
+            PageReference::Noise,
+            PageReference::Sines,
+            PageReference::Square,
+        ];
         if values.len() != Self::COUNT {
             return None;
         }
@@ -98,14 +102,14 @@ impl Settings {
     fn excitation(&self) -> ExcitationSettings {
         let none = ExcitationSettings::default();
         match self.reference {
-            Reference::Noise => ExcitationSettings {
+            PageReference::Noise => ExcitationSettings {
                 kind: ExcitationKind::BandLimitedWhiteNoise,
                 power: self.amplitude * self.amplitude * self.period,
                 sample_time: self.period,
                 seed: self.seed as u32,
                 ..none
             },
-            Reference::Sines => {
+            PageReference::Sines => {
                 let slow = std::f64::consts::TAU / self.period;
                 ExcitationSettings {
                     kind: ExcitationKind::Multisine,
@@ -114,7 +118,7 @@ impl Settings {
                     ..none
                 }
             }
-            Reference::Square => ExcitationSettings {
+            PageReference::Square => ExcitationSettings {
                 kind: ExcitationKind::Square,
                 amplitude: self.amplitude,
                 period: self.period,
@@ -207,18 +211,18 @@ impl Settings {
         let excitation = self.excitation();
         let kind = ("kind", format!("\"{}\"", excitation.kind.name()));
         let own = match self.reference {
-            Reference::Noise => vec![
+            PageReference::Noise => vec![
                 kind,
                 ("power", number(excitation.power)),
                 ("sample_time", number(excitation.sample_time)),
                 ("seed", excitation.seed.to_string()),
             ],
-            Reference::Sines => vec![
+            PageReference::Sines => vec![
                 kind,
                 ("amplitudes", format!("{:?}", excitation.amplitudes)),
                 ("frequencies", format!("{:?}", excitation.frequencies)),
             ],
-            Reference::Square => vec![
+            PageReference::Square => vec![
                 kind,
                 ("amplitude", number(excitation.amplitude)),
                 ("period", number(excitation.period)),

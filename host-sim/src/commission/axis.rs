@@ -13,7 +13,7 @@ const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 /// A servo with its encoder, as a scenario describes them.
 #[derive(Debug, Clone)]
-pub struct Axis {
+pub struct CommissionedAxis {
     servo: Servo,
     errors: SensorErrors,
     faults: Faults,
@@ -26,7 +26,7 @@ pub struct Axis {
     sample_time: f64,
 }
 
-impl Axis {
+impl CommissionedAxis {
     /// At rest where its encoder counts zero; how far beyond the edge follows from the seed.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ mod record;
 mod response;
 mod sample;
 
-pub use axis::Axis;
+pub use axis::CommissionedAxis;
 pub use course::{Course, Excursion, PhaseSpan};
 pub use explain::Recorded;
 pub use frequency_response::FrequencyResponse;
@@ -40,7 +40,7 @@ const MAX_TIME: f64 = 60.0;
 /// A commissioning of a scenario's servo, about to begin.
 #[derive(Debug, Clone)]
 pub struct Commissioning {
-    axis: Axis,
+    axis: CommissionedAxis,
     settings: CommissionSettings,
     before: Option<HoldingGains>,
     arithmetic: Arithmetic,
@@ -65,7 +65,7 @@ impl Commissioning {
                 "a commissioning is computed in \"f32\", as on the chip, or in \"f64\"",
             ));
         }
-        let axis = Axis::new(scenario)?;
+        let axis = CommissionedAxis::new(scenario)?;
         Ok(Self {
             axis: match before {
                 Some(_) => axis.held(),

@@ -9,7 +9,7 @@ use identifier_core::control::{ControlState, Controller, Setpoint, Shaped};
 use identifier_core::measurement::LowPass;
 use identifier_core::settings::{ControllerSettings, SettingsError};
 
-use super::{Axis, Outcome};
+use super::{CommissionedAxis, Outcome};
 use crate::scenario::{Fault, Scenario};
 
 /// A servo under gains that follows a step of its reference, SI.
@@ -88,7 +88,7 @@ impl StepResponse {
         let controller = controller.map_err(|error| scenario.fault(&error))?;
         let units = scenario.checked_units()?;
         let sample_time = units.sample_time();
-        let mut axis = Axis::new(scenario)?.held();
+        let mut axis = CommissionedAxis::new(scenario)?.held();
         let ki = gains.controller.ki;
         let integral = match ki > 0.0 {
             true => axis.balance() / (ki * sample_time) * units.position(),
@@ -97,7 +97,7 @@ impl StepResponse {
         let mut state = ControlState::default().with_integral(integral);
         let mut before = axis.sense().count.unwrap_or(0);
         let first = before;
-        let mut advance = |axis: &mut Axis| {
+        let mut advance = |axis: &mut CommissionedAxis| {
             let count = axis.sense().count.unwrap_or(before);
             let moved = f64::from(count.wrapping_sub(before));
             before = count;

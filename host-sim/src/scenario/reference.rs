@@ -4,7 +4,7 @@ use identifier_core::error::OutOfRange;
 use identifier_core::excitation::{Excitation, Prbs};
 use identifier_core::number::Number;
 use identifier_core::units::Units;
-use virtual_servo::excitation::{BandLimitedWhiteNoise, Chirp, Multisine, Square, Steps, Tone};
+use virtual_servo::excitation::{BandLimitedWhiteNoise, Chirp, Multisine, SineTone, Square, Steps};
 
 use identifier_log::named;
 use identifier_log::scenario::MAX_ENTRIES;
@@ -143,7 +143,7 @@ impl<N: Number> Reference<N> {
             ExcitationKind::Multisine => {
                 let tones = s.amplitudes.iter().zip(&s.frequencies);
                 let tones: Vec<_> = tones
-                    .map(|(&amplitude, &frequency)| Tone {
+                    .map(|(&amplitude, &frequency)| SineTone {
                         amplitude,
                         frequency,
                     })

@@ -29,8 +29,8 @@ mod pid;
 mod reference_filter;
 mod shaping;
 
-pub use feed_forward::FeedForwardSettings;
 pub(crate) use feed_forward::FeedForward;
+pub use feed_forward::FeedForwardSettings;
 pub use gains::Gains;
 pub use limit::CommandLimit;
 pub(crate) use notch::Notch;

@@ -13,6 +13,6 @@ mod whole_record;
 pub use assessment::{Assessment, Effort, VerifiedEstimate};
 pub use ending::{Ending, EstimationMethod};
 pub use rough::RoughAnswer;
-pub use seen::{Braking, FoundResponse, OpenLoop, Seen};
+pub use seen::{Braking, FoundResponse, FreeRun, Seen};
 pub use statistics::Statistics;
 pub(crate) use whole_record::WholeRecord;

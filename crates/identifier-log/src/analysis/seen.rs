@@ -14,7 +14,7 @@ use crate::verdict::Residual;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
     /// The model by the command alone; none if no part of the log is long enough to tell where it starts.
-    pub free_run: Option<OpenLoop>,
+    pub free_run: Option<FreeRun>,
     /// A count, rad; none of a log of velocities, which has no encoder.
     pub count: Option<f64>,
     /// Deviation of the model's prediction of the next sample, rad.
@@ -42,7 +42,7 @@ impl Seen {
 
 /// A model that runs free in windows, SI.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OpenLoop {
+pub struct FreeRun {
     /// The measured position minus that of the model for every sample, rad. NaN until the start of its window is known.
     pub errors: Vec<f64>,
     /// Length of a window, s.
@@ -92,7 +92,7 @@ impl Seen {
         let free_run = course.free_run.map(|ran| {
             let errors: Vec<f64> = ran.errors.iter().map(|error| count * error).collect();
             let known = errors.iter().filter(|error| error.is_finite());
-            OpenLoop {
+            FreeRun {
                 window: ran.window as f64 * scenario.sample_time(),
                 deviation: mean(known.map(|error| error * error)).sqrt(),
                 errors,

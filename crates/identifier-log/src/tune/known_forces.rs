@@ -1,7 +1,7 @@
 //! The known forces on a servo beside inertia and friction, for the formula of a feed-forward.
 
 use super::IdentifiedResult;
-use super::effects::{Effects, Estimated};
+use super::effects::{KnownEffects, WithError};
 use crate::result::KnownForces;
 use crate::scenario::Options;
 
@@ -32,7 +32,7 @@ impl Angle {
 const KNOWN: f64 = 5.0;
 
 /// The value of an estimate that is known, else zero.
-fn known([value, std_error]: Estimated) -> f64 {
+fn known([value, std_error]: WithError) -> f64 {
     if value.abs() > KNOWN * std_error {
         value
     } else {
@@ -47,7 +47,7 @@ pub(super) fn known_forces(
     angle: Option<&Angle>,
     delay: f64,
 ) -> KnownForces {
-    let Effects {
+    let KnownEffects {
         gravity,
         ripple,
         dead_band,

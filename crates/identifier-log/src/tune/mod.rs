@@ -10,7 +10,7 @@ mod known_forces;
 mod result;
 
 pub use conditions::{ConditionError, Conditions, KnownConditions};
-pub use effects::{Effects, Estimated};
+pub use effects::{KnownEffects, WithError};
 pub use form::Form;
 pub use known_forces::Angle;
 pub use result::{IdentifiedResult, ResultError};

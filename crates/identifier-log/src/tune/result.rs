@@ -2,7 +2,7 @@ use std::fmt;
 
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 
-use super::effects::{Effects, Estimated};
+use super::effects::{KnownEffects, WithError};
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::result::{KeptEstimate, KeptResult};
 use crate::verdict::VerdictReason;
@@ -15,9 +15,9 @@ pub struct IdentifiedResult {
     /// Its axis: gains are for a unit of position that is stated.
     pub axis: AxisKind,
     /// The load, rad/s².
-    pub load: Estimated,
+    pub load: WithError,
     /// The effects that were identified.
-    pub effects: Effects,
+    pub effects: KnownEffects,
     /// True if a delay was identified.
     pub has_delay: bool,
     /// Sample time, s.
@@ -144,7 +144,7 @@ impl IdentifiedResult {
             },
             axis,
             load,
-            effects: Effects {
+            effects: KnownEffects {
                 gravity: [known("gravity-sine")?, known("gravity-cosine")?],
                 ripple: [known("ripple-sine")?, known("ripple-cosine")?],
                 dead_band: known("dead-band")?,

@@ -10,7 +10,7 @@ pub type GoesOn<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// A record and the range in which its servo may lie.
 #[derive(Clone, Copy)]
-pub struct Fitter<'a> {
+pub struct RecordFitter<'a> {
     /// The record.
     pub record: &'a Record<'a>,
     /// Its figures.
@@ -23,7 +23,7 @@ pub struct Fitter<'a> {
     pub goes_on: GoesOn<'a>,
 }
 
-impl fmt::Debug for Fitter<'_> {
+impl fmt::Debug for RecordFitter<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Fitter")
             .field("survey", &self.statistics)
@@ -32,7 +32,7 @@ impl fmt::Debug for Fitter<'_> {
     }
 }
 
-impl<'a> Fitter<'a> {
+impl<'a> RecordFitter<'a> {
     /// The longest delay beyond the earliest: samples, and radians at the bandwidth of the motion.
     const MAX_DELAY: [f64; 2] = [6.0, 0.3];
     /// The earliest command that a start may have, samples.

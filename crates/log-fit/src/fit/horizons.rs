@@ -1,10 +1,10 @@
 //! The choice of the horizon.
 
-use super::fitter::Fitter;
+use super::fitter::RecordFitter;
 use super::search::Fitted;
 use super::{Effect, Horizon};
 
-impl Fitter<'_> {
+impl RecordFitter<'_> {
     /// Fits the same effects at several [horizons](Self::horizons) and chooses the one with the least robust variance.
     /// Among those that are nearly as good it takes the likeliest. A filter that trusts its model less than the model
     /// deserves costs variance. One that trusts it more costs bias, which the segments' disagreement shows.

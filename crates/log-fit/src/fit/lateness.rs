@@ -1,10 +1,10 @@
 //! Whether the command was recorded after it acted.
 
-use super::fitter::Fitter;
+use super::fitter::RecordFitter;
 use super::search::Search;
 use super::{Effect, Horizon, Values};
 
-impl Fitter<'_> {
+impl RecordFitter<'_> {
     /// How late the command was recorded, samples, and the standard error; it is late if it acts before it was
     /// recorded. The estimates are those at a long horizon. There a command that already responds to the position
     /// cannot explain the lateness.

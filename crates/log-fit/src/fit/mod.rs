@@ -2,9 +2,9 @@
 //! bandwidth.
 //!
 //! The recorded command drives the servo's model, and a Kalman filter keeps it with the recorded position. Levenberg
-//! and Marquardt's search minimizes its innovations ([`Fitter::search`]). The noise is the innovations' scale, and the
+//! and Marquardt's search minimizes its innovations ([`RecordFitter::search`]). The noise is the innovations' scale, and the
 //! start is [found elsewhere](crate::Recording::scales). The model is trusted over the horizon at
-//! which the estimates scatter least ([`Fitter::best_horizon`]).
+//! which the estimates scatter least ([`RecordFitter::best_horizon`]).
 //!
 //! Prediction errors and the search for their minimum: Ljung, System Identification, 2nd edition 1999, sections 3.2,
 //! 7.2 and 10.2.
@@ -29,7 +29,7 @@ mod twisting;
 mod waves;
 
 pub use effect::{Column, Effect, Values};
-pub use fitter::{Fitter, GoesOn};
+pub use fitter::{GoesOn, RecordFitter};
 pub(crate) use front_end::acting_commands;
 pub use gain::Horizon;
 pub use lateness::Lateness;

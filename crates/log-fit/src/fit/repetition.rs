@@ -1,9 +1,9 @@
 //! A motion that repeats itself to a count. Its later periods have the rounding of the first again.
 
-use super::fitter::Fitter;
+use super::fitter::RecordFitter;
 use super::{Horizon, Record, Values};
 
-impl Fitter<'_> {
+impl RecordFitter<'_> {
     /// Rows per row that says something new. The part of the innovations that is the same in every period is averaged
     /// out by none of them. One for a motion that does not repeat itself, and under noise that does not.
     pub(super) fn repeated(&self, values: &Values, horizon: Horizon) -> f64 {

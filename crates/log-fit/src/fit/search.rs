@@ -1,6 +1,6 @@
 //! A fit at one horizon: the search for the least innovations, and its uncertainty.
 
-use super::fitter::Fitter;
+use super::fitter::RecordFitter;
 use super::spectrum::{MAX_UNKNOWNS, Spectrum, Vector};
 use super::sums::{Covariances, Sums};
 use super::{Effect, Horizon, ModelPass, Values};
@@ -35,7 +35,7 @@ impl Fitted {
     }
 }
 
-impl Fitter<'_> {
+impl RecordFitter<'_> {
     /// A step of a search for an effect's value, no further than the search's model of it holds.
     fn moved(&self, values: &Values, effect: Effect, step: f64) -> f64 {
         /// Factor by which a positive quantity changes at most.

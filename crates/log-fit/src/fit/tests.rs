@@ -200,7 +200,7 @@ fn is_the_derivative(pass: &ModelPass<'_>, values: &Values, effect: Effect) -> b
 
 /// A fit from values that are a third off.
 fn fitted(record: &Record<'_>, [a, b, c]: [f64; 3]) -> (Fitted, Lateness) {
-    let mut fitter = Fitter::new(record).expect("a motion");
+    let mut fitter = RecordFitter::new(record).expect("a motion");
     let [a, b, c] = [0.7 * a, 1.3 * b, 0.7 * c];
     let mut values = valued([(Effect::A, a), (Effect::B, b), (Effect::Coulomb, c)]);
     let coarse = Search {
@@ -307,7 +307,7 @@ fn a_load_on_a_spring_is_found_with_friction_at_the_motor() {
         let b = 1.5;
         let made = two_masses(6000, [b, c], [frequency, damping, share]);
         let record = Record::of(&made.positions, &made.commands);
-        let mut fitter = Fitter::new(&record).expect("a motion");
+        let mut fitter = RecordFitter::new(&record).expect("a motion");
         fitter.earliest = 0.0;
         let own = [
             (Effect::ResonanceFrequency, 1.1 * frequency),
@@ -414,7 +414,7 @@ fn blocks_of_a_command_of_one_size_do_not_tell_a_dead_band_from_a_smaller_gain()
     let (positions, commands, samples) = in_blocks(&made);
     let record = of_blocks(&positions, &commands, &made.commands[..samples]);
     assert!(commands.iter().any(|command| command.abs() < 0.4));
-    let fitter = Fitter::new(&record).expect("a motion");
+    let fitter = RecordFitter::new(&record).expect("a motion");
     for (seen, hidden, size) in [
         (Effect::B, Effect::DeadBand, 0.02),
         (Effect::Coulomb, Effect::LoadFriction, 0.1),
@@ -431,8 +431,8 @@ fn blocks_of_a_command_of_one_size_do_not_tell_a_dead_band_from_a_smaller_gain()
 fn no_motion_and_no_command_are_no_record() {
     let still = [0.0; 400];
     let moving: Vec<f64> = (0..400).map(|k| f64::from(k) * 3.0).collect();
-    assert!(Fitter::new(&Record::of(&still, &still)).is_none());
-    assert!(Fitter::new(&Record::of(&moving, &still)).is_none());
+    assert!(RecordFitter::new(&Record::of(&still, &still)).is_none());
+    assert!(RecordFitter::new(&Record::of(&moving, &still)).is_none());
 }
 
 /// Velocity bends within the sample in which a strongly damped servo turns round.
@@ -468,7 +468,7 @@ fn a_strongly_damped_servo_that_turns_round_is_its_model() {
         }
     }
     let record = Record::of(&positions, &commands);
-    let fitter = Fitter::new(&record).expect("a motion");
+    let fitter = RecordFitter::new(&record).expect("a motion");
     let values = valued([(Effect::A, a), (Effect::B, b), (Effect::Coulomb, c)]);
     let mut largest = 0.0_f64;
     let mut see = |row: &Row<'_>| largest = largest.max(row.innovation.abs());

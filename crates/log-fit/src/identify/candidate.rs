@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::fit::{Column, Effect, Fitter, RecordStatistics, Values};
+use crate::fit::{Column, Effect, RecordFitter, RecordStatistics, Values};
 
 use super::recording::Recording;
 use crate::cause::Cause;
@@ -68,7 +68,7 @@ impl Range {
         // A command of few sizes has none in between, but a share of the largest is; of one size there is none.
         let levels = [(half, 0.6), (most, 0.75), (nearly, 0.85), (all, 0.95)]
             .map(|(level, share)| level.min(share * peak));
-        let [slowest, fastest] = Fitter::RESONANCES;
+        let [slowest, fastest] = RecordFitter::RESONANCES;
         let first = (2.0 * statistics.bandwidth).max(slowest);
         let resonances = std::iter::successors(Some(first), |last| Some(RESONANCES_APART * last));
         Self {
@@ -107,7 +107,7 @@ pub(super) struct TypicalMagnitudes {
 
 impl TypicalMagnitudes {
     /// The usual sizes for a record with some values.
-    pub(super) fn new(fitter: &Fitter<'_>, values: &Values) -> Self {
+    pub(super) fn new(fitter: &RecordFitter<'_>, values: &Values) -> Self {
         let statistics = &fitter.statistics;
         Self {
             command: statistics.command,

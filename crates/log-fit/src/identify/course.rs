@@ -1,6 +1,6 @@
 //! A record beside the model that was identified.
 
-use crate::fit::{Fitter, Horizon, Record};
+use crate::fit::{Horizon, Record, RecordFitter};
 
 use super::every_sample::of_samples;
 use super::{Identified, Recording};
@@ -40,7 +40,7 @@ impl Identified {
         let every = recording.every_sample();
         let record = every.as_ref().unwrap_or(recording).record();
         let whole = recording.record();
-        let fitter = Fitter {
+        let fitter = RecordFitter {
             record: &whole,
             statistics: self.statistics,
             earliest: 0.0,
@@ -70,7 +70,7 @@ impl Identified {
             begins: &begins,
             ..record
         };
-        let free = Fitter {
+        let free = RecordFitter {
             record: &windows,
             ..fitter
         };

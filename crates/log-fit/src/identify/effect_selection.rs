@@ -1,7 +1,7 @@
 //! Effects enter the model one at a time by forward selection. The best candidates are fitted. The best stays if it
 //! explains enough that the model did not.
 
-use crate::fit::{Effect, Fitted, Fitter, MAX_COLUMNS, Search, Values, segments};
+use crate::fit::{Effect, Fitted, MAX_COLUMNS, RecordFitter, Search, Values, segments};
 
 use super::candidate::{Answer, Candidate, Range, TypicalMagnitudes};
 use super::model::{Entered, Model};
@@ -30,7 +30,7 @@ const BRIEF: Search = Search {
 };
 
 pub(super) struct EffectSelection<'a> {
-    pub(super) fitter: &'a Fitter<'a>,
+    pub(super) fitter: &'a RecordFitter<'a>,
     pub(super) range: &'a Range,
 }
 

@@ -1,7 +1,7 @@
 //! The last fit of a long log, to its samples. Its blocks have shown which effects exist, but leave out the motion within
 //! them, and what friction does there.
 
-use crate::fit::{Effect, Fitter, Horizon, Matrix, Record, RecordStatistics, Search, Values};
+use crate::fit::{Effect, Horizon, Matrix, Record, RecordFitter, RecordStatistics, Search, Values};
 use crate::parallel;
 
 use super::model::Model;
@@ -14,11 +14,11 @@ const SEARCH: Search = Search {
 
 /// The model of blocks of a length, fitted to samples of their log at the horizon that is best for these.
 pub(super) fn refit<'a>(
-    fitter: &Fitter<'a>,
+    fitter: &RecordFitter<'a>,
     model: &Model,
     record: &'a Record<'a>,
     block: f64,
-) -> Option<(Fitter<'a>, Model)> {
+) -> Option<(RecordFitter<'a>, Model)> {
     let of_blocks = (fitter, &model.fitted.values, model.fitted.horizon);
     let (finest, values, of_blocks) = of_samples(of_blocks, record, block);
     let horizons: Vec<Horizon> = finest.horizons_about(of_blocks).collect();
@@ -33,12 +33,12 @@ pub(super) fn refit<'a>(
 /// Fits a model of some pieces of a log to all of it. The random part of the covariance is then that of every sample. The rest
 /// of it is unchanged.
 pub(super) fn refine(
-    judge: &Fitter<'_>,
+    judge: &RecordFitter<'_>,
     model: &mut Model,
     record: &Record<'_>,
     covariance: &mut Matrix,
 ) {
-    let all = Fitter { record, ..*judge };
+    let all = RecordFitter { record, ..*judge };
     let Model { free, fitted, .. } = model;
     let Some(found) = all.fit(&fitted.values, free, fitted.horizon, SEARCH) else {
         return;
@@ -78,16 +78,16 @@ pub(super) fn in_samples(effect: Effect, block: f64) -> f64 {
 
 /// Converts range, values and horizon from blocks of this length to a record of the samples.
 pub(super) fn of_samples<'a>(
-    (fitter, values, horizon): (&Fitter<'a>, &Values, Horizon),
+    (fitter, values, horizon): (&RecordFitter<'a>, &Values, Horizon),
     record: &'a Record<'a>,
     block: f64,
-) -> (Fitter<'a>, Values, Horizon) {
+) -> (RecordFitter<'a>, Values, Horizon) {
     let statistics = RecordStatistics {
         velocity: fitter.statistics.velocity / block,
         bandwidth: fitter.statistics.bandwidth / block,
         ..fitter.statistics
     };
-    let fitter = Fitter {
+    let fitter = RecordFitter {
         record,
         statistics,
         earliest: fitter.earliest * block,

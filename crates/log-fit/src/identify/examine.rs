@@ -1,7 +1,7 @@
 //! Tests an estimator's estimates against a record. The result is the estimates that fit the record, their uncertainty,
 //! and the effect that the estimator's model lacks.
 
-use crate::fit::{Effect, Fitter, Horizon, RecordStatistics, Search, Values};
+use crate::fit::{Effect, Horizon, RecordFitter, RecordStatistics, Search, Values};
 
 use super::candidate::Range;
 use super::effect_selection::EffectSelection;
@@ -68,8 +68,8 @@ pub fn examine(
     is_explained: impl Fn(f64, f64) -> bool,
 ) -> Option<Examined> {
     let record = recording.record();
-    let earliest = Fitter::new(&record)?;
-    let on_time = Fitter {
+    let earliest = RecordFitter::new(&record)?;
+    let on_time = RecordFitter {
         earliest: 0.0,
         ..earliest
     };
@@ -131,7 +131,7 @@ pub fn examine(
 /// Refits an estimator's model to the record. The search starts from the estimator's estimates, or from a start of its
 /// own if there are none.
 fn follow(
-    fitter: &Fitter<'_>,
+    fitter: &RecordFitter<'_>,
     estimates: &Values,
     free: &[Effect],
     start: impl FnOnce() -> Option<Values>,

@@ -1,6 +1,6 @@
 //! A record beside a model that nothing corrects: the prediction of a motion by its commands alone.
 
-use crate::fit::{Effect, Fitter, Horizon, Values};
+use crate::fit::{Effect, Horizon, RecordFitter, Values};
 
 use super::Recording;
 
@@ -32,7 +32,7 @@ pub fn free_run(recording: &Recording<'_>, values: &Values) -> Option<Vec<f64>> 
             (squares + moved * moved, count + 1.0)
         });
     let beside = BESIDE * f64::sqrt(squares / count);
-    let fitter = Fitter::new(&record).filter(|_| beside > 0.0)?;
+    let fitter = RecordFitter::new(&record).filter(|_| beside > 0.0)?;
     let horizon = Horizon {
         white: record.len() as f64,
         walk: None,

@@ -1,7 +1,7 @@
 //! Uneven sampling instants. A position read too early or too late is wrong by the distance moved meanwhile, so its
 //! noise grows with speed.
 
-use crate::fit::{Fitted, Fitter};
+use crate::fit::{Fitted, RecordFitter};
 
 use super::effect_selection::MIN_GAIN;
 use super::model::Entered;
@@ -63,7 +63,7 @@ impl Part {
 
 impl Jitter {
     /// The jitter of a fitted record. None if the noise does not grow with the speed's square.
-    pub(super) fn find(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Self> {
+    pub(super) fn find(fitter: &RecordFitter<'_>, fitted: &Fitted) -> Option<Self> {
         let parts: Vec<Part> = parts(fitter, fitted)
             .into_iter()
             .filter(|part| part.samples >= MIN_SAMPLES)
@@ -121,7 +121,7 @@ impl Jitter {
 }
 
 /// The sums over pairs of successive samples that move, by their speed. Each sample is in one pair.
-fn parts(fitter: &Fitter<'_>, fitted: &Fitted) -> [Part; PARTS] {
+fn parts(fitter: &RecordFitter<'_>, fitted: &Fitted) -> [Part; PARTS] {
     let record = fitter.record;
     let per_part = PARTS as f64 / (FASTEST * fitter.statistics.velocity);
     let mut parts = [Part::default(); PARTS];

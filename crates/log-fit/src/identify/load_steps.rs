@@ -1,6 +1,6 @@
 //! Steps of the load: a load that walks, followed over the record, stays between a few steps.
 
-use crate::fit::{Effect, Fitted, Fitter, Horizon};
+use crate::fit::{Effect, Fitted, Horizon, RecordFitter};
 
 use super::model::Entered;
 use crate::cause::Cause;
@@ -44,7 +44,7 @@ pub(super) struct LoadSteps {
 impl LoadSteps {
     /// The load steps of a fitted record. None if the load is constant or if no steps explain it. The best fit of a
     /// constant load has no drift.
-    pub(super) fn find(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Self> {
+    pub(super) fn find(fitter: &RecordFitter<'_>, fitted: &Fitted) -> Option<Self> {
         let length = fitter.record.len();
         if length < MIN_PART * PARTS || fitted.horizon.walk.is_none() {
             return None;
@@ -81,7 +81,7 @@ impl LoadSteps {
 }
 
 /// The means over parts of a random-walk load beside the fitted one. None if the model diverges.
-fn walked(fitter: &Fitter<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
+fn walked(fitter: &RecordFitter<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     let length = fitter.record.len();
     let rows = length as f64;
     // The load is followed within a quarter of a part.

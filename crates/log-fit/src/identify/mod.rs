@@ -21,8 +21,8 @@ mod uncertainty;
 mod tests;
 
 use crate::fit::{
-    Effect, Fitter, GoesOn, Horizon, QUANTISATION_SIGMA, Record, RecordStatistics, Search, Values,
-    acting_commands,
+    Effect, GoesOn, Horizon, QUANTISATION_SIGMA, Record, RecordFitter, RecordStatistics, Search,
+    Values, acting_commands,
 };
 
 use candidate::Range;
@@ -106,9 +106,9 @@ pub fn identify(
     goes_on: GoesOn<'_>,
 ) -> Option<Identified> {
     let record = recording.record();
-    let earliest = Fitter {
+    let earliest = RecordFitter {
         goes_on,
-        ..Fitter::new(&record)?
+        ..RecordFitter::new(&record)?
     };
     let without = start(&earliest, scales, false);
     // A pendulum that nothing holds cannot be told as a servo without gravity.
@@ -128,7 +128,7 @@ pub fn identify(
         }
     }
     let range = Range::new(recording, &earliest.statistics);
-    let on_time = Fitter {
+    let on_time = RecordFitter {
         earliest: 0.0,
         ..earliest
     };
@@ -136,7 +136,7 @@ pub fn identify(
     let late = earliest.lateness(&values);
     let late = late.filter(|late| late.is_certain() && !has_gravity);
     if let Some(late) = late {
-        let fitter = Fitter {
+        let fitter = RecordFitter {
             earliest: -late.samples.round(),
             ..earliest
         };
@@ -276,7 +276,7 @@ fn acting(record: &Record<'_>, noise: f64, values: &Values) -> Option<TimeScale>
 
 /// The braking force of a motion in one direction, in which friction and load are one force. A fit without friction
 /// gives it.
-fn braking(fitter: &Fitter<'_>, model: &Model, direction: f64) -> Option<[f64; 2]> {
+fn braking(fitter: &RecordFitter<'_>, model: &Model, direction: f64) -> Option<[f64; 2]> {
     const SEARCH: Search = Search {
         steps: 4,
         tolerance: 1e-6,
@@ -314,7 +314,7 @@ fn ripple_as_load(recording: &Recording<'_>, model: &Model) -> f64 {
 
 /// The model of a record with the effects that it shows; none if every search diverges.
 fn model(
-    fitter: &Fitter<'_>,
+    fitter: &RecordFitter<'_>,
     range: &Range,
     values: &Values,
     demand: &ModelDemand,

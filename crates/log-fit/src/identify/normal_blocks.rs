@@ -1,6 +1,6 @@
 //! The products of the columns of a pass and the innovation, by segments of the record.
 
-use crate::fit::{Column, Fitted, Fitter, MAX_UNKNOWNS, Matrix, Row, Vector, segments};
+use crate::fit::{Column, Fitted, MAX_UNKNOWNS, Matrix, RecordFitter, Row, Vector, segments};
 
 /// Gram matrices of the rows of each segment: of all columns and, last, of the innovation.
 pub(super) struct NormalBlocks {
@@ -15,7 +15,7 @@ impl NormalBlocks {
     /// behind them. It has no products of candidates with one another, which would be most of the work. None if the
     /// model diverges.
     pub(super) fn new(
-        fitter: &Fitter<'_>,
+        fitter: &RecordFitter<'_>,
         fitted: &Fitted,
         columns: &[Column],
         free: usize,
@@ -109,7 +109,7 @@ impl NormalBlocks {
 }
 
 /// Rows that are summed as one. They span a small part of the horizon, over which columns barely change.
-fn rows_together(fitter: &Fitter<'_>, fitted: &Fitted) -> usize {
+fn rows_together(fitter: &RecordFitter<'_>, fitted: &Fitted) -> usize {
     const SHARE: f64 = 0.15;
     const MOST: usize = 8;
     let horizon = fitted.horizon.walk.unwrap_or(fitted.horizon.white);
@@ -189,7 +189,7 @@ mod tests {
             .collect();
         let commands: Vec<f64> = samples.map(|k| -phase(k).sin()).collect();
         let record = Record::of(&positions, &commands);
-        let fitter = Fitter::new(&record).expect("a motion");
+        let fitter = RecordFitter::new(&record).expect("a motion");
         let values = Values::NONE.with(Effect::B, 0.04).with(Effect::A, 1e-3);
         let horizon = Horizon {
             white: 100.0,

@@ -1,6 +1,6 @@
 //! One pass that asks of every candidate how much of the innovations it would explain, without fitting it.
 
-use crate::fit::{Column, Effect, Fitter};
+use crate::fit::{Column, Effect, RecordFitter};
 
 use super::candidate::{Answer, Candidate, Range};
 use super::model::Model;
@@ -10,7 +10,7 @@ use crate::cause::Cause;
 
 /// Asks some candidates beside a model, whose columns are with its own no more than a pass has.
 pub(super) fn scan(
-    fitter: &Fitter<'_>,
+    fitter: &RecordFitter<'_>,
     model: &Model,
     range: &Range,
     candidates: &[Candidate],

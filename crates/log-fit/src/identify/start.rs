@@ -1,13 +1,13 @@
 //! Where the search for the servo begins.
 
-use crate::fit::{Effect, Fitter, Horizon, Search, Values};
+use crate::fit::{Effect, Horizon, RecordFitter, Search, Values};
 use crate::parallel;
 use crate::scales::TimeScale;
 
 /// The first estimates, of a servo with gravity or without, from the time scales that explain most and are surest of b; none if
 /// every search diverges.
 pub(super) fn start(
-    fitter: &Fitter<'_>,
+    fitter: &RecordFitter<'_>,
     scales: &[TimeScale],
     has_gravity: bool,
 ) -> Option<Values> {
@@ -52,7 +52,7 @@ pub(super) fn start(
     let free = [&Effect::BASE[..], gravity].concat();
     let searched = parallel::map(&tried, |&(mut values, _, width)| {
         for (effect, [low, high]) in [
-            (Effect::A, [0.0, Fitter::MAX_RATE]),
+            (Effect::A, [0.0, RecordFitter::MAX_RATE]),
             (Effect::Coulomb, [0.0, f64::INFINITY]),
             (Effect::Delay, fitter.bounds(&values, Effect::Delay)),
         ] {

@@ -3,8 +3,8 @@
 //! correlations are of the same parts.
 
 use crate::fit::{
-    Effect, Fitted, Fitter, Horizon, MAX_UNKNOWNS, Matrix, QUANTISATION_SIGMA, Search, Values,
-    Vector,
+    Effect, Fitted, Horizon, MAX_UNKNOWNS, Matrix, QUANTISATION_SIGMA, RecordFitter, Search,
+    Values, Vector,
 };
 
 use super::candidate::{Answer, TypicalMagnitudes};
@@ -46,7 +46,7 @@ pub(super) fn add(covariance: &mut Matrix, shift: &[f64], weight: f64) {
 }
 
 /// The covariance of a fit by chance and autocorrelation. Zero for unknowns that stand at a bound.
-pub(super) fn by_chance(fitter: &Fitter<'_>, fitted: &Fitted, free: &[Effect]) -> Matrix {
+pub(super) fn by_chance(fitter: &RecordFitter<'_>, fitted: &Fitted, free: &[Effect]) -> Matrix {
     let held = fitter.held(&fitted.values, free, fitted.horizon, &fitted.sums);
     let mut covariance = fitted.sums.correlations(&held);
     let own = fitted
@@ -69,7 +69,7 @@ pub(super) fn by_chance(fitter: &Fitter<'_>, fitted: &Fitted, free: &[Effect]) -
 /// of the estimates beyond chance if the horizon of the filter is a quarter or four times as long. Its literature is
 /// Hausman, "Specification tests in econometrics", Econometrica 46(6), 1978.
 pub(super) fn covariance(
-    fitter: &Fitter<'_>,
+    fitter: &RecordFitter<'_>,
     model: &Model,
     load: f64,
     answers: &[Answer],
@@ -233,7 +233,7 @@ impl Kind {
 }
 
 /// The shifts by another horizon, beyond chance.
-fn spread(fitter: &Fitter<'_>, model: &Model) -> Vec<f64> {
+fn spread(fitter: &RecordFitter<'_>, model: &Model) -> Vec<f64> {
     const SEARCH: Search = Search {
         steps: 4,
         tolerance: 1e-6,
@@ -303,7 +303,7 @@ pub(super) struct Profile {
 
 impl Profile {
     /// Fixes b at either multiple and fits the rest again.
-    pub(super) fn new(fitter: &Fitter<'_>, model: &Model) -> Self {
+    pub(super) fn new(fitter: &RecordFitter<'_>, model: &Model) -> Self {
         let mut fits = parallel::map(&[0.8, 1.25], |&factor| increase(fitter, model, factor));
         let sides = [fits.next(), fits.next()].map(|fit| fit.unwrap_or((f64::NAN, None)));
         Self {
@@ -341,7 +341,7 @@ impl Profile {
 }
 
 /// The increase at one multiple, and the values there.
-fn increase(fitter: &Fitter<'_>, model: &Model, factor: f64) -> (f64, Option<Values>) {
+fn increase(fitter: &RecordFitter<'_>, model: &Model, factor: f64) -> (f64, Option<Values>) {
     const SEARCH: Search = Search {
         steps: 5,
         tolerance: 1e-6,
@@ -388,7 +388,7 @@ mod tests {
         let samples: Vec<Logged> = (0..500).map(sample).collect();
         let recording = Recording::new(&samples, 1000.0, 0.0);
         let record = recording.record();
-        let fitter = Fitter::new(&record).expect("a motion");
+        let fitter = RecordFitter::new(&record).expect("a motion");
         let usual = TypicalMagnitudes::new(&fitter, &Values::NONE.with(Effect::B, 0.4));
         let answer = |size: f64, gain: f64| Answer {
             candidate: Candidate::plain(Cause::LoadFriction, &[Effect::LoadFriction]),

@@ -7,7 +7,7 @@ use super::files::{self, Files};
 use super::firmware::FirmwareOptions;
 use super::kept_result;
 use super::standard_output;
-use crate::export::{Format, Identified, Joint, Language};
+use crate::export::{Identified, Joint, JointFormat, Language};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -16,7 +16,7 @@ pub(super) struct Arguments {
     results: Vec<PathBuf>,
     /// Format of the joints.
     #[arg(long, value_enum, required_unless_present = "firmware")]
-    format: Option<Format>,
+    format: Option<JointFormat>,
     #[command(flatten)]
     firmware: FirmwareOptions,
     /// Names of the joints in the order of the results; the results' names by default, and "servo" in a firmware.
@@ -118,7 +118,7 @@ impl Arguments {
     }
 
     /// The joints of all results.
-    fn joints(&self, format: Format) -> Result<String, Fault> {
+    fn joints(&self, format: JointFormat) -> Result<String, Fault> {
         let joints = (0..self.results.len()).map(|place| self.joint(place));
         let joints = joints.collect::<Result<Vec<_>, _>>()?;
         for (place, joint) in joints.iter().enumerate() {

@@ -5,7 +5,7 @@
 //! An actuator of BAM driven by a voltage has the torque kt V/R − kt²/R q̇. kt and R need the motor's resistance.
 //! Without it the command is taken as a current, kt is the torque of a unit of it and R is omitted.
 
-use identifier_log::physical::Quantity;
+use identifier_log::physical::PhysicalQuantity;
 use serde_json::{Value, json};
 
 use super::joint::Joint;
@@ -28,7 +28,7 @@ pub(super) fn written(joint: &Joint) -> String {
         ("friction_viscous", viscous),
         ("command_delay", joint.delay),
     ];
-    let error = |(name, quantity): &(&str, Quantity)| {
+    let error = |(name, quantity): &(&str, PhysicalQuantity)| {
         let error = quantity.std_error.map(number);
         (
             (*name).to_owned(),

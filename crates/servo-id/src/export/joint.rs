@@ -1,5 +1,5 @@
 use identifier_log::AxisKind;
-use identifier_log::physical::{Known, Quantity, Ratios, Scale, ScaleError, above_zero};
+use identifier_log::physical::{Known, PhysicalQuantity, Ratios, Scale, ScaleError, above_zero};
 use identifier_log::provenance::Task;
 use identifier_log::result::KeptResult;
 use identifier_log::scenario::Options;
@@ -39,19 +39,19 @@ pub(super) struct Origin {
 pub struct Joint {
     pub(super) name: String,
     /// Inertia of all that moves, about the joint: J.
-    pub(super) inertia: Quantity,
+    pub(super) inertia: PhysicalQuantity,
     /// The part of it that the robot's model does not have: J without the links'.
-    pub(super) armature: Quantity,
+    pub(super) armature: PhysicalQuantity,
     /// Torque of a unit of command: b J.
-    pub(super) torque_constant: Quantity,
+    pub(super) torque_constant: PhysicalQuantity,
     /// Viscous friction: a J.
-    pub(super) damping: Quantity,
+    pub(super) damping: PhysicalQuantity,
     /// Coulomb friction: c J.
-    pub(super) friction: Quantity,
+    pub(super) friction: PhysicalQuantity,
     /// Torque of the constant load: d J.
-    pub(super) load: Quantity,
+    pub(super) load: PhysicalQuantity,
     /// From the encoder's reading to the torque.
-    pub(super) delay: Quantity,
+    pub(super) delay: PhysicalQuantity,
     /// Largest command, if it is known, and the torque that it makes.
     pub(super) command_limit: Option<f64>,
     pub(super) effort_limit: Option<f64>,
@@ -70,9 +70,9 @@ pub(super) struct Motor {
     /// Winding resistance R, Ω.
     pub(super) resistance: f64,
     /// Torque of an ampere, and voltage of 1 rad/s: k = K R of the torque K of a volt.
-    pub(super) torque_constant: Quantity,
+    pub(super) torque_constant: PhysicalQuantity,
     /// Viscous friction without the part k²/R that the motor's own voltage brakes.
-    pub(super) damping: Quantity,
+    pub(super) damping: PhysicalQuantity,
 }
 
 /// A fault of what is to be exported.
@@ -209,7 +209,7 @@ impl Identified {
                 inertia: inertia.value,
             });
         }
-        let none = Quantity {
+        let none = PhysicalQuantity {
             value: 0.0,
             std_error: None,
             unit: torque_constant.unit,
@@ -217,7 +217,7 @@ impl Identified {
         Ok(Joint {
             name: name.to_owned(),
             inertia,
-            armature: Quantity {
+            armature: PhysicalQuantity {
                 value: armature,
                 ..inertia
             },
@@ -225,7 +225,7 @@ impl Identified {
             damping: servo.viscous,
             friction: servo.coulomb.unwrap_or(none),
             load: servo.load.unwrap_or(none),
-            delay: Quantity {
+            delay: PhysicalQuantity {
                 value: self.servo.servo.delay,
                 std_error: self.delay_error,
                 unit: "s",
@@ -249,7 +249,7 @@ impl Joint {
         /// Standard errors by which a friction may be below zero.
         const SIDES: f64 = 3.0;
         above_zero("resistance", resistance)?;
-        let Quantity {
+        let PhysicalQuantity {
             value: per_volt,
             std_error,
             unit,
@@ -265,12 +265,12 @@ impl Joint {
         }
         self.motor = Some(Motor {
             resistance,
-            torque_constant: Quantity {
+            torque_constant: PhysicalQuantity {
                 value: per_volt * resistance,
                 std_error: std_error.map(|error| error * resistance),
                 unit,
             },
-            damping: Quantity {
+            damping: PhysicalQuantity {
                 value: damping.max(0.0),
                 ..self.damping
             },
@@ -287,8 +287,8 @@ impl Joint {
     /// Sentences on the joint for a reader, a line each. They contain no pair of hyphens, which no comment of XML may
     /// have.
     pub(super) fn remarks(&self) -> Vec<String> {
-        let shown = |name: &str, quantity: Quantity| {
-            let Quantity {
+        let shown = |name: &str, quantity: PhysicalQuantity| {
+            let PhysicalQuantity {
                 value,
                 std_error,
                 unit,
@@ -365,7 +365,7 @@ mod tests {
         identified.joint("elbow", scale, links)
     }
 
-    fn assert_close(found: Quantity, value: f64, error: f64) {
+    fn assert_close(found: PhysicalQuantity, value: f64, error: f64) {
         let is_close = |one: f64, other: f64| (one - other).abs() < 1e-12;
         assert!(is_close(found.value, value), "{found:?}");
         let std_error = found.std_error;

@@ -2,7 +2,7 @@
 //! other is the loop of a scenario as constants that begin at its estimates.
 //!
 //! result.json → [`Identified`]; with a [`Scale`](identifier_log::physical::Scale) of torques → [`Joint`]; joints in a
-//! [`Format`] → text. A result.json with a scenario → [`Firmware`] → sources.
+//! [`JointFormat`] → text. A result.json with a scenario → [`Firmware`] → sources.
 
 mod bam;
 mod firmware;
@@ -20,7 +20,7 @@ use identifier_log::named;
 named! {
     /// A format of joints.
     #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
-    pub enum Format {
+    pub enum JointFormat {
         /// Default classes of MuJoCo, to include in a model.
         Mjcf = "mjcf",
         /// The elements of a URDF's joints.
@@ -34,7 +34,7 @@ named! {
     }
 }
 
-impl Format {
+impl JointFormat {
     /// Joints as text.
     ///
     /// # Errors

@@ -15,7 +15,7 @@ mod view;
 pub use dialogue::{Action, Dialogue, Motion};
 pub use frame::{Frame, Kind};
 pub use link::{Link, LinkError, LinkEvent};
-pub use recording::{Recording, Taken};
+pub use recording::{FrameRecording, Taken};
 pub use state::{Note, State};
 pub use telemetry::Telemetry;
 pub use view::{MIN_SIZE, Shown, draw};

@@ -11,7 +11,7 @@ use super::frame::{Frame, Kind};
 
 /// A log that is being written: the frames of one motion.
 #[derive(Debug)]
-pub struct Recording<W> {
+pub struct FrameRecording<W> {
     out: W,
     settings: Settings,
     /// Samples from one row to the next.
@@ -29,7 +29,7 @@ pub enum Taken {
     Over,
 }
 
-impl<W: Write> Recording<W> {
+impl<W: Write> FrameRecording<W> {
     /// For a drive with these settings that sends a frame every `every` samples.
     #[must_use]
     pub fn new(out: W, settings: Settings, every: u16) -> Self {

@@ -1,6 +1,6 @@
 //! A servo in physical units, and its feed-forward.
 
-use identifier_log::physical::{Physical, Quantity, VoltageGains};
+use identifier_log::physical::{Physical, PhysicalQuantity, VoltageGains};
 use identifier_log::result::Summary;
 
 use super::number::{known_to, with_error};
@@ -38,9 +38,9 @@ pub(super) fn tables(summary: &Summary) -> impl Iterator<Item = Block> {
 }
 
 /// The quantities that there are, a row each.
-fn table(caption: &str, quantities: &[(&str, Option<Quantity>)]) -> Table {
-    let row = |&(name, quantity): &(&str, Option<Quantity>)| {
-        let Quantity {
+fn table(caption: &str, quantities: &[(&str, Option<PhysicalQuantity>)]) -> Table {
+    let row = |&(name, quantity): &(&str, Option<PhysicalQuantity>)| {
+        let PhysicalQuantity {
             value,
             std_error,
             unit,

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use commissioning::CommissionInputs;
 use drive_logic::{Chip, Lines};
-use host_sim::commission::Axis;
+use host_sim::commission::CommissionedAxis;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::reason::Reason;
 
@@ -12,7 +12,7 @@ use super::pins::SimulatedPins;
 
 /// An axis behind the pins of a chip.
 pub(super) struct SimulatedChip {
-    axis: Axis,
+    axis: CommissionedAxis,
     /// The step of the axis, s.
     step: f64,
     reading: Reading,
@@ -40,7 +40,7 @@ pub(super) struct Held(Option<f32>);
 
 impl SimulatedChip {
     /// With an axis that moves in steps of `step` seconds.
-    pub(super) fn new(axis: Axis, step: f64) -> Self {
+    pub(super) fn new(axis: CommissionedAxis, step: f64) -> Self {
         Self {
             axis,
             step,

@@ -20,7 +20,7 @@ use drive_logic::{
     Channel, Conversation, LineListener, Memory, OutputStage, PolledLine, Records, Sampler,
     Supervisor, self_test,
 };
-use host_sim::commission::Axis;
+use host_sim::commission::CommissionedAxis;
 use host_sim::scenario::{Fault, Scenario};
 
 use self::chip::SimulatedChip;
@@ -78,7 +78,7 @@ impl SimulatedDrive {
     /// # Errors
     /// If the scenario describes no such servo, or the port cannot be opened.
     pub fn new(scenario: &Scenario, address: SocketAddr) -> Result<Self, SimulatedDriveError> {
-        let axis = Axis::new(scenario)?;
+        let axis = CommissionedAxis::new(scenario)?;
         let core = scenario
             .settings()
             .map_err(|error| scenario.fault(&error))?;

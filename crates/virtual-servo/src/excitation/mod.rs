@@ -9,7 +9,7 @@ mod steps;
 mod white_noise;
 
 pub use chirp::{Chirp, ChirpState};
-pub use multisine::{Multisine, MultisineState, Tone};
+pub use multisine::{Multisine, MultisineState, SineTone};
 pub use square::{Square, SquareState};
 pub use steps::{Steps, StepsState};
 pub use white_noise::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState, NormalSource};
@@ -42,7 +42,7 @@ mod tests {
         assert_is(&square, 100, 1e-15, |k| [0.5, -0.5][k as usize / 10 % 2]);
         let steps = Steps::<_, 4>::new(&units, &[0.1, -0.2, 0.3], 5e-3).expect("valid");
         assert_is(&steps, 100, 1e-15, |k| [0.2, -0.4, 0.6][k as usize / 5 % 3]);
-        let tone = Tone {
+        let tone = SineTone {
             amplitude: 0.3,
             frequency: 40.0,
         };

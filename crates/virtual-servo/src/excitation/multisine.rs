@@ -6,7 +6,7 @@ use identifier_core::units::Units;
 
 /// One tone of a [`Multisine`], SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tone {
+pub struct SineTone {
     /// Amplitude, rad.
     pub amplitude: f64,
     /// Angular frequency, rad/s.
@@ -35,7 +35,7 @@ impl<N: Number, const M: usize> Multisine<N, M> {
     ///
     /// # Errors
     /// `tones`: their number; `amplitude` must be above 0; `frequency` above 0 and below π/T.
-    pub fn new(units: &Units, tones: &[Tone]) -> Result<Self, OutOfRange> {
+    pub fn new(units: &Units, tones: &[SineTone]) -> Result<Self, OutOfRange> {
         Allowed::Within(1.0, M as f64).check("tones", tones.len() as f64)?;
         let nyquist = core::f64::consts::PI / units.sample_time();
         let mut multisine = Self {
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn schroeders_phases_keep_the_peak_low() {
         let units = Units::new(1e-3, 1.0).expect("valid");
-        let tones: [Tone; 16] = core::array::from_fn(|k| Tone {
+        let tones: [SineTone; 16] = core::array::from_fn(|k| SineTone {
             amplitude: 1.0,
             frequency: 2.0 * (k + 1) as f64,
         });
@@ -107,7 +107,7 @@ mod tests {
             ("frequency", 1, 1.0, 4000.0),
             ("frequency", 1, 1.0, f64::NAN),
         ] {
-            let tone = Tone {
+            let tone = SineTone {
                 amplitude,
                 frequency,
             };

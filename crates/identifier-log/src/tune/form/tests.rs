@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::tuning::StepMeasure;
 
-use super::super::Effects;
+use super::super::KnownEffects;
 use super::firmware::FIRMWARES;
 use super::*;
 
@@ -24,7 +24,7 @@ fn identified(a: f64, b: f64, delay: f64, sample_time: f64) -> IdentifiedResult 
         },
         axis: AxisKind::Rotary,
         load: [0.3 * b, 0.0],
-        effects: Effects::default(),
+        effects: KnownEffects::default(),
         has_delay: true,
         sample_time,
         noise: None,

@@ -12,7 +12,7 @@ use crate::cli::interruption;
 use crate::cli::output_file::Output;
 use crate::cli::standard_output::show;
 use crate::drive::Client;
-use crate::monitor::{Frame, Recording, Taken};
+use crate::monitor::{Frame, FrameRecording, Taken};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -40,7 +40,7 @@ impl Arguments {
     pub(super) fn run(&self, client: &mut Client, file: Option<Output>) -> Result<(), Fault> {
         let settings = client.settings().map_err(fault)?;
         let mut log = self.csv.as_ref().zip(file).map(|(name, file)| {
-            let log = Recording::new(file, settings, self.every);
+            let log = FrameRecording::new(file, settings, self.every);
             (name, log)
         });
         client.poll();

@@ -8,7 +8,7 @@ use drive_link::Settings;
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::output_file::Output;
-use crate::monitor::{Frame, Recording, Taken};
+use crate::monitor::{Frame, FrameRecording, Taken};
 
 /// Extension of the scenario beside a log.
 const SCENARIO: &str = "toml";
@@ -23,7 +23,7 @@ pub(super) struct Recordings {
 #[derive(Debug)]
 struct UnderWay {
     name: String,
-    log: Recording<Output>,
+    log: FrameRecording<Output>,
     scenario: Output,
 }
 
@@ -53,7 +53,7 @@ impl Recordings {
         let scenario = files.output(Some(&path.with_extension(SCENARIO)))?;
         self.under_way = log.zip(scenario).map(|(log, scenario)| UnderWay {
             name: path.display().to_string(),
-            log: Recording::new(log, *settings, every),
+            log: FrameRecording::new(log, *settings, every),
             scenario,
         });
         Ok(())
