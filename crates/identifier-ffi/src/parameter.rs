@@ -3,34 +3,74 @@
 use core::ffi::{CStr, c_char};
 use core::ptr;
 
-use crate::settings::Settings;
-
-/// The fields of the structures in the settings, by the structures' names.
-macro_rules! parts {
-    ($($group:literal: $($part:literal)*;)*) => {
-        /// Their names.
-        pub const PARTS: &[&CStr] = &[$($(name(concat!($group, ".", $part, "\0")),)*)*];
-    };
-}
-
-parts! {
-    "feed_forward": "bandwidth" "acceleration" "velocity" "coulomb" "coulomb_speed";
-    "initial": "a" "b" "coulomb" "load";
-    "bounds": "a" "b" "coulomb" "load";
-    "uncertainty": "a" "b" "coulomb" "load";
-    "gamma": "a" "b" "coulomb" "load";
-    "correction": "kp" "kd" "ki";
-    "servo_range": "a" "b";
-    "ranges": "error" "velocity" "command";
-}
-
-/// A name for C, of a text that ends with a zero.
-pub(crate) const fn name(text: &'static str) -> &'static CStr {
-    match CStr::from_bytes_with_nul(text.as_bytes()) {
-        Ok(name) => name,
-        Err(_) => panic!("no zero at its end"),
-    }
-}
+/// The fields by the names of the core. A name of a group is that of all of its fields.
+pub const NAMES: &[&CStr] = &[
+    c"sample_time",
+    c"counts_per_revolution",
+    c"resolution",
+    c"cutoff",
+    c"kp",
+    c"kd",
+    c"ki",
+    c"limit",
+    c"reference_filter",
+    c"notch",
+    c"feed_forward.bandwidth",
+    c"feed_forward.acceleration",
+    c"feed_forward.velocity",
+    c"feed_forward.coulomb",
+    c"feed_forward.coulomb_speed",
+    c"initial",
+    c"initial.a",
+    c"initial.b",
+    c"initial.coulomb",
+    c"initial.load",
+    c"bounds",
+    c"bounds.a",
+    c"bounds.b",
+    c"bounds.coulomb",
+    c"bounds.load",
+    c"uncertainty",
+    c"uncertainty.a",
+    c"uncertainty.b",
+    c"uncertainty.coulomb",
+    c"uncertainty.load",
+    c"gamma",
+    c"gamma.a",
+    c"gamma.b",
+    c"gamma.coulomb",
+    c"gamma.load",
+    c"correction",
+    c"correction.kp",
+    c"correction.kd",
+    c"correction.ki",
+    c"servo_range",
+    c"servo_range.a",
+    c"servo_range.b",
+    c"mu",
+    c"bandwidth",
+    c"start_time",
+    c"memory",
+    c"noise",
+    c"max_speed",
+    c"ranges",
+    c"ranges.error",
+    c"ranges.velocity",
+    c"ranges.command",
+    c"command",
+    c"command_delay",
+    c"response_time",
+    c"loop_bandwidth",
+    c"max_sensitivity",
+    c"max_noise",
+    c"step",
+    c"resonance",
+    c"travel",
+    c"speed",
+    c"duration",
+    c"max_gain",
+    c"trial_step",
+];
 
 /// The field of a parameter of the core; null for none.
 pub(crate) fn field(name: &str) -> *const c_char {
@@ -39,7 +79,6 @@ pub(crate) fn field(name: &str) -> *const c_char {
         "limit_low" | "limit_high" => "limit",
         name => name,
     };
-    let mut names = Settings::NAMES.iter().chain(PARTS);
-    let found = names.find(|own| own.to_bytes() == name.as_bytes());
+    let found = NAMES.iter().find(|own| own.to_bytes() == name.as_bytes());
     found.map_or(ptr::null(), |own| own.as_ptr())
 }

@@ -1,7 +1,5 @@
 //! Settings: a structure whose fields are zero where nothing is stated.
 
-use core::ffi::CStr;
-
 use identifier_core::Settings as CoreSettings;
 use identifier_core::control::FeedForwardSettings as FeedForward;
 use identifier_core::excitation::Prbs;
@@ -13,7 +11,6 @@ use identifier_core::settings::{
 };
 
 use crate::object::{answered, check};
-use crate::parameter::name;
 use crate::status::{self, Error};
 
 /// Lowest and highest: `servo_id_range` in the header.
@@ -31,22 +28,6 @@ pub struct Gains {
     pub ki: f64,
 }
 
-/// The structure, and the names of its fields.
-macro_rules! named {
-    ($(#[$meta:meta])* pub struct Settings { $(pub $field:ident: $type:ty,)* }) => {
-        $(#[$meta])*
-        pub struct Settings {
-            $(pub $field: $type,)*
-        }
-
-        impl Settings {
-            /// The names of its fields, which the core has too.
-            pub const NAMES: &[&CStr] = &[$(name(concat!(stringify!($field), "\0"))),*];
-        }
-    };
-}
-
-named! {
 /// `servo_id_settings` in the header, which documents the fields.
 #[allow(missing_docs, reason = "the header has them")]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -92,7 +73,6 @@ pub struct Settings {
     pub known: Each<i32>,
     pub with_feed_forward: i32,
     pub unused: i32,
-}
 }
 
 /// A value that was stated.

@@ -4,7 +4,6 @@ use commissioning::Phase;
 use identifier_ffi::commission::CONDITIONS;
 use identifier_ffi::judge::STATES;
 use identifier_ffi::object::Object;
-use identifier_ffi::settings::Settings;
 use identifier_ffi::status::ALLOWED;
 use identifier_ffi::tuner::CAPS;
 use identifier_ffi::{Prototype, parameter, status};
@@ -229,7 +228,7 @@ fn fields() -> Vec<String> {
 #[test]
 fn a_refusal_names_a_field_of_the_header() {
     let fields = fields();
-    for field in Settings::NAMES.iter().chain(parameter::PARTS) {
+    for field in parameter::NAMES {
         let field = field.to_str().expect("text");
         assert!(fields.iter().any(|own| own == field), "{field}");
     }
