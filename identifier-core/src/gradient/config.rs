@@ -30,9 +30,9 @@ pub(crate) struct GradientConfig<const P: usize> {
 }
 
 impl<const P: usize> GradientConfig<P> {
-    /// The entry of Γ; zero for a frozen parameter.
-    pub(super) fn moving_gamma(&self, i: usize) -> f64 {
-        if self.frozen[i] { 0.0 } else { self.gamma[i] }
+    /// The diagonal of Γ; zero for a frozen parameter.
+    pub(super) fn moving_gamma(&self) -> [f64; P] {
+        core::array::from_fn(|i| if self.frozen[i] { 0.0 } else { self.gamma[i] })
     }
 }
 
@@ -70,8 +70,8 @@ impl<const P: usize> LawScales<P> {
         let regressor = own.map(|of| scales.regressor(of));
         // A product of two words has two fraction bits less than a sum.
         let level = own.map(|of| scales.estimate(of) - output - 2);
-        let least_of: [i32; P] =
-            core::array::from_fn(|i| least(config.moving_gamma(i), regressor[i]));
+        let gamma = config.moving_gamma();
+        let least_of: [i32; P] = core::array::from_fn(|i| least(gamma[i], regressor[i]));
         let up: [i32; P] = core::array::from_fn(|i| (least_of[i] - level[i]).max(0));
         let directed: [i32; P] = core::array::from_fn(|i| level[i] + up[i]);
         // Two bits for a product, and two for its shift: the halves of four add up to less than one.

@@ -107,10 +107,9 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
         } else {
             known
         };
+        let gamma = config.moving_gamma();
         let law = Self {
-            gamma: core::array::from_fn(|i| {
-                N::factor(config.moving_gamma(i), of.regressor[i], of.directed[i])
-            }),
+            gamma: core::array::from_fn(|i| N::factor(gamma[i], of.regressor[i], of.directed[i])),
             mu: N::factor(config.mu, scales.position, output),
             to_output: N::lower(output - scales.rate()),
             to_strength: core::array::from_fn(|i| {
