@@ -75,6 +75,8 @@ pub(crate) struct Surroundings {
     /// The motor's leads, right (1) or swapped (−1).
     pub(crate) leads: f64,
     pub(crate) power: bool,
+    /// Its test is over.
+    is_over: bool,
     /// Position of the axis, rad, and the command that is held.
     pub(crate) position: f64,
     pub(crate) held: Option<f32>,
@@ -113,6 +115,7 @@ impl SimulatedDrive {
                 supply: false,
                 leads: 1.0,
                 power: true,
+                is_over: false,
                 position: 0.0,
                 held: None,
                 time: 0.0,
@@ -159,7 +162,16 @@ impl SimulatedDrive {
     }
 }
 
-/// Powers the drive up again after each power-off, with its flash unchanged.
+/// It would take a core from the other tests.
+impl Drop for SimulatedDrive {
+    fn drop(&mut self) {
+        if let Ok(mut around) = self.shared.around.lock() {
+            (around.power, around.is_over) = (false, true);
+        }
+    }
+}
+
+/// Powers the drive up again after each power-off, with its flash unchanged, until its test is over.
 fn power_cycles(
     listener: &TcpListener,
     shared: &Shared,
@@ -190,6 +202,9 @@ fn power_cycles(
         };
         let off = board.power_up(&mut flash, None, &mut axis);
         off.expect("nothing is configured");
+        if shared.lock().is_over {
+            return;
+        }
         shared.lock().power = true;
         shared.changed.notify_all();
     }
