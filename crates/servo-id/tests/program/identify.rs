@@ -34,7 +34,7 @@ static MOTION: LazyLock<Motion> = LazyLock::new(|| {
          [amplifier]\nlimit = 10.0\n[controller]\nkp = 9.0\nkd = 0.5\nki = 4.0\nsample_time = 0.001\n\
          velocity_filter = {{ kind = \"low-pass\", cutoff = 500.0 }}\n[excitation]\nkind = \"prbs\"\n\
          amplitude = 0.3\nhold = 0.1\norder = 10\n[identifier]\nlaw = \"gauss-newton\"\n\
-         parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n[run]\nduration = 3.0\n"
+         parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n[run]\nduration = 2.0\n"
     );
     Motion::of("identify-motion", &text)
 });

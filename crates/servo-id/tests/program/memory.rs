@@ -6,11 +6,11 @@ use std::time::Duration;
 use crate::support::{Folder, folder};
 
 /// Lengths of two runs, s: both have more samples than the verdict looks at.
-const DURATIONS: [f64; 2] = [300.0, 1000.0];
+const DURATIONS: [f64; 2] = [150.0, 400.0];
 
 /// The most that a run may need, kB, and its largest growth from the shorter to the longer: one retained number per sample
-/// would take 5600.
-const RUN: [u64; 2] = [200_000, 3_500];
+/// would take 2000.
+const RUN: [u64; 2] = [200_000, 1_250];
 
 /// The most that identification needs for each row of a log of four columns, bytes: the columns and the samples.
 const ROW: u64 = 210;

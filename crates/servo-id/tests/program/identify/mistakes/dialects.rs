@@ -1,4 +1,4 @@
-//! Separators, marks, headings and columns of a text.
+//! Headings and columns of a text, and separators that the dialects of `log_dialects` do not have.
 
 use super::super::{MOTION, cells, map, text, text_of_cells};
 use super::Expected::{Gain, Named};
@@ -16,27 +16,16 @@ impl Cases {
         let plain = of.text();
         let columns = |names: &str| plain.replacen("t_s,q_rad,u_V", names, 1);
         self.right("plain", plain.clone());
-        self.right("decimal commas", plain.replace(',', ";").replace('.', ","));
-        self.right("tabs", plain.replace(',', "\t"));
         self.right("spaces", plain.replace(',', "   "));
         let spaces = plain.replace(',', " ").replace('.', ",");
         self.right("decimal commas, spaces", spaces);
-        self.right("byte order mark", format!("\u{feff}{plain}"));
         self.named("UTF-16", utf16(&plain), "UTF-16");
-        self.right("carriage returns", plain.replace('\n', "\r\n"));
-        self.right("comments", format!("# drive 7\n% gains\n{plain}"));
-        let quoted = |line: &str| format!("\"{}\"\n", line.replace(',', "\",\""));
-        self.right(
-            "quoted cells",
-            plain.lines().map(quoted).collect::<String>(),
-        );
         self.right("row of units", columns("t,q,u\ns,rad,V"));
         let bare = kept(&plain, |k| k > 0);
         let unit = "--position-unit rad";
         self.right("no heading", bare.clone());
         self.stated("no heading, unit stated", bare, unit, Gain(GAIN));
         self.right("empty lines", plain.replace('\n', "\n\n"));
-        self.right("separator at the end", plain.replace('\n', ",\n"));
         let german = columns("Zeit [s],Winkel [rad],Spannung [V]");
         self.right("German names", german.replace(',', ";").replace('.', ","));
         let capitals = columns("TIME (S),ENCODER POSITION (RAD),MOTOR VOLTAGE");
