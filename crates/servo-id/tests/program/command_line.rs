@@ -164,6 +164,7 @@ gauss-newton | arithmetic = "fixed" | identifier.arithmetic
 window | # | identifier.law
 gauss-newton | terms = ["delay"] | identifier.terms
 gauss-newton | required_terms = ["wandering-load"] | identifier.required_terms
+fit | parameters = ["a", "b", "coulomb", "load"]; required_terms = ["ripple"] | identifier.ripple_order
 relay-least-squares | parameters = ["a", "b", "load"] | identifier.parameters
 "#;
 
@@ -290,17 +291,6 @@ fn compare_gives_every_method_the_range_that_it_has_to_know() {
         let end = range[place].as_f64().expect("a number");
         assert!((end - expected).abs() < 1e-9, "{range}");
     }
-}
-
-#[test]
-fn compare_has_every_method_in_every_case() {
-    let folder = own_folder();
-    folder.write_scenario("compare.toml", "60.0", "2.0");
-    let document = folder.json("compare compare.toml");
-    let cases = document["cases"].as_array().expect("cases");
-    assert_eq!(cases.len(), 6);
-    let has_all = |case: &Value| case["methods"].as_array().is_some_and(|m| m.len() == 4);
-    assert!(cases.iter().all(has_all));
 }
 
 #[test]

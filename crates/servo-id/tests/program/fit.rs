@@ -158,10 +158,3 @@ fn a_required_term_that_the_motion_does_not_show_is_the_reason_of_the_status() {
     assert_eq!(result["status"], "no-information");
     assert_eq!(result["code"], 29);
 }
-
-#[test]
-fn a_required_term_without_its_setting_is_refused() {
-    let trace = trace();
-    with_keys(&trace, "required_terms = [\"ripple\"]");
-    assert!(trace.refused(REPLAY).contains("identifier.ripple_order"));
-}

@@ -325,36 +325,19 @@ cut = [[-1.0, 100.0]] | log.cut
 #[test]
 fn files_that_are_no_logs_are_answered_with_place_and_remedy() {
     let rows = text(&samples());
-    for (line, row, place) in [
-        (49, "0.048,0,1e308,0", ":50: column q: "),
-        (1, "fast,0,0,0", ":2: column t: "),
-    ] {
-        let mut lines: Vec<_> = rows.lines().collect();
-        lines[line] = row;
-        assert_refused(lines.join("\n"), PLAIN, place);
-    }
     for row in table(WRONG) {
         assert_refused(&rows, &format!("{PLAIN}\n{}", row[0]), &row[1]);
     }
     let row = |k: i32| format!("{},0,0.5,1\n", 1e-3 * f64::from(k));
     let constant: String = (0..100).map(row).collect();
     assert_refused(format!("t,r,q,u\n{constant}"), PLAIN, "column q");
-    for none in [
-        "t,r,q,u\n0,0,0,0\n0.001,0,1,0\n",
-        "t,r,q,u\n",
-        "",
-        "# nothing\n",
-    ] {
-        assert_refused(none, PLAIN, "log.csv");
-    }
+    assert_refused("# nothing\n", PLAIN, "log.csv");
     let twice = rows.replace("t,r,q,u", "t,q,q,u");
     let without = |line: &str| PLAIN.replace(line, "");
     assert_refused(&twice, &without("reference = \"r\"\n"), "column q");
     assert_refused(&rows, &PLAIN.replace("\"q\"", "7"), "column 7");
     let cut = without("\ncommand = \"u\"") + "\ncut = [[1.0, 2.0]]";
     assert_refused(&rows, &cut, "log.cut");
-    let utf16: Vec<u8> = rows.encode_utf16().flat_map(u16::to_le_bytes).collect();
-    assert_refused([vec![0xff, 0xfe], utf16].concat(), PLAIN, "UTF-8");
 }
 
 #[test]
