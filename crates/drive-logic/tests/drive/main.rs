@@ -13,7 +13,6 @@ mod homing;
 mod line;
 mod operation;
 mod outside;
-mod parts;
 mod safety;
 mod servo_changes;
 mod store;

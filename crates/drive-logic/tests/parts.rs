@@ -1,10 +1,14 @@
-//! The parts that a build has: `--no-default-features` is that of a small board.
+//! The parts that a build has: `--no-default-features` is that of a small board, for which this is built alone.
 
-use crate::support::commission::ORDER;
-use crate::support::drive::{Drive, SERVO};
-use crate::support::{Bench, Flash, first_contact, settings};
+#[allow(dead_code, reason = "the bench of all tests of the drive")]
+#[path = "drive/support/mod.rs"]
+mod support;
+
 use drive_link::{Command, NotAllowed, Refusal, Why};
 use identifier_core::parameters::{Term, Terms};
+use support::commission::ORDER;
+use support::drive::{Drive, SERVO};
+use support::{Bench, Flash, first_contact, settings};
 
 /// What a drive says to a command that only a build with a part obeys.
 fn answer_of(part: &str, has_part: bool, command: Command) {
