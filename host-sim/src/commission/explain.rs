@@ -57,6 +57,7 @@ impl Recorded {
                 Reason::PartlyExplained
                     | Reason::ResonanceOrBacklash
                     | Reason::TooLittleEvidence
+                    | Reason::NoGains
                     | Reason::PredictionMissed
                     | Reason::DoesNotMove
                     | Reason::NeverAtRest

@@ -1,5 +1,5 @@
 //! Unknown servos, commissioned: `CAMPAIGN=20` for a thousand of them, `CAMPAIGN_SEED=7` for others than usual,
-//! `CAMPAIGN_FEED_FORWARD=1` for gains with a feed-forward, `CAMPAIGN_DETAIL=1` for a line each of those that were not
+//! `CAMPAIGN_FEED_FORWARD=1` for gains with a feed-forward, `CAMPAIGN_EFFECTS=gravity,cogging,stribeck` for axes with these, `CAMPAIGN_DETAIL=1` for a line each of those that were not
 //! applied or missed the predicted response.
 
 use std::collections::BTreeMap;
@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use integration_tests::{Random, environment, in_parallel};
 
 use super::judged::{Judged, commission};
-use super::servos::{Drawn, unknown};
+use super::servos::{Drawn, Effect, unknown};
 use super::tally::{Tally, table};
 
 /// Servos of a campaign with a factor of one.
@@ -27,6 +27,15 @@ const FEW: usize = 16;
 /// The seed of the servos: set another one for servos on which no constant was chosen.
 fn seed() -> u32 {
     environment("CAMPAIGN_SEED").unwrap_or(15)
+}
+
+/// The effects that all of them have.
+fn effects() -> Vec<Effect> {
+    let names: String = environment("CAMPAIGN_EFFECTS").unwrap_or_default();
+    let named = Effect::ALL
+        .into_iter()
+        .filter(|(name, _)| names.contains(name));
+    named.map(|(_, effect)| effect).collect()
 }
 
 #[test]
@@ -51,8 +60,9 @@ fn unknown_servos_are_commissioned_within_their_limits() {
 /// The outcomes of so many servos, asserted to have kept their limits.
 fn commissioned(servos: usize) -> Tally {
     let mut random = Random::new(seed());
+    let effects = effects();
     let drawn: Vec<Drawn> = (0..servos)
-        .map(|place| unknown(&mut random, place))
+        .map(|place| unknown(&mut random, place, &effects))
         .collect();
     let judged: Vec<Result<Judged, String>> =
         in_parallel(&drawn, |drawn| Ok(commission(&drawn.scenario()?)));

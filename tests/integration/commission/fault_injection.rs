@@ -203,7 +203,7 @@ fn nothing_is_applied_after_a_fault_before_its_trial() {
     let injections = environment("STRUCK").unwrap_or(70);
     let drawn: Vec<(Drawn, Kind, u32)> = (0..injections)
         .map(|place| {
-            let servo = unknown(&mut random, place);
+            let servo = unknown(&mut random, place, &[]);
             (servo, KINDS[place % KINDS.len()], random.seed())
         })
         .collect();

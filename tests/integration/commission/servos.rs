@@ -26,11 +26,58 @@ const WEAKEST: f64 = 50.0;
 /// Friction a over gain b of the paper's servo, command units s/rad.
 const NOMINAL: f64 = 0.2174 / 257.7;
 
+/// An effect that a machine adds to a rigid axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Effect {
+    /// 5 to 25 % of the full command, from any angle on.
+    Gravity,
+    /// 2 to 12 % of the full command, 6 to 84 periods a revolution.
+    Cogging,
+    /// 0.3 to 1.5 of Coulomb friction in addition, within 0.05 to 2 rad/s.
+    Stribeck,
+}
+
+impl Effect {
+    pub(super) const ALL: [(&'static str, Self); 3] = [
+        ("gravity", Self::Gravity),
+        ("cogging", Self::Cogging),
+        ("stribeck", Self::Stribeck),
+    ];
+
+    /// Its lines in [plant], for a servo of so much push and Coulomb friction, rad/s².
+    fn drawn(self, random: &mut Random, push: f64, coulomb: f64) -> String {
+        let waves = |random: &mut Random, name: &str, part: f64| {
+            let (sine, cosine) = random.uniform(0.0, std::f64::consts::TAU).sin_cos();
+            format!(
+                "{name} = [{:?}, {:?}]\n",
+                part * push * sine,
+                part * push * cosine
+            )
+        };
+        match self {
+            Self::Gravity => {
+                let part = random.uniform(0.05, 0.25);
+                waves(random, "gravity", part)
+            }
+            Self::Cogging => {
+                let part = random.uniform(0.02, 0.12);
+                let order = random.log_uniform(6.0, 84.0).round();
+                format!("{}ripple_order = {order}\n", waves(random, "ripple", part))
+            }
+            Self::Stribeck => format!(
+                "low_speed_friction = {:?}\nlow_speed_velocity = {:?}\n",
+                coulomb * random.uniform(0.3, 1.5),
+                random.log_uniform(0.05, 2.0)
+            ),
+        }
+    }
+}
+
 /// Random unknown servos: b over 100:1, a/b of 0 to 10 times the paper's, Coulomb friction of up to 20 % and
 /// load of up to 30 % of the limit, 1000 to 131 072 counts, three sample rates, delays of up to two samples.
 /// Travel and speed are the limits of a user who knows only the strength of the servo's class: half a decade.
 /// Every second is held by gains that were tuned with care; the others rest and coast.
-pub(super) fn unknown(random: &mut Random, place: usize) -> Drawn {
+pub(super) fn unknown(random: &mut Random, place: usize, effects: &[Effect]) -> Drawn {
     let (sample_time, rate) = SAMPLE_TIMES[place % SAMPLE_TIMES.len()];
     let b = random.log_uniform(WEAKEST, 100.0 * WEAKEST);
     let a = b * NOMINAL * random.uniform(0.0, 10.0);
@@ -51,6 +98,9 @@ pub(super) fn unknown(random: &mut Random, place: usize) -> Drawn {
         false => format!("[commission]\nsample_time = {sample_time:?}"),
     };
     let seed = random.seed();
+    let effects: String = (effects.iter())
+        .map(|effect| effect.drawn(random, b * LIMIT, coulomb))
+        .collect();
     let feed_forward = environment::<u8>("CAMPAIGN_FEED_FORWARD").is_some_and(|on| on > 0);
     let text = format!(
         "
@@ -60,7 +110,7 @@ b = {b:?}
 coulomb = {coulomb:?}
 load = {load:?}
 delay = {delay:?}
-[encoder]
+{effects}[encoder]
 counts_per_rev = {counts:?}
 [amplifier]
 limit = {LIMIT:?}

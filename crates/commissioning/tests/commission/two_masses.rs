@@ -281,6 +281,28 @@ fn a_heavy_load_on_a_soft_spring_is_found_by_low_lines() {
     }
 }
 
+/// The five numbers explain its motions, and gains for these alone have an Ms of 15.
+#[test]
+fn a_resonance_that_no_motion_shows_is_looked_for_before_there_are_gains() {
+    let mut bench = hard_to_see(137.0, 0.7275);
+    bench.effects.resonance_damping = Some(0.006);
+    bench.effects.delay = 1e-3;
+    bench.servo = ServoParameters::new(0.24, 5.06, 12.2, -17.5);
+    bench.set_counts(1457.0);
+    bench.settings.limits = Limits::new([-0.3, 0.3], 6.0, [-48.0, 48.0]);
+    for part in 0..8 {
+        bench.offset = f64::from(part) / 8.0;
+        let judged = judge(&bench);
+        let sensitivity = judged.sensitivity.unwrap_or(0.0);
+        println!(
+            "{part}: {} {} {sensitivity}",
+            judged.phase.name(),
+            judged.reason
+        );
+        assert!(sensitivity < MAX_SENSITIVITY, "{part}: {sensitivity}");
+    }
+}
+
 /// The motor alone is four to six times as strong as both masses: a relay that goes on while it rings drives it to twice its speed.
 #[test]
 fn a_relay_that_drives_a_resonance_keeps_its_speed() {

@@ -100,8 +100,7 @@ too-little-evidence | plant: coulomb = 5.0 & =encoder: counts_per_rev = 500 & =c
 resonance-or-backlash | plant: resonance = 90.0; inertia_ratio = 0.78 | plant: resonance = 2000.0 | logged
 resonance-or-backlash | plant: coulomb = 100.0; resonance = 300.0; inertia_ratio = 0.5; backlash = 0.006 | plant:
     backlash = 0.0
-partly-explained | plant: gravity = [600.0, 180.0] | =commission: travel = 0.03; speed = 30.0; sample_time = 0.001 |
-    logged
+partly-explained | plant: ripple = [500.0, 0.0]; ripple_order = 20 | logged
 no-gains | commission: response_time = 0.012 | commission: response_time = 0.03
 prediction-missed | =plant: a = 0.663; b = 58.4; coulomb = 29.9; low_speed_friction = 85.3; low_speed_velocity =
     0.17 & =encoder: counts_per_rev = 2000 & =commission: travel = 0.606; speed = 23.2; sample_time = 0.001 |

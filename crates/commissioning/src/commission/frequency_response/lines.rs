@@ -23,6 +23,9 @@ impl Lines {
     /// The lowest frequency of a survey, Hz: below it the loop that holds the servo leaves little of the injection.
     const LOWEST: f64 = 6.0;
 
+    /// The lowest bin of any window: into those below it the mean motion leaks.
+    const FIRST_BIN: f64 = Self::LOWEST * Self::WINDOW;
+
     /// The window of low lines, s, and their lowest and highest frequency, Hz.
     const LONG_WINDOW: f64 = 1.0;
     const LOW: [f64; 2] = [3.0, 60.0];
@@ -45,11 +48,6 @@ impl Lines {
     /// The highest bin.
     fn highest(&self) -> f64 {
         libm::floor(Self::HIGHEST * f64::from(self.window))
-    }
-
-    /// None yet.
-    pub(crate) fn none(sample_time: f64) -> Self {
-        Self::within(sample_time, Self::WINDOW)
     }
 
     fn within(sample_time: f64, window: f64) -> Self {
@@ -97,6 +95,12 @@ impl Lines {
     #[must_use]
     pub(crate) fn count(&self) -> usize {
         self.count
+    }
+
+    /// The part of a survey's window that theirs is, at most all of it.
+    #[must_use]
+    pub(crate) fn part(&self) -> f64 {
+        (self.window_time() / Self::WINDOW).min(1.0)
     }
 
     /// Samples of the window.
@@ -155,11 +159,11 @@ pub(crate) struct LineSearch {
 }
 
 impl LineSearch {
-    /// Logarithmic, from the lowest frequency to the highest.
+    /// Logarithmic, from the lowest frequency to the highest, in a part of the usual window.
     #[must_use]
-    pub(crate) fn first_pass(sample_time: f64) -> Self {
+    pub(crate) fn first_pass(sample_time: f64, part: f64) -> Self {
         Self::over(
-            Lines::none(sample_time),
+            Lines::within(sample_time, part * Lines::WINDOW),
             [Lines::LOWEST, f64::INFINITY],
             None,
         )
@@ -170,7 +174,7 @@ impl LineSearch {
     pub(crate) fn between(sample_time: f64, lowest: f64) -> Self {
         Self {
             between: Some(lowest),
-            ..Self::first_pass(sample_time)
+            ..Self::first_pass(sample_time, 1.0)
         }
     }
 
@@ -185,7 +189,7 @@ impl LineSearch {
     fn over(lines: Lines, [lowest, highest]: [f64; 2], between: Option<f64>) -> Self {
         Self {
             lines,
-            bin: libm::ceil(lowest * lines.window_time()).max(1.0),
+            bin: libm::ceil(lowest * lines.window_time()).max(Lines::FIRST_BIN),
             highest: libm::floor(highest * lines.window_time()).min(lines.highest()),
             between,
         }
@@ -262,7 +266,7 @@ mod tests {
     #[test]
     fn lines_reach_from_6_hz_to_half_of_the_sampling_frequency_and_are_two_bins_apart() {
         for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
-            let lines = LineSearch::first_pass(sample_time).all();
+            let lines = LineSearch::first_pass(sample_time, 1.0).all();
             let hertz: Vec<f64> = lines.frequencies().map(|omega| omega / TAU).collect();
             let bin = 1.0 / lines.window_time();
             assert!(
@@ -276,14 +280,14 @@ mod tests {
             assert!((0.48..0.4951).contains(&last), "{last}");
             assert_eq!(hertz.len(), lines.count());
         }
-        assert_eq!(LineSearch::first_pass(0.1).all().count(), 0);
-        assert_eq!(LineSearch::first_pass(10.0).all().count(), 0);
+        assert_eq!(LineSearch::first_pass(0.1, 1.0).all().count(), 0);
+        assert_eq!(LineSearch::first_pass(10.0, 1.0).all().count(), 0);
     }
 
     #[test]
     fn further_lines_stand_between_those_of_a_survey_above_a_frequency() {
         for sample_time in [4e-3, 1e-3, 1e-4, 5e-5] {
-            let first_pass: Vec<f64> = LineSearch::first_pass(sample_time)
+            let first_pass: Vec<f64> = LineSearch::first_pass(sample_time, 1.0)
                 .all()
                 .frequencies()
                 .collect();
@@ -304,7 +308,7 @@ mod tests {
     #[test]
     fn rotations_are_those_of_the_frequencies() {
         for sample_time in [4e-3, 1e-3, 2.5e-4, 1e-4, 5e-5] {
-            let lines = LineSearch::first_pass(sample_time).all();
+            let lines = LineSearch::first_pass(sample_time, 1.0).all();
             let both = lines.rotations().zip(lines.frequencies());
             let mut compared = 0;
             for (rotation, omega) in both {

@@ -145,7 +145,7 @@ impl<N: Number> ResponsePlanner<N> {
     const MAX_GROWTH: f64 = 1.5;
 
     /// The least speed, counts per second: with fewer the lines are lost in the rounding.
-    const MIN_SPEED_COUNTS: f64 = 150.0;
+    const MIN_SPEED_COUNTS: f64 = 60.0;
 
     /// The largest part of the command that compensates friction and load of an uncertain servo. Too large a
     /// compensation would drive it away.
@@ -201,6 +201,7 @@ impl<N: Number> ResponsePlanner<N> {
         } else {
             (Self::SETTLING, Self::TURNS)
         };
+        let settling = settling * lines.part();
         let frequency_response = settling + lines.window_time();
         let half = 0.5 * (frequency_response + 0.5 * Self::SHORTEST_TURN);
         let turning = turns * room;
@@ -251,7 +252,7 @@ impl<N: Number> ResponsePlanner<N> {
                 settling: libm::ceil(settling / time) as u32,
                 window: lines.window(),
                 window_rotation: rotations.spacing().map(number),
-                fade: number((time / Self::FADE).min(1.0)),
+                fade: number((time / (Self::FADE * lines.part())).min(1.0)),
                 max_error: number(Self::ERROR * room * counts),
                 patience: libm::ceil(patience / time) as u32,
                 line_speed: number(line_speed * time * counts),

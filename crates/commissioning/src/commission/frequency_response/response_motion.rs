@@ -74,6 +74,9 @@ impl<N: Number> ResponseMotion<N> {
     /// Motions in which the servo may stop: they are done again with a smaller injection.
     const MAX_STOPPED: u8 = 4;
 
+    /// The part of the largest error that a loop of less bandwidth may have once the servo is learnt.
+    const HELD: f64 = 0.5;
+
     /// The part of the motion's speed at which it has stopped, but for a count of the smoothed velocity.
     const STANDS: f64 = 0.2;
 
@@ -138,6 +141,7 @@ impl<N: Number> ResponseMotion<N> {
             self.passed = self.passed.saturating_add(1);
         }
         if self.stage == Stage::Window {
+            self.window.farthest = self.window.farthest.larger(error.magnitude());
             self.gather(sample);
         }
         let learning = self.learning;
@@ -259,7 +263,11 @@ impl<N: Number> ResponseMotion<N> {
         let change = self.motion.servo.learn(&balance);
         holding.subtract_from_integral(change);
         if self.learning == 0 {
-            holding.reduce_bandwidth(self.motion.learnt_bandwidth);
+            // A force that changes with the place moves the servo by the reciprocal square of the bandwidth.
+            let most = N::from_f64(Self::HELD) * self.motion.max_error;
+            let least = self.motion.learnt_bandwidth * self.motion.learnt_bandwidth;
+            let held = (self.window.farthest * most.reciprocal()).limited(least, N::ONE);
+            holding.reduce_bandwidth(held * held.reciprocal_root());
         }
     }
 

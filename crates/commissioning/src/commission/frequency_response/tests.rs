@@ -71,7 +71,7 @@ struct Sums(Vec<(f64, [f64; 2], [f64; 2], u32)>);
 
 impl Sums {
     fn new(time: f64) -> Self {
-        let lines = LineSearch::first_pass(time).all();
+        let lines = LineSearch::first_pass(time, 1.0).all();
         Self(
             lines
                 .frequencies()
@@ -184,7 +184,7 @@ impl Axis {
             &known,
             is_uncertain,
             None,
-            &LineSearch::first_pass(time).all(),
+            &LineSearch::first_pass(time, 1.0).all(),
         )
         .expect("room")
         .all()
@@ -350,13 +350,13 @@ fn an_axis_with_too_little_for_response_motions_gets_no_plan() {
             &known,
             false,
             None,
-            &LineSearch::first_pass(settings.sample_time).all(),
+            &LineSearch::first_pass(settings.sample_time, 1.0).all(),
         )
     };
     assert!(plan(&|_| {}).is_some());
-    assert!(plan(&|settings| settings.limits.travel = [-0.02, 0.03]).is_none());
-    assert!(plan(&|settings| settings.limits.speed = 0.2).is_none());
-    assert!(plan(&|settings| settings.resolution = 0.01).is_none());
+    assert!(plan(&|settings| settings.limits.travel = [-0.01, 0.015]).is_none());
+    assert!(plan(&|settings| settings.limits.speed = 0.08).is_none());
+    assert!(plan(&|settings| settings.resolution = 0.03).is_none());
     assert!(plan(&|settings| settings.limits.command = [-0.65, 5.0]).is_none());
 }
 
@@ -470,7 +470,7 @@ fn low_lines_have_a_slow_loop() {
         let (_, _, bandwidth) = response_motion.loop_plan();
         f64::from(bandwidth) / axis.sample_time
     };
-    let usual = LineSearch::first_pass(axis.sample_time).all();
+    let usual = LineSearch::first_pass(axis.sample_time, 1.0).all();
     let [lowest, of_usual] = [&lines, &usual].map(|lines| lines.frequencies().next());
     let lowest = lowest.expect("lines");
     assert!(lowest < 0.6 * of_usual.expect("lines"));

@@ -20,8 +20,9 @@ pub(super) struct Window<N> {
     turned: [N; 2],
     /// ∑ h_k Δq_k, ∑ sin(2πk/n) Δq_k and ∑ h_k u_k.
     beneath: [N; 3],
-    /// The slowest that the servo was, in the direction of the motion.
+    /// The slowest that the servo was, in the direction of the motion, and the farthest from its reference.
     pub(super) slowest: N,
+    pub(super) farthest: N,
 }
 
 impl<N: Number> Window<N> {
@@ -30,6 +31,7 @@ impl<N: Number> Window<N> {
         turned: [N::ONE, N::ZERO],
         beneath: [N::ZERO; 3],
         slowest: N::ZERO,
+        farthest: N::ZERO,
     };
 
     /// Begins, in a motion at this speed.

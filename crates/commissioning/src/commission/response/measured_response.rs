@@ -19,10 +19,10 @@ const NO_LINE: MeasuredLine = MeasuredLine {
 pub(in crate::commission) struct MeasuredResponse<N> {
     sample_time: f64,
     resolution: f64,
-    /// The lines of the present or last motions, and their sums. The flag is true if they replace those of earlier
-    /// motions.
+    /// The lines of the present or last motions, factor by which they make those of earlier motions doubtful, and their
+    /// sums.
     first_pass: Lines,
-    replaces: bool,
+    doubt: f64,
     sums: [ResponseSums<N>; Lines::MAX],
     lines: [MeasuredLine; MOST],
     count: usize,
@@ -80,7 +80,7 @@ impl<N: Number> MeasuredResponse<N> {
         sample_time: 0.0,
         resolution: 0.0,
         first_pass: Lines::NONE,
-        replaces: false,
+        doubt: 1.0,
         sums: [ResponseSums::EMPTY; Lines::MAX],
         lines: [NO_LINE; MOST],
         count: 0,
@@ -91,13 +91,14 @@ impl<N: Number> MeasuredResponse<N> {
     pub(in crate::commission) fn restart(&mut self, settings: &CommissionSettings) {
         (self.sample_time, self.resolution) = (settings.sample_time, settings.resolution);
         self.count = 0;
-        self.begin(&Lines::NONE, false);
+        self.begin(&Lines::NONE, 1.0);
     }
 
-    /// Begins to measure lines. They replace those up to the highest of them, if motions show them, or lie between them.
-    pub(in crate::commission) fn begin(&mut self, lines: &Lines, replaces: bool) {
+    /// Begins to measure lines. Up to the highest of them this is the factor on the deviations of those before, if motions
+    /// show them; with an infinite one they take their place.
+    pub(in crate::commission) fn begin(&mut self, lines: &Lines, doubt: f64) {
         self.first_pass = *lines;
-        self.replaces = replaces;
+        self.doubt = doubt;
         self.sums = [ResponseSums::EMPTY; Lines::MAX];
         self.balances = [BalanceSums::EMPTY; 2];
     }
@@ -108,14 +109,20 @@ impl<N: Number> MeasuredResponse<N> {
         first.response_motions > 1
     }
 
-    /// Drops the lines of earlier motions that those of the last motions replace.
-    fn replace(&mut self) {
+    /// Takes the doubt into the lines of earlier motions, and drops those without any trust.
+    fn doubt_earlier(&mut self) {
         let highest = self.first_pass.frequencies().last().unwrap_or(0.0);
         let mut kept = 0;
         for place in 0..self.count {
-            let line = self.lines.get(place).copied();
-            let above = line.filter(|line| line.frequency > highest);
-            if let (Some(line), Some(to)) = (above, self.lines.get_mut(kept)) {
+            let Some(mut line) = self.lines.get(place).copied() else {
+                return;
+            };
+            if line.frequency <= highest {
+                line.deviation *= self.doubt;
+            }
+            if line.deviation.is_finite()
+                && let Some(to) = self.lines.get_mut(kept)
+            {
                 *to = line;
                 kept += 1;
             }
@@ -172,8 +179,8 @@ impl<N: Number> MeasuredResponse<N> {
 
     /// Begins to measure the lines, of which the sums of all motions were taken.
     pub(in crate::commission) fn begin_lines(&mut self) -> LineMeasurement {
-        if self.replaces && self.has_lines() {
-            self.replace();
+        if self.has_lines() {
+            self.doubt_earlier();
         }
         self.count = self.count.min(MOST - Lines::MAX);
         LineMeasurement {

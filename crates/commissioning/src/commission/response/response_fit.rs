@@ -59,7 +59,7 @@ pub(in crate::commission) struct ResponseEstimate {
 impl ResponseEstimate {
     /// The largest standard error of ln b of a response. If it is larger, the lines do not reach below the
     /// antiresonance, where both masses move together.
-    const KNOWN_GAIN: f64 = 0.05;
+    pub(in crate::commission) const KNOWN_GAIN: f64 = 0.05;
 
     /// True if the lines show the gain of both masses together, and with it the share of each.
     pub(in crate::commission) fn is_known(&self) -> bool {
@@ -103,6 +103,11 @@ impl ResponseEstimate {
     /// True if a second mass explains a part of the errors of one mass alone, as it may of noise.
     pub(in crate::commission) fn may_be_noise(&self) -> bool {
         self.resonance.is_some() && self.left >= ResponseFit::NEARLY_ALL
+    }
+
+    /// True if a second mass explains nearly all that one leaves.
+    pub(in crate::commission) fn is_two_masses(&self) -> bool {
+        self.resonance.is_some() && self.left < ResponseFit::NEARLY_ALL
     }
 
     /// True if one mass leaves so much of the lines that a narrow resonance may lie between them.

@@ -55,7 +55,7 @@ fn shown(mode: Option<&Mode>, noise: f64, gain: f64) -> ResponseEstimate {
 /// The same with a noise that depends on the frequency, rad/s.
 fn shown_through(mode: Option<&Mode>, noise: &dyn Fn(f64) -> f64, gain: f64) -> ResponseEstimate {
     let mut random = SplitMix64::new(7);
-    let lines: Vec<MeasuredLine> = LineSearch::first_pass(SAMPLE_TIME)
+    let lines: Vec<MeasuredLine> = LineSearch::first_pass(SAMPLE_TIME, 1.0)
         .all()
         .frequencies()
         .map(|frequency| {

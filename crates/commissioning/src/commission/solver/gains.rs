@@ -1,6 +1,7 @@
 //! The search for gains.
 
 use super::super::message::{Candidate, DecisionKind};
+use super::super::noise::QUANTISATION_SIGMA;
 use super::order::Evidence;
 use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
@@ -13,6 +14,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
+
+    /// The same of an axis of which no line was measured, or whose lines may hide a resonance. Its motions hide a load on a spring that oscillates by less than
+    /// half a count: β b Δu/ω² under a push Δu of half of the command. The loop bears it at a damping ratio ζ of 0.003 if
+    /// b C β/(2 ζ ω²) is at most a half, which is a gain C of 2 ζ Δu a count.
+    const UNSEEN: f64 = 0.003 * QUANTISATION_SIGMA;
 
     /// Has the next slice begin to look for gains.
     pub(super) fn tune_next(&mut self, goal: Goal, step: f64, fitted: bool) {
@@ -38,7 +44,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     command_delay: 0.0,
                     goal,
                     max_sensitivity: self.settings.max_sensitivity,
-                    max_noise: Self::NOISE,
+                    max_noise: if self.evidence.may_hide_a_resonance() {
+                        Self::UNSEEN
+                    } else {
+                        Self::NOISE
+                    },
                     step,
                     resonance: None,
                     notch: self.settings.notch,

@@ -77,6 +77,8 @@ pub(super) struct Evidence {
     /// The masses that they have shown, with Coulomb friction and load beneath the lines, rad/s².
     pub(super) masses: Option<ResponseEstimate>,
     pub(super) balance: Option<[f64; 2]>,
+    /// What the motions leave unexplained over what rounding would.
+    pub(super) doubt: f64,
 }
 
 impl Evidence {
@@ -91,6 +93,7 @@ impl Evidence {
         rounds: 0,
         masses: None,
         balance: None,
+        doubt: 1.0,
     };
 
     /// The most probing motions, and rounds of frequency-response motions.
@@ -100,7 +103,7 @@ impl Evidence {
     /// The standard error of b below which no further motions are made, and the largest for which gains are computed,
     /// as parts of b.
     const WELL_KNOWN: f64 = 0.02;
-    const KNOWN: f64 = 0.05;
+    const KNOWN: f64 = ResponseEstimate::KNOWN_GAIN;
 
     /// The ratio of the response's b to that of the motions above which further lines are measured, with its standard
     /// errors. Then the largest ratio for which gains are computed. If friction holds the load, the response is that
@@ -112,7 +115,13 @@ impl Evidence {
     /// The servo by motions and response together.
     pub(super) fn servo(&self) -> Option<IdentifiedServo> {
         let mut servo = self.fitted?;
-        let Some(masses) = &self.masses else {
+        // What the motions leave unexplained makes them as uncertain as it is large.
+        let error = servo.standard_error(IdentifiedServo::B) / servo.parameters.b;
+        let is_better = |masses: &ResponseEstimate| {
+            masses.is_explained()
+                || (self.unexplained_reason.is_some() && masses.gain_error < self.doubt * error)
+        };
+        let Some(masses) = &self.masses.filter(is_better) else {
             return Some(servo);
         };
         if self.unexplained_reason.is_some() || (masses.resonance.is_some() && masses.is_known()) {
@@ -148,6 +157,12 @@ impl Evidence {
         is_sure.then(|| [libm::log(masses.gain / b), error])
     }
 
+    /// True if a resonance may be where no line was measured, or between lines.
+    pub(super) fn may_hide_a_resonance(&self) -> bool {
+        let is_uncertain = self.unexplained_reason.is_some();
+        (self.masses).is_none_or(|masses| is_uncertain && masses.may_hide_a_resonance())
+    }
+
     fn asks_for_a_probe(&self, error: f64) -> bool {
         self.probes < Self::MAX_PROBES && error > Self::WELL_KNOWN
     }
@@ -170,8 +185,7 @@ impl Evidence {
 
     fn is_within_tolerance(&self, error: f64, agrees: bool) -> bool {
         let is_explained = match (self.masses, self.unexplained_reason) {
-            (Some(masses), Some(_)) => masses.is_explained(),
-            (None, Some(_)) => false,
+            (masses, Some(_)) => masses.is_some(),
             (_, None) => agrees,
         };
         is_explained && error <= Self::KNOWN

@@ -8,8 +8,8 @@ pub(super) struct Planning<N> {
     pub(super) planner: Option<(Lines, ResponsePlanner<N>)>,
     pub(super) is_uncertain: bool,
     pub(super) motions: u8,
-    /// True if the lines take the place of those before.
-    pub(super) replaces: bool,
+    /// Factor on the deviations of the lines before, up to the highest of these; infinite if these take their place.
+    pub(super) doubt: f64,
     /// The result of the search for gains that asks for them.
     pub(super) tuned: Option<Tuned>,
 }

@@ -16,6 +16,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     const FIRST_ROUND: u8 = 2;
     const ROUND: u8 = 4;
 
+    /// The part of the usual window in which an axis is faster: its force changes with the place, or sticks.
+    const FASTER: f64 = 0.25;
+
+    /// The factor by which it makes the deviations of the lines of slower motions larger.
+    const DOUBT: f64 = 1.0 / Self::FASTER;
+
     /// The lowest frequency of lines between the others over the bandwidth: twice its crossover.
     const ABOVE: f64 = 4.0;
 
@@ -30,34 +36,35 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Measures the frequency response, or more lines of it. Without room the order continues with its next step.
     #[inline(never)]
     pub(super) fn measure(&mut self) {
-        let Evidence {
-            masses,
-            rounds,
-            unexplained_reason,
-            ..
-        } = self.evidence;
-        let time = self.settings.sample_time;
+        let Evidence { masses, rounds, .. } = self.evidence;
+        let is_between = masses.is_some_and(|masses| masses.may_hide_a_resonance());
+        // What two rounds leave open is of low speed, or of the place.
+        let is_open = masses.map_or(rounds > 0, |masses| {
+            rounds > 1 && !masses.is_known() && !masses.is_two_masses()
+        });
         let mode = self.designed_resonance().map(|resonance| resonance.mode);
         let is_low = mode.is_none_or(|mode| mode.frequency < Self::LOW);
-        let search = match masses {
-            Some(masses) if masses.may_hide_a_resonance() => LineSearch::between(time, 0.0),
+        let time = self.settings.sample_time;
+        let (search, doubt) = match masses {
+            _ if is_open => (LineSearch::first_pass(time, Self::FASTER), Self::DOUBT),
+            _ if is_between => (LineSearch::between(time, 0.0), 1.0),
             Some(masses) if is_low && (masses.is_explained() || rounds > 1) => {
-                LineSearch::low(time)
+                (LineSearch::low(time), f64::INFINITY)
             }
-            _ => LineSearch::first_pass(time),
+            _ => (LineSearch::first_pass(time, 1.0), f64::INFINITY),
         };
-        let is_between = masses.is_some_and(|masses| masses.may_hide_a_resonance());
         self.work = Work::Plan(Planning {
             search,
             planner: None,
             // For an unexplained servo, friction and gain are estimated before the lines.
-            is_uncertain: unexplained_reason.is_some() && masses.is_none(),
+            is_uncertain: self.evidence.unexplained_reason.is_some()
+                && (masses.is_none() || is_open),
             motions: if rounds == 0 {
                 Self::FIRST_ROUND
             } else {
                 Self::ROUND
             },
-            replaces: !is_between,
+            doubt,
             tuned: None,
         });
     }
@@ -73,7 +80,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             planner: None,
             is_uncertain: false,
             motions: Self::ROUND,
-            replaces: false,
+            doubt: 1.0,
             tuned: Some(tuned),
         });
     }
@@ -86,7 +93,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         };
         if let Some((lines, planner)) = &mut planning.planner {
             let plan = planner.work()?.with_motions(planning.motions);
-            self.response.begin(lines, planning.replaces);
+            self.response.begin(lines, planning.doubt);
             self.evidence.rounds = match planning.tuned {
                 Some(_) => Evidence::MAX_ROUNDS,
                 None => self.evidence.rounds + 1,

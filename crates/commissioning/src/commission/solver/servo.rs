@@ -2,6 +2,7 @@
 
 use super::super::corrected::set_one_known;
 use super::super::message::{DecisionKind, Identified};
+use super::super::noise::QUANTISATION_SIGMA;
 use super::super::{CommissionSettings, RoughModel, ServoFitter};
 use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
@@ -53,6 +54,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Ok(servo) => {
                 let most = Self::UNEXPLAINED * self.settings.resolution;
                 evidence.fitted = Some(servo);
+                let rounding = QUANTISATION_SIGMA * self.settings.resolution;
+                evidence.doubt = (servo.unexplained / rounding).max(1.0);
                 (servo.unexplained > most).then_some(Reason::PartlyExplained)
             }
             Err(reason) => Some(reason),
