@@ -82,7 +82,7 @@ pub(crate) fn stated(value: f64) -> Option<f64> {
 
 /// The range that was stated.
 fn range(of: Range) -> Option<[f64; 2]> {
-    (of != Range::default()).then_some(of)
+    of.iter().any(|&end| end != 0.0).then_some(of)
 }
 
 /// A range that must be stated.

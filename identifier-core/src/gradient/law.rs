@@ -245,7 +245,11 @@ mod tests {
         let mut state = [1.0, 2.0, 3.0];
         let update = law.update(&[0.25, 4.0, 0.5], 1.0, 0.0, 0.0);
         law.add(&mut state, &update);
-        assert_eq!(state.map(|x| x == 2.0), [false, true, false]);
+        let expected = 2.0_f64;
+        assert_eq!(
+            state.map(|x: f64| x.to_bits() == expected.to_bits()),
+            [false, true, false]
+        );
     }
 
     #[test]
