@@ -98,7 +98,7 @@ does-not-move | plant: load = 1500.0; coulomb = 1300.0 & =commission: travel = 5
 too-little-evidence | plant: coulomb = 5.0 & =encoder: counts_per_rev = 500 & =commission: travel = 0.25; speed =
     30.0; sample_time = 0.001 | =encoder: counts_per_rev = 10000
 resonance-or-backlash | plant: resonance = 90.0; inertia_ratio = 0.78 | plant: resonance = 2000.0 | logged
-resonance-or-backlash | plant: coulomb = 100.0; resonance = 300.0; inertia_ratio = 0.5; backlash = 0.006 | plant:
+resonance-or-backlash | plant: coulomb = 50.0; resonance = 300.0; inertia_ratio = 0.5; backlash = 0.012 | plant:
     backlash = 0.0
 partly-explained | plant: ripple = [500.0, 0.0]; ripple_order = 20 | logged
 no-gains | commission: response_time = 0.012 | commission: response_time = 0.03
