@@ -191,6 +191,14 @@ class SmartServos(unittest.TestCase):
                     moves = {"position": 0, "load": 0}
                     self.assertEqual(own.numbers | moves, before | moves)
 
+    def test_answers_that_come_twice_are_no_second_servo(self):
+        for name in MAKERS:
+            with self.subTest(maker=name):
+                bus = self.bus(SimulatedServo(MAKERS[name], seed=7))
+                bus.faults = [(0.0, "doubled")] * 2
+                self.session(bus)
+                self.assertEqual(bus.faults, [])
+
     def refused(self, words, **own):
         """What a command that is refused prints, which is one sentence; it has the exit status 2."""
         with mock.patch("sys.stderr", io.StringIO()) as printed, mock.patch("sys.stdout", io.StringIO()):

@@ -208,13 +208,19 @@ class Servo:
     def voltage(self) -> float:
         return self.read("voltage") / self.maker.volt
 
+    def _has_a_double(self) -> bool:
+        """True if more is answered than was asked for, or something else than before."""
+        self.clock.sleep(self.QUIET)
+        model, mode = self.read("model"), self.read("mode")
+        return self._discard() > 0 or (self.read("model"), self.read("mode")) != (model, mode)
+
     def description(self) -> str:
         """Model and firmware. Refuses a servo that is not known, or that cannot be moved by goals."""
         of = self.read
-        self.clock.sleep(self.QUIET)
-        model, mode = of("model"), of("mode")
-        if self._discard() > 0 or (of("model"), of("mode")) != (model, mode):
+        # An answer may come late once.
+        if all(self._has_a_double() for _ in range(2)):
             raise Refused(f"more than one servo answers to id {self.identity}: give each its own id")
+        model, mode = of("model"), of("mode")
         self.model = self.maker.models.get(model, "")
         if not self.model:
             known = ", ".join(self.maker.models.values())
