@@ -15,9 +15,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The part of the command that the encoder's rounding may make up.
     const NOISE: f64 = 0.02;
 
-    /// The same of an axis of which no line was measured, or whose lines may hide a resonance. Its motions hide a load on a spring that oscillates by less than
-    /// half a count: β b Δu/ω² under a push Δu of half of the command. The loop bears it at a damping ratio ζ of 0.003 if
-    /// b C β/(2 ζ ω²) is at most a half, which is a gain C of 2 ζ Δu a count.
+    /// The same of an axis of which no line was measured, or whose lines may hide a resonance. Its motions hide a load on
+    /// a spring that oscillates by less than half a count: β b Δu/ω² under a push Δu of half of the command. The loop
+    /// bears it at a damping ratio ζ of 0.003 if b C β/(2 ζ ω²) is at most a half, which is a gain C of 2 ζ Δu a count.
     const UNSEEN: f64 = 0.003 * QUANTISATION_SIGMA;
 
     /// Has the next slice begin to look for gains.
