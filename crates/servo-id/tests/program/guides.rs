@@ -10,6 +10,7 @@ use crate::support::pages::{assert_block_is_printed, root};
 use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
 use crate::support::{Folder, folder, standard_error};
 use drive_link::Estimator;
+use rayon::prelude::*;
 
 /// Commands that are not run here, each with the reason. One that no page shows any more is an error.
 const ELSEWHERE: [(&str, &str); 10] = [
@@ -171,6 +172,67 @@ fn write_shown(page: &Path, folder: &Path) {
     }
 }
 
+/// What came of the commands of a page.
+#[derive(Default)]
+struct Followed {
+    /// Lines that were run, and outputs that were compared.
+    run: usize,
+    compared: usize,
+    /// Commands that are run elsewhere.
+    shown: Vec<&'static str>,
+    failed: Vec<String>,
+}
+
+fn follow(page: &PathBuf) -> Followed {
+    let mut followed = Followed::default();
+    let name = page.file_stem().unwrap_or_default().to_string_lossy();
+    let folder = reader(&name);
+    write_shown(page, &folder);
+    let mut printed = String::new();
+    let commands = blocks(page, "sh");
+    let is_of_drive = commands.iter().any(|block| block.contains(PORT));
+    let drive = is_of_drive.then(drive);
+    for block in commands {
+        // A longer link timeout: this machine may be busy.
+        let commands = runnable(&block, &mut followed.shown)
+            .replace(PORT, drive.as_ref().map_or(PORT, |drive| &drive.port))
+            .replace(
+                "configure my-servo.toml",
+                "configure my-servo.toml --link-timeout 20",
+            );
+        // Files that a block reads but does not write are made for it.
+        for (file, make) in READERS {
+            if commands.contains(file)
+                && !commands.contains(&format!("> {file}"))
+                && !commands.contains(&format!("--json {file}"))
+                && !folder.join(file).exists()
+            {
+                let scenario =
+                    "test -e axis.toml || cp host-sim/scenarios/friction.toml axis.toml\n";
+                shell(&folder, &format!("{scenario}{make}")).expect("what a reader has");
+            }
+        }
+        followed.run += commands.lines().count();
+        match shell(&folder, &commands) {
+            Ok(output) => printed += &output,
+            Err(why) => {
+                let why = format!("{}:\n{commands}{why}", page.display());
+                followed.failed.push(why);
+            }
+        }
+    }
+    for output in blocks(page, "") {
+        let words = output
+            .trim_start()
+            .split_inclusive(' ')
+            .next()
+            .expect("it has a word");
+        assert_block_is_printed(page, words, &printed);
+        followed.compared += 1;
+    }
+    followed
+}
+
 #[test]
 fn every_command_of_readme_and_pages_works_as_it_is_printed() {
     let guides = fs::read_dir(root().join("docs")).expect("a folder");
@@ -179,56 +241,20 @@ fn every_command_of_readme_and_pages_works_as_it_is_printed() {
         .filter(|page| is_run(page))
         .collect();
     pages.push(root().join("README.md"));
-    let (mut run, mut compared, mut shown, mut failed) = (0, 0, Vec::new(), Vec::new());
-    for page in &pages {
-        let name = page.file_stem().unwrap_or_default().to_string_lossy();
-        let folder = reader(&name);
-        write_shown(page, &folder);
-        let mut printed = String::new();
-        let commands = blocks(page, "sh");
-        let is_of_drive = commands.iter().any(|block| block.contains(PORT));
-        let drive = is_of_drive.then(drive);
-        for block in commands {
-            // A longer link timeout: this machine may be busy.
-            let commands = runnable(&block, &mut shown)
-                .replace(PORT, drive.as_ref().map_or(PORT, |drive| &drive.port))
-                .replace(
-                    "configure my-servo.toml",
-                    "configure my-servo.toml --link-timeout 20",
-                );
-            // Files that a block reads but does not write are made for it.
-            for (file, make) in READERS {
-                if commands.contains(file)
-                    && !commands.contains(&format!("> {file}"))
-                    && !commands.contains(&format!("--json {file}"))
-                    && !folder.join(file).exists()
-                {
-                    let scenario =
-                        "test -e axis.toml || cp host-sim/scenarios/friction.toml axis.toml\n";
-                    shell(&folder, &format!("{scenario}{make}")).expect("what a reader has");
-                }
-            }
-            run += commands.lines().count();
-            match shell(&folder, &commands) {
-                Ok(output) => printed += &output,
-                Err(why) => failed.push(format!("{}:\n{commands}{why}", page.display())),
-            }
-        }
-        for output in blocks(page, "") {
-            let words = output
-                .trim_start()
-                .split_inclusive(' ')
-                .next()
-                .expect("it has a word");
-            assert_block_is_printed(page, words, &printed);
-            compared += 1;
-        }
-    }
+    // A drive is waited for in real time.
+    let all: Vec<Followed> = pages.par_iter().map(follow).collect();
+    let failed: Vec<&str> = all
+        .iter()
+        .flat_map(|page| &page.failed)
+        .map(String::as_str)
+        .collect();
     assert!(failed.is_empty(), "{}", failed.join("\n"));
+    let run: usize = all.iter().map(|page| page.run).sum();
+    let compared: usize = all.iter().map(|page| page.compared).sum();
     assert!(run > 60 && compared > 0, "{run} lines, {compared} outputs");
     for (begin, why) in ELSEWHERE {
         assert!(
-            shown.contains(&begin),
+            all.iter().any(|page| page.shown.contains(&begin)),
             "no page shows {begin}, which is left out: {why}"
         );
     }
