@@ -4,7 +4,8 @@ use core::hint::black_box;
 
 use fixed::types::I16F16;
 use identifier_core::Settings;
-use identifier_core::control::Setpoint;
+use identifier_core::control::{ControlSample, ControlState, Controller, Setpoint};
+use identifier_core::error::StepError;
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedLoop, FixedLoopState, Word};
 use identifier_core::identifier::IdentifiableSet;
@@ -188,6 +189,57 @@ impl<I: Identify<f32> + FromSettings> Single<I> {
         let (whole, offset, register) = black_box(split(given));
         let (command, taken) = counted(instructions, || sample(self, whole, offset, register));
         (f64::from(command), taken)
+    }
+}
+
+/// A PID in single precision with its counter and its state, of a firmware that identifies nothing.
+pub struct Pid {
+    counter: Counter<u16>,
+    controller: Controller<f32, Filter>,
+    /// Its state.
+    pub state: ControlState<f32, <Filter as VelocityEstimate<f32>>::State>,
+}
+
+impl Pid {
+    /// Builds it from settings.
+    ///
+    /// # Errors
+    /// Settings that are not allowed.
+    pub fn build(settings: &Settings) -> Result<Self, SettingsError> {
+        let controller: Controller<f32, Filter> = settings.build()?;
+        Ok(Self {
+            counter: Counter::new(0),
+            state: controller.start(),
+            controller,
+        })
+    }
+
+    /// A sample that is not inlined: its command.
+    #[inline(never)]
+    pub fn sample(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
+        self.step(setpoint, offset, register)
+            .map_or(0.0, |sample| sample.command)
+    }
+
+    /// The same with the velocity, as a firmware shows it.
+    #[inline(never)]
+    pub fn shown(&mut self, setpoint: i32, offset: f32, register: u16) -> (f32, f32) {
+        self.step(setpoint, offset, register)
+            .map_or((0.0, 0.0), |sample| (sample.command, sample.velocity))
+    }
+
+    #[inline(always)]
+    fn step(
+        &mut self,
+        setpoint: i32,
+        offset: f32,
+        register: u16,
+    ) -> Result<ControlSample<f32>, StepError> {
+        let moved = self.counter.moved(register);
+        let count = self.counter.count();
+        let increment = self.controller.increment(moved);
+        let error = self.controller.error(setpoint, offset, count);
+        self.controller.process(&mut self.state, error, increment)
     }
 }
 

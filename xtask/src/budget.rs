@@ -23,7 +23,8 @@ const TOLERANCE_OF_A_COURSE: f64 = 0.1;
 const MAX_PERCENT_AT_S: u64 = 119;
 
 /// The samples that are counted at both levels: their figures, and their rows on [`PAGES`].
-const SAMPLES: [(&str, &str); 5] = [
+const SAMPLES: [(&str, &str); 6] = [
+    ("pid-f32", "PID, f32, without an identifier"),
     ("gradient-f32-2", "gradient, f32, a and b"),
     ("gradient-f32-friction", "gradient, f32, with friction"),
     ("gradient-fixed-2", "gradient, fixed point, a and b"),

@@ -169,49 +169,52 @@ fn a_servo_that_is_not_the_model_is_applied_only_where_the_prediction_is_kept() 
     let mut faults = Vec::new();
     let seeds: Vec<u32> = (1..=(SEEDS * factor::<f64>()).ceil().max(1.0) as u32).collect();
     let (mut named, mut refused) = (0, 0);
-    for kind in &KINDS {
-        for effect in effects(kind) {
-            let judged = in_parallel(&seeds, |&seed| {
-                explained(&kind.scenario(&effect.plant, seed))
-            });
-            let what = format!("{}, {} {}", kind.name, effect.name, effect.size);
-            let mut row = Row::default();
-            for (judged, effects) in &judged {
-                row.add(judged, effects, effect.named);
-                faults.extend(judged.broken.iter().map(|fault| format!("{what}: {fault}")));
-                if let Some(kept) = judged.kept.filter(|kept| !kept.is_kept()) {
-                    faults.push(format!("{what}: {kept:?}"));
-                }
+    let all: Vec<(&Kind, Effect)> = KINDS
+        .iter()
+        .flat_map(|kind| effects(kind).into_iter().map(move |effect| (kind, effect)))
+        .collect();
+    let judged = in_parallel(&all, |(kind, effect)| {
+        let one = |&seed| explained(&kind.scenario(&effect.plant, seed));
+        seeds.iter().map(one).collect::<Vec<_>>()
+    });
+    for ((kind, effect), judged) in all.iter().zip(&judged) {
+        let what = format!("{}, {} {}", kind.name, effect.name, effect.size);
+        let mut row = Row::default();
+        for (judged, effects) in judged {
+            row.add(judged, effects, effect.named);
+            faults.extend(judged.broken.iter().map(|fault| format!("{what}: {fault}")));
+            if let Some(kept) = judged.kept.filter(|kept| !kept.is_kept()) {
+                faults.push(format!("{what}: {kept:?}"));
             }
-            if effect.named.is_empty() {
-                for (_, effects) in judged.iter().filter(|(_, effects)| !effects.is_empty()) {
-                    faults.push(format!("{what}: {effects:?}"));
-                }
-                if (row.kept as f64) < APPLIED * seeds.len() as f64 {
-                    faults.push(format!(
-                        "{what}: {} of {} are applied",
-                        row.kept,
-                        seeds.len()
-                    ));
-                }
-            } else {
-                named += row.named;
-                refused += row.named + row.others.len();
-            }
-            let others: BTreeSet<&str> = row.others.iter().map(String::as_str).collect();
-            writeln!(
-                table,
-                "{:<8}{:<21}{:<20}{:>8}{:>8}{:>8}  {}",
-                kind.name,
-                effect.name,
-                effect.size,
-                row.kept,
-                row.broken,
-                row.named,
-                Vec::from_iter(others).join(", ")
-            )
-            .expect("a string takes any text");
         }
+        if effect.named.is_empty() {
+            for (_, effects) in judged.iter().filter(|(_, effects)| !effects.is_empty()) {
+                faults.push(format!("{what}: {effects:?}"));
+            }
+            if (row.kept as f64) < APPLIED * seeds.len() as f64 {
+                faults.push(format!(
+                    "{what}: {} of {} are applied",
+                    row.kept,
+                    seeds.len()
+                ));
+            }
+        } else {
+            named += row.named;
+            refused += row.named + row.others.len();
+        }
+        let others: BTreeSet<&str> = row.others.iter().map(String::as_str).collect();
+        writeln!(
+            table,
+            "{:<8}{:<21}{:<20}{:>8}{:>8}{:>8}  {}",
+            kind.name,
+            effect.name,
+            effect.size,
+            row.kept,
+            row.broken,
+            row.named,
+            Vec::from_iter(others).join(", ")
+        )
+        .expect("a string takes any text");
     }
     println!(
         "{table}\n{named} of {refused} that were not applied have an effect of theirs as the reason"

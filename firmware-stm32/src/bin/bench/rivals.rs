@@ -1,12 +1,11 @@
 //! Instructions of a whole sample of what others use or would write, beside ours: from the register of the encoder's
-//! counter, with a setpoint and an offset, to the command. All have the paper's gains and limit, in `f32`.
+//! counter, with a setpoint and an offset, to the command. Ours are among the samples. All have the paper's gains and limit, in `f32`.
 
 use dsp_process::SplitProcess;
 use firmware_stm32::instructions::Counter as Instructions;
 use firmware_stm32::measured::{counted, measure, split};
 use firmware_stm32::paper;
-use identifier_core::control::{ControlState, Controller};
-use identifier_core::measurement::{Counter, LowPass, VelocityEstimate};
+use identifier_core::measurement::Counter;
 use identifier_core::settings::{Settings, SettingsError};
 use idsp::Build;
 use idsp::iir::{BiquadClamp, DirectForm1, pid::Units};
@@ -37,7 +36,6 @@ pub(crate) fn run() -> Result<(), &'static str> {
 fn all(instructions: &Instructions) -> Result<(), SettingsError> {
     let settings = paper::settings();
     let gains = gains(&settings)?;
-    count(instructions, "pid-ours", Ours::new(&settings)?)?;
     count(instructions, "pid-idsp-biquad", Idsp::new(gains))?;
     count(instructions, "pid-crate-pid", CratePid::new(gains))?;
     count(instructions, "pid-hand-written", HandPid::new(gains))?;
@@ -79,37 +77,6 @@ fn gains(settings: &Settings) -> Result<Gains, SettingsError> {
         integral: (pid.ki * count * time) as f32,
         limit: pid.limit[1] as f32,
     })
-}
-
-struct Ours {
-    counter: Counter<u16>,
-    controller: Controller<f32, LowPass<f32>>,
-    state: ControlState<f32, <LowPass<f32> as VelocityEstimate<f32>>::State>,
-    last: i32,
-}
-
-impl Ours {
-    fn new(settings: &Settings) -> Result<Self, SettingsError> {
-        let controller: Controller<f32, LowPass<f32>> = settings.build()?;
-        Ok(Self {
-            counter: Counter::new(0),
-            state: controller.start(),
-            controller,
-            last: 0,
-        })
-    }
-}
-
-impl Sample for Ours {
-    #[inline(never)]
-    fn sample(&mut self, setpoint: i32, offset: f32, register: u16) -> f32 {
-        let count = self.counter.read(register);
-        let increment = self.controller.increment(count.wrapping_sub(self.last));
-        let error = self.controller.error(setpoint, offset, count);
-        self.last = count;
-        let sample = self.controller.process(&mut self.state, error, increment);
-        sample.map_or(0.0, |sample| sample.command)
-    }
 }
 
 /// The error through a biquad with a clamp: its derivative is that of the error.

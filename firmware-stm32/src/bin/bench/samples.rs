@@ -6,8 +6,8 @@ use core::hint::black_box;
 
 use firmware_stm32::instructions::{Counter as Instructions, Tally};
 use firmware_stm32::measured::{
-    COULOMB, COUNTED, Experiment, Fixed, GaussNewton, Gradient, Halves, Loop, STARTING, Single,
-    Words, counted, measure, on_both,
+    COULOMB, COUNTED, Experiment, Fixed, GaussNewton, Gradient, Halves, Loop, Pid, STARTING,
+    Single, Words, counted, measure, on_both, split,
 };
 use firmware_stm32::paper;
 use identifier_core::Settings;
@@ -27,6 +27,7 @@ pub(crate) fn run() -> Result<(), &'static str> {
 }
 
 fn laws(instructions: &Instructions) -> Result<(), SettingsError> {
+    pid(instructions)?;
     single::<Gradient>(instructions, "gradient-f32-2")?;
     single::<GradientWithFriction>(instructions, "gradient-f32-friction")?;
     gauss_newton(instructions)?;
@@ -45,6 +46,27 @@ fn measure_both(
         at_once = !at_once;
         sample((reference, register), at_once)
     })
+}
+
+fn pid(instructions: &Instructions) -> Result<(), SettingsError> {
+    let mut bytes = 0;
+    let tally = on_both([0.0, COULOMB], |coulomb| {
+        let mut pid = Pid::build(&paper::settings())?;
+        bytes = size_of_val(&pid.state);
+        measure_both(coulomb, |given, at_once| {
+            let (setpoint, offset, register) = black_box(split(given));
+            let (command, taken) = if at_once {
+                counted(instructions, || pid.sample(setpoint, offset, register))
+            } else {
+                let ((command, _), taken) =
+                    counted(instructions, || pid.shown(setpoint, offset, register));
+                (command, taken)
+            };
+            (f64::from(command), taken)
+        })
+    })?;
+    tally.print("pid-f32", bytes);
+    Ok(())
 }
 
 fn single<I: Identify<f32> + FromSettings>(
