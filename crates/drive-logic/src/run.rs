@@ -135,14 +135,18 @@ impl Run {
         Guide::new(settings, &units).map(|_| ())
     }
 
-    /// Starts from a servo that a commissioning has identified.
+    /// Is watched as a servo that a commissioning has identified, whatever was learnt since: the gains are of that.
     #[inline(never)]
-    pub(crate) fn know(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
-        self.closed_loop.know(servo, motion);
+    pub(crate) fn know(&mut self, servo: &IdentifiedServo) {
         if self.parts.watch.know(servo) {
             self.parts.first_motion.know();
             self.parts.protection.end_first_motion();
         }
+    }
+
+    /// Identifies from such a servo on.
+    pub(crate) fn begin_from(&mut self, servo: &IdentifiedServo, motion: &ExpectedMotion) {
+        self.closed_loop.know(servo, motion);
     }
 
     /// Starts under the command that balances the load of this servo. The integral gives it or, without one, an offset

@@ -51,9 +51,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
         let (servo, tuning) = (self.solver.servo()?, self.solver.tuning()?);
         let known = Known {
             estimates: Some(conversion::identified(servo)),
-            identified: Some(Commissioned::new(servo, *tuning, None)),
+            commissioned: Some(Commissioned::new(servo, *tuning, None)),
+            is_latest: true,
         };
-        let settings = self.settings_with(known.identified.as_ref()?).ok()?;
+        let settings = self.settings_with(known.commissioned.as_ref()?).ok()?;
         prepare(self.run_slot.as_mut()?, &settings, &known, &self.stage).ok()
     }
 
@@ -65,14 +66,15 @@ impl<F: NorFlash> Supervisor<'_, F> {
         prepare(slot, &self.settings, &known, &self.stage).map_err(Refusal::Setting)
     }
 
-    /// Knowledge of the servo: from a commissioning, unless a run has learnt since.
+    /// Knowledge of the servo: from a commissioning, and what a run has learnt since.
     fn known(&self) -> Known {
-        let estimates = self.estimates;
-        let is_latest =
-            |found: &Commissioned| estimates == Some(conversion::identified(&found.servo()));
+        let found = self
+            .commissioned
+            .map(|found| conversion::identified(&found.servo()));
         Known {
-            estimates,
-            identified: self.commissioned.filter(is_latest),
+            estimates: self.estimates,
+            commissioned: self.commissioned,
+            is_latest: found == self.estimates,
         }
     }
 
@@ -108,22 +110,28 @@ fn prepare(
     known: &Known,
     stage: &OutputStage,
 ) -> Result<Option<Fitter>, NotAllowed> {
+    let (mut begun, mut is_latest) = (*settings, known.is_latest);
     if let Some(estimates) = &known.estimates {
-        let mut settings = *settings;
-        conversion::set_initial(estimates, &mut settings.closed_loop.core.identifier);
-        if let Ok(run) = fill(slot, &settings, stage) {
-            run.balance(estimates, &settings);
-            if let Some(found) = &known.identified {
-                run.know(&found.servo(), &found.motion());
-            }
-            return Ok(Solver::fitter(&settings.closed_loop));
+        conversion::set_initial(estimates, &mut begun.closed_loop.core.identifier);
+    }
+    let run = match fill(slot, &begun, stage) {
+        Ok(run) => run,
+        Err(_) => {
+            (begun, is_latest) = (*settings, false);
+            fill(slot, &begun, stage)?
+        }
+    };
+    if let Some(estimates) = &known.estimates {
+        run.balance(estimates, &begun);
+    }
+    if let Some(found) = &known.commissioned {
+        let servo = found.servo();
+        run.know(&servo);
+        if is_latest {
+            run.begin_from(&servo, &found.motion());
         }
     }
-    let run = fill(slot, settings, stage)?;
-    if let Some(estimates) = &known.estimates {
-        run.balance(estimates, settings);
-    }
-    Ok(Solver::fitter(&settings.closed_loop))
+    Ok(Solver::fitter(&begun.closed_loop))
 }
 
 /// Fills a slot with a run. Not inlined, for its stack to be free again.
@@ -139,6 +147,7 @@ fn fill<'a>(
 /// Knowledge of the servo before a run.
 struct Known {
     estimates: Option<Estimates>,
-    /// The servo with its covariance, where a commissioning has found it.
-    identified: Option<Commissioned>,
+    /// The servo with its covariance, where a commissioning has found it; false if a run has learnt since.
+    commissioned: Option<Commissioned>,
+    is_latest: bool,
 }

@@ -81,13 +81,13 @@ pub(crate) fn cut_short(drive: &mut Drive, phase: Phase, number: u8) -> Outcome 
     came_to
 }
 
-/// The longest commissioning, samples.
-const MAX_SAMPLES: u32 = 60_000;
+/// The longest commissioning, s.
+const MAX_TIME: f64 = 60.0;
 
 /// Runs until the commissioning has ended.
 pub(crate) fn over(drive: &mut Drive) -> Vec<Report> {
     let mut reports = Vec::new();
-    for _ in 0..MAX_SAMPLES {
+    for _ in 0..drive.bench.samples(MAX_TIME) {
         reports.extend(drive.pass(1));
         if drive.state() != State::Commissioning {
             return reports;
@@ -148,7 +148,7 @@ pub(crate) fn ready() -> Vec<u8> {
 
 /// Runs, with requests that keep the link alive, until the drive reports a phase.
 pub(crate) fn until(drive: &mut Drive, phase: Phase) {
-    for _ in 0..MAX_SAMPLES {
+    for _ in 0..drive.bench.samples(MAX_TIME) {
         drive.ask(Command::KeepAlive);
         for report in drive.pass(1) {
             if let Report::Status { status, .. } = report

@@ -286,6 +286,11 @@ impl Bench {
         bench
     }
 
+    /// The samples of a time, s.
+    pub(crate) fn samples(&self, time: f64) -> u32 {
+        (time / self.sample_time.get()).round() as u32
+    }
+
     /// The angle of the axis, rad.
     pub(crate) fn position(&self) -> f64 {
         self.plant.borrow().position
@@ -298,7 +303,7 @@ impl Bench {
 
     /// From now on another servo, at the same place and speed.
     pub(crate) fn change(&self, servo: &ServoParameters) {
-        let mut other = Plant::at_rest(servo, SAMPLE_TIME);
+        let mut other = Plant::at_rest(servo, self.sample_time.get());
         let mut plant = self.plant.borrow_mut();
         (other.position, other.velocity) = (plant.position, plant.velocity);
         *plant = other;
