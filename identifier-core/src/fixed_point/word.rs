@@ -52,11 +52,16 @@ pub struct CountScale {
     /// Counts of the full scale.
     full: i32,
     up: i32,
-    down: u32,
 }
 
 encode! {
-    [] CountScale as "CountScale" { full, up, down }
+    [] CountScale as "CountScale" { full, up }
+}
+
+/// The nearest of a range about zero, beyond it.
+#[cold]
+fn saturated(moved: i32, most: i32) -> i32 {
+    most * moved.signum()
 }
 
 /// x·y, exactly.
@@ -121,7 +126,6 @@ impl Arithmetic for Word {
         CountScale {
             full: 1 << exponent,
             up: 1 << (BITS - exponent),
-            down: exponent.unsigned_abs(),
         }
     }
 
@@ -140,12 +144,12 @@ impl Arithmetic for Word {
     #[inline]
     fn increment(moved: i32, counts: CountScale) -> Self {
         let most = counts.full - 1;
-        let moved = if moved > most {
-            most
-        } else if moved < -most {
-            -most
-        } else {
+        // One comparison for both sides.
+        let is_within = (moved.wrapping_add(most)).cast_unsigned() <= 2 * most.cast_unsigned();
+        let moved = if is_within {
             moved
+        } else {
+            saturated(moved, most)
         };
         Self::from_bits(moved * counts.up)
     }
@@ -158,16 +162,18 @@ impl Arithmetic for Word {
         let whole = setpoint
             .wrapping_sub(count)
             .saturating_add(offset >> FRACTION);
-        let (whole, part) = if whole >= counts.full {
+        let is_within =
+            whole.wrapping_add(counts.full).cast_unsigned() < 2 * counts.full.cast_unsigned();
+        // The part of a count, in 2⁻³².
+        let (whole, part) = if is_within {
+            (whole, offset.cast_unsigned() << (32 - FRACTION))
+        } else if whole > 0 {
             (counts.full - 1, u32::MAX)
-        } else if whole < -counts.full {
-            (-counts.full, 0)
         } else {
-            (whole, offset.cast_unsigned())
+            (-counts.full, 0)
         };
-        // Less than a count, so less than the bits shifted out of the whole ones.
-        let part = (part & ((1 << FRACTION) - 1)) << (BITS.unsigned_abs() - FRACTION);
-        Self::from_bits(whole * counts.up + (part >> counts.down).cast_signed())
+        let part = (u64::from(part) * u64::from(counts.up.cast_unsigned())) >> 32;
+        Self::from_bits(whole * counts.up + part as i32)
     }
 
     #[inline]
