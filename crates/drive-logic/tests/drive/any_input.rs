@@ -4,78 +4,10 @@
 use crate::support::commission::ORDER;
 use crate::support::drive::{Drive, SERVO};
 use crate::support::line::{Wires, request_bytes};
-use crate::support::{Flash, HOMING, SECTOR, settings};
-use commissioning::CommissionSettings;
+use crate::support::{Flash, HOMING, SECTOR, numbers, settings};
 use drive_link::{Command, Estimator, Homing, Report, Settings, State, TargetSource};
 use drive_logic::Conversation;
-use identifier_core::parameters::PerParameter;
 use proptest::prelude::*;
-
-/// The numbers of settings that a user may get wrong.
-fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
-    let Settings {
-        closed_loop,
-        dither,
-        protection,
-        homing,
-        ..
-    } = settings;
-    let core = &mut closed_loop.core;
-    let [low, high] = &mut protection.travel;
-    let mut numbers = vec![
-        low,
-        high,
-        &mut core.sample_time,
-        &mut core.resolution,
-        &mut core.cutoff,
-        &mut dither.amplitude,
-        &mut dither.hold,
-        &mut protection.following_error,
-        &mut protection.pace,
-        &mut protection.speed,
-        &mut protection.breakaway,
-        &mut protection.stall_time,
-        &mut protection.duration,
-        &mut protection.link_timeout,
-        &mut protection.stop_time,
-    ];
-    if let Some(homing) = homing {
-        numbers.extend([
-            &mut homing.seek,
-            &mut homing.approach,
-            &mut homing.clearance,
-            &mut homing.offset,
-        ]);
-    }
-    if let Some(controller) = &mut core.controller {
-        let [low, high] = &mut controller.limit;
-        numbers.extend([
-            &mut controller.kp,
-            &mut controller.kd,
-            &mut controller.ki,
-            low,
-            high,
-        ]);
-    }
-    let identifier = &mut core.identifier;
-    numbers.extend(identifier.initial.b.iter_mut());
-    numbers.extend(identifier.mu.iter_mut());
-    numbers.extend(identifier.bounds.a.iter_mut().flatten());
-    numbers.extend(identifier.bounds.coulomb.iter_mut().flatten());
-    if let Some(within) = &mut identifier.parameter_range {
-        numbers.extend(within.a.iter_mut().chain(&mut within.b));
-    }
-    if let Some(gamma) = &mut identifier.gamma {
-        let PerParameter {
-            a,
-            b,
-            coulomb,
-            load,
-        } = gamma;
-        numbers.extend([a, b, coulomb, load]);
-    }
-    numbers
-}
 
 fn number() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -126,9 +58,9 @@ fn any_settings() -> impl Strategy<Value = Settings> {
         wanted.closed_loop.law = law;
         wanted.protection.overruns = overruns;
         for (place, number, as_factor) in changes {
-            let mut numbers = numbers(&mut wanted);
+            let mut numbers = numbers::of_settings(&mut wanted);
             let place = place.index(numbers.len());
-            let changed = &mut *numbers[place];
+            let changed = &mut *numbers[place].1;
             *changed = if as_factor { *changed * number } else { number };
         }
         wanted
@@ -199,22 +131,8 @@ proptest! {
     ) {
         let mut order = ORDER;
         for (place, number, as_factor) in changes {
-            let CommissionSettings { limits, command_delay, max_gain, noise, .. } = &mut order;
-            let [low, high] = &mut limits.travel;
-            let [least, most] = &mut limits.command;
-            let numbers = [
-                low,
-                high,
-                &mut limits.speed,
-                least,
-                most,
-                &mut limits.duration,
-                command_delay,
-                noise,
-                max_gain.get_or_insert(1000.0),
-            ];
-            let changed = numbers.into_iter().nth(place).expect("nine");
-            *changed = if as_factor { *changed * number } else { number };
+            let (_, changed) = &mut numbers::of_order(&mut order)[place];
+            **changed = if as_factor { **changed * number } else { number };
         }
         let (mut drive, bench) = Drive::on_bench(&SERVO);
         if let Report::Done { .. } = drive.ask(Command::Commission(order)) {

@@ -302,14 +302,6 @@ fn steps_while_the_brake_opens_are_followed_afterwards() {
 }
 
 #[test]
-fn settings_with_a_brake_survive_a_loss_of_power() {
-    let (mut drive, _) = Drive::on_bench(&VERTICAL);
-    drive.done(Command::Configure(vertical(Some(BRAKE))));
-    drive.done(Command::Save);
-    assert_eq!(drive.rebooted().shown().brake, Some(BRAKE));
-}
-
-#[test]
 fn a_commissioning_holds_the_axis_from_its_start_to_the_closed_brake() {
     // The axis may fall as far as its motions go.
     let travel = ORDER.limits.travel[1];

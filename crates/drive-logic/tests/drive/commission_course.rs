@@ -1,8 +1,8 @@
 //! A commissioning from rest: from an unknown servo to gains in force, with any harm in any phase.
 
 use crate::support::commission::{
-    HARMS, ORDER, PHASES, SERVO, aborted, commission, commission_until, cut_short, ended,
-    link_falls_silent, outcome, over, ready,
+    HARMS, ORDER, PHASES, SERVO, aborted, commission, commission_until, cut_anywhere, cut_short,
+    ended, link_falls_silent, outcome, over, ready,
 };
 use crate::support::drive::{Drive, snapshots};
 use crate::support::{Bench, Flash, settings};
@@ -355,43 +355,28 @@ fn a_stop_releases_the_servo_in_the_same_sample_and_a_mode_change_brings_it_to_r
 
 #[test]
 fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
-    let cold = ready();
     let commissioned = |flash: &Flash| {
-        let bench = Bench::new(&SERVO);
-        let mut drive = Drive::boot(bench, flash);
+        let mut drive = Drive::boot(Bench::new(&SERVO), flash);
         if let Report::Done { .. } = drive.ask(Command::Commission(ORDER)) {
             over(&mut drive);
         }
-        (drive.shown(), drive.status())
+        drive.shown()
     };
-    let whole = Flash::with(cold.clone());
-    let (new, status) = commissioned(&whole);
-    assert_eq!(status.commissioning, Some(APPLIED));
-    let steps = whole.steps.get();
-    let (mut old_holds, mut new_holds) = (0, 0);
-    for cut in 0..=steps {
-        let flash = Flash::with(cold.clone());
-        flash.steps_left.set(cut);
-        commissioned(&flash);
-        let mut drive = Drive::boot(Bench::new(&SERVO), &flash.powered_again());
-        let (shown, status) = (drive.shown(), drive.status());
-        let origin = status.gains.map(|gains| gains.origin);
-        let number = status
-            .commissioning
-            .and_then(|stands| stands.reason)
-            .map(Reason::number);
-        if shown == new {
-            assert_eq!(origin, Some(Origin::Commissioned), "cut after {cut}");
-            assert_eq!(status.commissioning, Some(APPLIED), "cut after {cut}");
-            assert!(status.estimates.is_some(), "cut after {cut}");
-            new_holds += 1;
-        } else {
-            assert_eq!(shown, settings(), "cut after {cut} of {steps}: a mixture");
-            assert_eq!(origin, Some(Origin::Given), "cut after {cut}");
-            assert!(matches!(number, None | Some(173)), "cut after {cut}");
-            assert_eq!(status.estimates, None, "cut after {cut}");
-            old_holds += 1;
-        }
-    }
-    assert!(old_holds > 100 && new_holds > 0, "{old_holds}, {new_holds}");
+    cut_anywhere(
+        &SERVO,
+        &ready(),
+        &settings(),
+        commissioned,
+        |status, is_new, cut| {
+            if is_new {
+                assert_eq!(status.commissioning, Some(APPLIED), "cut after {cut}");
+            } else {
+                let reason = status.commissioning.and_then(|stands| stands.reason);
+                assert!(
+                    matches!(reason, None | Some(Reason::PowerLost)),
+                    "cut after {cut}"
+                );
+            }
+        },
+    );
 }

@@ -4,6 +4,7 @@
 use std::time::Instant;
 
 use crate::support::drive::{Drive, SERVO};
+use crate::support::harms::{self, Harm};
 use crate::support::line::{Random, Wires, request_bytes};
 use crate::support::{Bench, Flash, settings};
 use drive_link::{Command, Ended, Estimator, Fault, Receiver, Report, State};
@@ -163,13 +164,13 @@ impl Day {
     }
 
     /// A cause of a fault, which must be reported once and disable the stage; then the next run.
-    fn fault(&mut self, fault: Fault, cause: Cause) {
-        cause(self.drive.bench, true);
+    fn fault(&mut self, fault: Fault, cause: Harm) {
+        cause(&mut self.drive);
         self.is_disabled_soon();
         self.pass(MAX_ANSWER);
         assert_eq!(self.reports, [Report::Fault(fault)]);
         self.reports.clear();
-        cause(self.drive.bench, false);
+        harms::repaired(&mut self.drive);
         self.pass(RATE / 100);
         self.done(Command::Clear);
         self.pass(MAX_ANSWER);
@@ -197,27 +198,12 @@ impl Day {
     }
 }
 
-/// Brings the cause of a fault about, or takes it away.
-type Cause = fn(&Bench, bool);
-
 /// Faults by their causes.
-const FAULTS: [(Fault, Cause); 4] = [
-    (Fault::SupplyLow, |bench, is_there| {
-        let mut lines = bench.lines.get();
-        lines.supply = !is_there;
-        bench.lines.set(lines);
-    }),
-    (Fault::AmplifierFault, |bench, is_there| {
-        let mut lines = bench.lines.get();
-        lines.amplifier = !is_there;
-        bench.lines.set(lines);
-    }),
-    (Fault::EncoderLost, |bench, is_there| {
-        bench.sensor_works.set(!is_there);
-    }),
-    (Fault::ActuatorFailed, |bench, is_there| {
-        bench.stage_works.set(!is_there);
-    }),
+const FAULTS: [(Fault, Harm); 4] = [
+    (Fault::SupplyLow, harms::supply_sags),
+    (Fault::AmplifierFault, harms::amplifier_fails),
+    (Fault::EncoderLost, harms::encoder_fails),
+    (Fault::ActuatorFailed, harms::stage_fails),
 ];
 
 /// Hours of a drive, each minute of which ends with a stop or a fault.

@@ -5,14 +5,10 @@ use core::f64::consts::TAU;
 use crate::support::drive::{Drive, SERVO, snapshots};
 use crate::support::harms::Harm;
 use crate::support::{Bench, COUNTS, Flash, STAGE, first_contact, harms, settings, still};
-use drive_link::{
-    Command, Estimates, Fault, HoldingBrake, Kept, NotAllowed, Noticed, Refusal, Report,
-    ServoChanges, Settings, State, Why,
-};
-use drive_logic::{Lines, MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS, OutputStage, Store};
-use identifier_core::error::Allowed;
+use drive_link::{Command, Estimates, Fault, Kept, Noticed, Refusal, Report, Settings, State};
+use drive_logic::{Lines, OutputStage};
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
-use identifier_core::settings::{ControllerSettings, IdentifierSettings, ParameterRangeSettings};
+use identifier_core::settings::ParameterRangeSettings;
 
 #[test]
 fn a_drive_identifies_its_servo_and_keeps_the_estimates_over_a_loss_of_power() {
@@ -167,39 +163,6 @@ fn gravity_is_estimated_by_the_angle_of_the_counter() {
             );
         }
         assert!((found.servo.load - servo.load).abs() < 0.5, "{found:?}");
-    }
-}
-
-#[test]
-fn a_rate_at_which_terms_leave_less_than_half_of_a_sample_is_refused_with_one_that_does_not() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    let (mut wanted, _) = demanding(Term::Delay);
-    wanted.closed_loop.core.sample_time = MIN_SAMPLE_TIME;
-    let refusal = drive.refusal(Command::Configure(wanted)).to_string();
-    assert!(
-        refusal.contains("required_terms") && refusal.contains("at least 0.00015"),
-        "{refusal}"
-    );
-    wanted.closed_loop.core.sample_time = MIN_SAMPLE_TIME_WITH_TERMS;
-    wanted.dither.hold = 300.0 * MIN_SAMPLE_TIME_WITH_TERMS;
-    drive.done(Command::Configure(wanted));
-}
-
-#[test]
-fn every_estimator_runs_at_every_sample_time_and_none_beyond() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    for mut wanted in [first_contact(), settings()] {
-        for sample_time in [4.99e-5, 1.05e-3, 0.0, f64::NAN] {
-            wanted.closed_loop.core.sample_time = sample_time;
-            assert_eq!(
-                drive.not_allowed(Command::Configure(wanted)).name,
-                "sample_time"
-            );
-        }
-        for sample_time in [5e-5, 1e-3] {
-            wanted.closed_loop.core.sample_time = sample_time;
-            drive.done(Command::Configure(wanted));
-        }
     }
 }
 
@@ -395,107 +358,6 @@ fn reporting_never_blocks_and_no_fault_is_lost() {
     assert!(status.dropped > 80, "{status:?}");
 }
 
-type Change = fn(&mut Settings);
-
-fn pid(settings: &mut Settings) -> &mut ControllerSettings {
-    let controller = &mut settings.closed_loop.core.controller;
-    controller.as_mut().expect("there is one")
-}
-
-fn identifier(settings: &mut Settings) -> &mut IdentifierSettings {
-    &mut settings.closed_loop.core.identifier
-}
-
-fn set_brake(settings: &mut Settings, opens: f64, closes: f64) {
-    settings.brake = Some(HoldingBrake { opens, closes });
-}
-
-#[test]
-fn settings_that_the_drive_does_not_have_are_refused_with_the_reason() {
-    let beyond = |given, most| Why::OutOfRange {
-        given,
-        allowed: Allowed::Within(0.0, most),
-    };
-    let changes: [(&str, Why, Change); 7] = [
-        ("delay", beyond(0.0061, 0.006), |s| {
-            identifier(s).terms.delay = 0.0061;
-        }),
-        ("required_terms", Why::NotHere, |s| {
-            identifier(s).terms.demanded = Terms::NONE.with(Term::Delay);
-        }),
-        ("required_terms", Why::NotHere, |s| {
-            identifier(s).terms.demanded = Terms::NONE.with(Term::Delay);
-            s.closed_loop.core.controller = None;
-        }),
-        // Of an estimator without standard errors.
-        ("servo_changes", Why::NotHere, |s| {
-            s.servo_changes = ServoChanges::Reported;
-        }),
-        ("brake.closes", beyond(1.5, 1.0), |s| {
-            set_brake(s, 0.05, 1.5)
-        }),
-        ("brake.opens", beyond(1.001, 1.0), |s| {
-            set_brake(s, 1.001, 0.1)
-        }),
-        ("brake.opens", beyond(-0.1, 1.0), |s| {
-            set_brake(s, -0.1, 0.1)
-        }),
-    ];
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    for (name, why, change) in changes {
-        let mut wanted = settings();
-        change(&mut wanted);
-        let refused = drive.not_allowed(Command::Configure(wanted));
-        assert_eq!(refused, NotAllowed::new(name, why));
-    }
-    let mut slowest = settings();
-    set_brake(&mut slowest, 1.0, 1.0);
-    drive.done(Command::Configure(slowest));
-}
-
-#[test]
-fn settings_out_of_range_are_refused_by_name_and_those_in_force_stay() {
-    let changes: [(&str, Change); 23] = [
-        ("kp", |s| pid(s).kp = 0.0),
-        ("kp", |s| pid(s).kp = 1.0),
-        ("kd", |s| pid(s).kd = f64::NAN),
-        ("ki", |s| pid(s).ki = -1.0),
-        ("limit_high", |s| pid(s).limit[1] = 0.0),
-        ("limit_low", |s| pid(s).limit[0] = f64::NAN),
-        ("limit_high", |s| pid(s).limit[1] = 10.1),
-        ("limit_low", |s| pid(s).limit[0] = -10.1),
-        ("limit_low", |s| pid(s).limit[0] = f64::NEG_INFINITY),
-        ("resolution", |s| s.closed_loop.core.resolution = 0.0),
-        ("sample_time", |s| s.closed_loop.core.sample_time = -1e-3),
-        ("cutoff", |s| s.closed_loop.core.cutoff = 0.0),
-        ("mu", |s| identifier(s).mu = Some(1e6)),
-        ("initial.b", |s| identifier(s).initial.b = Some(1e9)),
-        ("bounds.a", |s| identifier(s).bounds.a = Some([3.0, 1.0])),
-        ("bounds.b", |s| identifier(s).bounds.b = Some([5.0, 1e6])),
-        ("gamma.a", |s| {
-            identifier(s).gamma = Some(PerParameter::all(0.0))
-        }),
-        ("hold", |s| s.dither.hold = 1e-4),
-        ("following_error", |s| s.protection.following_error = 0.0),
-        ("stall_time", |s| s.protection.stall_time = f64::NAN),
-        ("travel", |s| s.protection.travel = [-1.0, 1e6]),
-        ("overruns", |s| s.protection.overruns = 0),
-        ("servo_range.b", |s| {
-            identifier(s).parameter_range = Some(ParameterRangeSettings {
-                a: [0.0, 1.0],
-                b: [2.0, 1.0],
-            });
-        }),
-    ];
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    for (name, change) in changes {
-        let mut wanted = settings();
-        change(&mut wanted);
-        assert_eq!(drive.not_allowed(Command::Configure(wanted)).name, name);
-        assert_eq!(drive.shown(), settings());
-    }
-}
-
 #[test]
 fn a_store_that_fails_leaves_the_drive_as_it_was() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
@@ -503,20 +365,6 @@ fn a_store_that_fails_leaves_the_drive_as_it_was() {
     assert_eq!(drive.refusal(Command::Save), Refusal::NotKept);
     drive.flash.steps_left.set(usize::MAX);
     drive.done(Command::Save);
-}
-
-#[test]
-fn a_corrupt_record_and_one_of_another_version_leave_the_built_in_settings() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    let mut wanted = settings();
-    wanted.closed_loop.core.controller =
-        Some(ControllerSettings::pid(11.0, 0.19, 4.0).limited(10.0));
-    drive.done(Command::Configure(wanted));
-    drive.done(Command::Save);
-    drive.flash.bytes.borrow_mut()[100] ^= 1;
-    let mut drive = drive.rebooted();
-    assert_eq!(drive.shown(), settings());
-    assert_eq!(drive.status().kept, Kept::Damaged);
 }
 
 #[test]
@@ -540,18 +388,6 @@ fn a_record_that_this_stage_refuses_is_not_used() {
     assert_eq!(drive.refusal(Command::Start), Refusal::NotConfigured);
     drive.pass(10);
     assert_eq!(bench.held.get(), None);
-}
-
-#[test]
-fn a_record_of_the_previous_version_is_left_alone_until_it_is_replaced() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    let (mut old, _) = Store::open(flash.clone(), 0, 1, |_| false);
-    old.keep(|_| Some(128)).expect("power is there");
-    let mut drive = Drive::boot(bench, &flash);
-    assert_eq!(drive.status().kept, Kept::OtherVersion);
-    assert_eq!(drive.shown(), settings());
-    drive.done(Command::Save);
-    assert_eq!(drive.status().kept, Kept::Record);
 }
 
 #[test]

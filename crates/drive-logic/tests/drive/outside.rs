@@ -240,17 +240,3 @@ fn steps_that_come_during_a_commissioning_are_said() {
         );
     }
 }
-
-#[test]
-fn sources_out_of_range_are_refused_by_name() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    for step in [0.0, f64::NAN, 8.1] {
-        let source = TargetSource::Steps { step };
-        assert_eq!(
-            drive.not_allowed(Command::Configure(followed(source))).name,
-            "source.step"
-        );
-    }
-    let source = TargetSource::Steps { step: -8.0 };
-    drive.done(Command::Configure(followed(source)));
-}

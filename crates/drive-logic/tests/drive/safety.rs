@@ -1,18 +1,13 @@
 //! Protection of a machine with a spindle, beside the faults: conditions for a start, ends of a
 //! run, and limits of the reference.
 
-use core::f64::consts::TAU;
-
 use crate::support::commission::ORDER;
 use crate::support::drive::{Drive, SERVO, snapshots};
-use crate::support::{Bench, COUNTS, Flash, SAMPLE_TIME, STAGE, first_contact, settings, still};
-use commissioning::{CommissionSettings, Limits};
+use crate::support::{Bench, Flash, SAMPLE_TIME, first_contact, settings, still};
 use drive_link::{
-    Command, Ended, Fault, InterruptCycles, NotAllowed, Refusal, Report, Request, Settings, State,
-    Why,
+    Command, Ended, Fault, InterruptCycles, Refusal, Report, Request, Settings, State,
 };
 use drive_logic::Lines;
-use identifier_core::error::Allowed;
 use identifier_core::parameters::ServoParameters;
 
 /// A drive that has run with these settings for some samples.
@@ -80,19 +75,6 @@ fn a_stop_needs_no_room_and_overtakes_what_was_ordered_before_it() {
     drive.pass(3);
     assert_eq!(drive.state(), State::Disabled);
     assert_eq!(drive.status().ended, Some(Ended::Stopped));
-}
-
-#[test]
-fn a_stop_then_a_start_leave_the_servo_running_and_the_reverse_releases_it() {
-    let (mut drive, bench) = running(&SERVO, settings(), 10);
-    drive.done(Command::Stop);
-    assert_eq!(drive.refusal(Command::Start), Refusal::Running);
-    drive.pass(2);
-    drive.done(Command::Start);
-    drive.order(Command::Stop, 3);
-    assert_eq!(bench.held.get(), None);
-    drive.order(Command::Start, 3);
-    assert!(bench.held.get().is_some());
 }
 
 #[test]
@@ -167,7 +149,7 @@ fn a_start_that_finds_no_room_can_be_ordered_again() {
 fn what_asks_for_a_servo_at_rest_is_refused_until_a_stop_is_obeyed() {
     let (mut drive, _) = running(&SERVO, still(), 10);
     drive.done(Command::Stop);
-    for command in [Command::Save, Command::Configure(still())] {
+    for command in [Command::Save, Command::Configure(still()), Command::Start] {
         assert_eq!(drive.refusal(command), Refusal::Running);
     }
     drive.pass(2);
@@ -193,21 +175,6 @@ fn a_servo_on_its_way_to_rest_takes_no_target() {
     let samples = samples_until_disabled(&mut drive, 400).expect("it comes to rest");
     assert!(samples < 100, "{samples}");
     assert!(bench.position().abs() < 0.1);
-}
-
-#[test]
-fn a_run_ends_by_itself_when_its_time_is_over() {
-    let mut wanted = settings();
-    wanted.protection.duration = 2.0;
-    let (mut drive, bench) = running(&SERVO, wanted, 1999);
-    assert_eq!(drive.state(), State::Running);
-    let samples = samples_until_disabled(&mut drive, 502).expect("within the stop time");
-    assert!(samples < 400, "it is at rest before the stop time is over");
-    assert!(bench.plant.borrow().velocity.abs() < 0.5);
-    drive.pass(2);
-    assert_eq!(drive.state(), State::Disabled);
-    assert_eq!(drive.status().ended, Some(Ended::Over));
-    assert!(drive.supervisor.estimates().is_some());
 }
 
 #[test]
@@ -263,50 +230,6 @@ fn an_axis_that_friction_holds_is_no_silent_encoder() {
         let (drive, bench) = running(&servo, wanted, 20_000);
         assert_eq!(drive.state(), State::Running, "{dither} rad");
         assert!(bench.held.get().is_some());
-    }
-}
-
-#[test]
-fn contradictory_settings_are_refused_before_anything_moves() {
-    type Change = fn(&mut Settings);
-    let changes: [(&str, &str, f64, Change); 4] = [
-        ("following_error", "dither's amplitude", 0.9, |s| {
-            s.protection.following_error = 0.89;
-        }),
-        ("travel", "dither's amplitude", 0.6, |s| {
-            s.protection.travel = [-0.59, 0.59];
-        }),
-        ("speed", "pace", 5.0, |s| s.protection.speed = 4.9),
-        // The two that a reader of the manual would write.
-        ("following_error", "dither's amplitude", 0.3, |s| {
-            s.dither.amplitude = 0.1;
-            s.protection.following_error = 0.2;
-        }),
-    ];
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    for (name, beside, wanted_least, change) in changes {
-        let mut wanted = settings();
-        change(&mut wanted);
-        match drive.refusal(Command::Configure(wanted)) {
-            Refusal::Setting(refused) => {
-                assert_eq!(refused.name, name);
-                let Why::TooSmallFor { least, other, .. } = &refused.why else {
-                    panic!("{refused}");
-                };
-                assert!((least - wanted_least).abs() < 1e-9, "{refused}");
-                assert_eq!(other, beside);
-            }
-            other => panic!("{name}: {other:?}"),
-        }
-    }
-    for sample_time in [1.1e-4, 9.99e-4, 7.5e-5] {
-        let mut wanted = still();
-        wanted.closed_loop.core.sample_time = sample_time;
-        let why = Why::OutOfRange {
-            given: sample_time,
-            allowed: Allowed::MultipleOf(STAGE.period),
-        };
-        assert_eq!(drive.not_allowed(Command::Configure(wanted)).why, why);
     }
 }
 
@@ -454,56 +377,6 @@ fn as_many_late_samples_as_are_configured_are_a_fault() {
 }
 
 #[test]
-fn limits_that_no_sample_can_keep_are_refused_with_a_figure_that_would_do() {
-    type Change = fn(&mut Settings, f64);
-    let a_count = TAU / COUNTS;
-    let longest = f64::from(u32::MAX) * SAMPLE_TIME;
-    let changes: [(&str, f64, Change); 7] = [
-        // Beyond the whole travel it would end nothing.
-        ("following_error", 102.0, |s, x| {
-            s.protection.following_error = x;
-        }),
-        ("speed", 32_767.0 * a_count / SAMPLE_TIME, |s, x| {
-            s.protection.speed = x;
-        }),
-        ("breakaway", 1.0, |s, x| s.protection.breakaway = x),
-        ("stall_time", longest, |s, x| s.protection.stall_time = x),
-        ("stop_time", longest, |s, x| s.protection.stop_time = x),
-        ("duration", longest, |s, x| s.protection.duration = x),
-        ("link_timeout", 60.0, |s, x| s.protection.link_timeout = x),
-    ];
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    for (name, wanted_most, change) in changes {
-        let is_none_at_zero = ["duration", "link_timeout"].contains(&name);
-        for given in [1.8e40, f64::MAX, f64::INFINITY, f64::NAN, -1.0, 0.0] {
-            let mut wanted = still();
-            change(&mut wanted, given);
-            if given == 0.0 && is_none_at_zero {
-                drive.done(Command::Configure(wanted));
-                continue;
-            }
-            let refused = drive.refusal(Command::Configure(wanted));
-            let Refusal::Setting(NotAllowed { name: named, why }) = refused else {
-                panic!("{name}: {refused:?}");
-            };
-            let Why::OutOfRange {
-                allowed: Allowed::PositiveUpTo(most),
-                ..
-            } = why
-            else {
-                panic!("{name}: {why:?}");
-            };
-            assert_eq!(named, name);
-            assert!((most / wanted_most - 1.0).abs() < 1e-9, "{name}: {most}");
-            // The named figure is accepted.
-            change(&mut wanted, most);
-            drive.done(Command::Configure(wanted));
-            drive.done(Command::Configure(still()));
-        }
-    }
-}
-
-#[test]
 fn the_smaller_limit_of_the_command_is_the_one_that_a_stall_is_judged_by() {
     // A command of 2.9 is more than 0.3 of the smaller limit, whichever way that is.
     for (limit, fault) in [
@@ -606,110 +479,6 @@ fn a_travel_has_two_ends_and_ends_a_run_at_each_of_them() {
         let state = if is_within { State::Running } else { left };
         assert_eq!(drive.state(), state, "{place}");
     }
-}
-
-#[test]
-fn a_travel_without_the_start_is_refused_with_both_ends() {
-    let (mut drive, _) = Drive::on_bench(&SERVO);
-    for ends @ [low, high] in [
-        [0.5, 1.5],
-        [-1.5, -0.5],
-        [1.0, -1.0],
-        [0.0, 0.0],
-        [f64::NAN, 1.0],
-    ] {
-        let mut wanted = still();
-        wanted.protection.travel = ends;
-        let refused = drive.not_allowed(Command::Configure(wanted));
-        let Why::WithoutStart { given } = refused.why else {
-            panic!("{ends:?}: {refused}");
-        };
-        assert_eq!(refused.name, "travel");
-        assert_eq!(given.map(f64::to_bits), ends.map(f64::to_bits));
-        let shown = refused.to_string();
-        assert!(shown.contains(&format!("from {low} to {high}")), "{shown}");
-    }
-    let mut wanted = still();
-    wanted.protection.travel = [0.0, 150.0];
-    drive.done(Command::Configure(wanted));
-}
-
-#[test]
-fn an_order_beyond_the_drives_limits_is_refused_with_both_and_no_limit_becomes_wider() {
-    type Change = fn(&mut CommissionSettings);
-    let orders: [(Option<&str>, Change); 9] = [
-        (None, |_| {}),
-        (Some("travel"), |order| order.limits.travel = [-2.001, 2.0]),
-        (Some("travel"), |order| order.limits.travel = [-0.5, 2.501]),
-        (Some("speed"), |order| order.limits.speed = 60.1),
-        (Some("command"), |order| order.limits.command = [-5.1, 5.0]),
-        (Some("command"), |order| order.limits.command = [-5.0, 5.1]),
-        (None, |order| order.limits.speed = 20.0),
-        (None, |order| order.limits.command = [-5.0, 2.0]),
-        (None, |order| order.limits.travel = [-1.0, 2.5]),
-    ];
-    for (name, change) in orders {
-        let (mut drive, bench) = Drive::on_bench(&crate::support::commission::SERVO);
-        let mut wanted = still();
-        wanted.protection.travel = [-2.0, 2.5];
-        wanted.protection.following_error = 2.0;
-        wanted.protection.speed = 60.0;
-        let controller = wanted.closed_loop.core.controller.as_mut().expect("given");
-        controller.limit = [-5.0, 5.0];
-        drive.done(Command::Configure(wanted));
-        let mut order = ORDER;
-        order.limits = Limits {
-            duration: 2.0,
-            ..Limits::new([-2.0, 2.0], 60.0, [-5.0, 5.0])
-        };
-        change(&mut order);
-        let Some(name) = name else {
-            drive.done(Command::Commission(order));
-            continue;
-        };
-        let refused = drive.not_allowed(Command::Commission(order));
-        assert_eq!(refused.name, name);
-        let (given, own) = match name {
-            "travel" => (order.limits.travel, [-2.0, 2.5]),
-            "speed" => ([60.1; 2], [-60.0, 60.0]),
-            _ => (order.limits.command, [-5.0, 5.0]),
-        };
-        assert_eq!(
-            refused.why,
-            Why::BeyondDrive {
-                given,
-                allowed: own
-            }
-        );
-        drive.pass(100);
-        assert_eq!(bench.held.get(), None);
-    }
-}
-
-#[test]
-fn an_order_from_within_the_travel_is_refused_if_it_leaves_it_from_there() {
-    let (mut drive, _) = Drive::on_bench(&crate::support::commission::SERVO);
-    let mut wanted = still();
-    wanted.protection.travel = [-2.0, 2.0];
-    wanted.protection.following_error = 2.0;
-    drive.run_for(wanted, 10);
-    drive.order(Command::Target(1.5), 3000);
-    let mut order = ORDER;
-    order.limits.travel = [-1.0, 1.0];
-    let refused = drive.not_allowed(Command::Commission(order));
-    let Why::BeyondDrive {
-        allowed: [low, high],
-        ..
-    } = refused.why
-    else {
-        panic!("{refused}");
-    };
-    assert!(
-        (low + 3.5).abs() < 0.02 && (high - 0.5).abs() < 0.02,
-        "{low} {high}"
-    );
-    order.limits.travel = [-1.0, 0.45];
-    drive.done(Command::Commission(order));
 }
 
 #[test]

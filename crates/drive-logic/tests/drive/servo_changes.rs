@@ -66,33 +66,26 @@ fn another_inertia_or_friction_is_reported_once_with_its_value() {
 }
 
 #[test]
-fn nothing_is_looked_for_unless_it_is_asked_for() {
-    let (mut drive, bench) = Drive::on_bench(&SERVO);
-    commissioned(&mut drive, ServoChanges::Ignored);
-    bench.change(&changed(2.0, 1.0));
-    moves(&mut drive, 15);
-    assert_eq!(drive.status().servo_change, None);
-}
-
-#[test]
-fn gains_that_were_given_prediction_nothing() {
-    let (mut drive, bench) = Drive::on_bench(&SERVO);
-    drive.run(examined(ServoChanges::Reported));
-    moves(&mut drive, 5);
-    bench.change(&changed(2.0, 1.0));
-    moves(&mut drive, 15);
-    assert_eq!(drive.status().servo_change, None);
-}
-
-#[test]
-fn gains_that_are_given_after_a_commissioning_prediction_nothing() {
-    let (mut drive, bench) = Drive::on_bench(&SERVO);
-    commissioned(&mut drive, ServoChanges::Reported);
-    drive.order(Command::Stop, 10);
-    let mut given = drive.shown();
-    given.closed_loop.core.controller = settings().closed_loop.core.controller;
-    drive.run_for(given, 10);
-    bench.change(&changed(2.0, 1.0));
-    moves(&mut drive, 15);
-    assert_eq!(drive.status().servo_change, None);
+fn a_change_is_reported_only_of_commissioned_gains_and_where_it_is_asked_for() {
+    const REPORTED: ServoChanges = ServoChanges::Reported;
+    let begins: [fn(&mut Drive); 3] = [
+        |drive| commissioned(drive, ServoChanges::Ignored),
+        // Gains that were given predict nothing, before a commissioning and after it.
+        |drive| drive.run(examined(REPORTED)),
+        |drive| {
+            commissioned(drive, REPORTED);
+            drive.order(Command::Stop, 10);
+            let mut given = drive.shown();
+            given.closed_loop.core.controller = settings().closed_loop.core.controller;
+            drive.run_for(given, 10);
+        },
+    ];
+    for begin in begins {
+        let (mut drive, bench) = Drive::on_bench(&SERVO);
+        begin(&mut drive);
+        moves(&mut drive, 5);
+        bench.change(&changed(2.0, 1.0));
+        moves(&mut drive, 15);
+        assert_eq!(drive.status().servo_change, None);
+    }
 }

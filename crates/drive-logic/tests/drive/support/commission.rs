@@ -1,7 +1,7 @@
 //! Orders to commission, and their outcomes.
 
 use commissioning::{CommissionSettings, Limits, Phase};
-use drive_link::{Command, Commissioning, Fault, Outcome, Report, State};
+use drive_link::{Command, Commissioning, Fault, Origin, Outcome, Report, Settings, State, Status};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Goal;
@@ -166,4 +166,46 @@ pub(crate) fn until(drive: &mut Drive, phase: Phase) {
         }
     }
     panic!("it never comes to {phase:?}");
+}
+
+/// Cuts the power after every step of the flash of a commissioning: afterwards the settings before are in force, without
+/// estimates, or those that it leaves. Each status is checked further, with whether the settings are the new ones.
+pub(crate) fn cut_anywhere(
+    servo: &ServoParameters,
+    cold: &[u8],
+    old: &Settings,
+    commissioned: impl Fn(&Flash) -> Settings,
+    check: impl Fn(&Status, bool, usize),
+) {
+    let whole = Flash::with(cold.to_vec());
+    let new = commissioned(&whole);
+    assert_ne!(new, *old);
+    let (mut old_holds, mut new_holds) = (0, 0);
+    for cut in 0..=whole.steps.get() {
+        let flash = Flash::with(cold.to_vec());
+        flash.steps_left.set(cut);
+        commissioned(&flash);
+        let mut drive = Drive::as_it_comes(Bench::new(servo), &flash.powered_again());
+        let (shown, status) = (drive.shown(), drive.status());
+        let is_new = shown == new;
+        assert!(is_new || shown == *old, "cut after {cut}: a mixture");
+        let origin = if is_new {
+            Origin::Commissioned
+        } else {
+            Origin::Given
+        };
+        assert_eq!(
+            status.gains.map(|gains| gains.origin),
+            Some(origin),
+            "cut after {cut}"
+        );
+        assert_eq!(status.estimates.is_some(), is_new, "cut after {cut}");
+        check(&status, is_new, cut);
+        *if is_new {
+            &mut new_holds
+        } else {
+            &mut old_holds
+        } += 1;
+    }
+    assert!(old_holds > 100 && new_holds > 0, "{old_holds}, {new_holds}");
 }

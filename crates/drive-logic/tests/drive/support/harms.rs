@@ -1,6 +1,7 @@
 //! Harms that may come to a drive.
 
 use super::drive::Drive;
+use drive_logic::Lines;
 
 /// What comes between.
 pub(crate) type Harm = fn(&mut Drive);
@@ -35,4 +36,13 @@ pub(crate) fn stage_fails(drive: &mut Drive) {
 
 pub(crate) fn samples_are_late(drive: &mut Drive) {
     drive.bench.late.set(true);
+}
+
+/// Takes the causes of all of these away.
+pub(crate) fn repaired(drive: &mut Drive) {
+    let bench = drive.bench;
+    bench.lines.set(Lines::HEALTHY);
+    bench.sensor_works.set(true);
+    bench.stage_works.set(true);
+    bench.late.set(false);
 }

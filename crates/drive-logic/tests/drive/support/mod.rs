@@ -4,6 +4,7 @@ pub(crate) mod commission;
 pub(crate) mod drive;
 pub(crate) mod harms;
 pub(crate) mod line;
+pub(crate) mod numbers;
 
 use core::f64::consts::TAU;
 use std::cell::{Cell, RefCell};
