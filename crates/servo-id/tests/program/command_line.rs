@@ -32,7 +32,10 @@ fn the_minimal_scenario_runs_in_fixed_point_too() {
     let folder = own_folder();
     let minimal = scenario_text("minimal.toml");
     folder.write("minimal.toml", &minimal);
-    folder.done("run minimal.toml --formats");
+    let shown = folder.done("run minimal.toml --formats");
+    for format in ["f32", "fixed"] {
+        assert_eq!(shown.matches(&format!(" {format} ")).count(), 7, "{shown}");
+    }
     let fixed = "[identifier]\narithmetic = \"fixed\"";
     folder.write_scenario("minimal.toml", "[identifier]", fixed);
     let result = folder.json("run minimal.toml");
@@ -54,21 +57,6 @@ fn an_unknown_value_is_a_dash() {
         let row = text.lines().find(|line| line.starts_with(quantity));
         let estimate = row.and_then(|row| row.split_whitespace().nth(1));
         assert_eq!(estimate, Some("–"), "{text}");
-    }
-}
-
-#[test]
-fn run_writes_json_csv_and_pictures() {
-    let folder = short("", "");
-    for picture in ["plot.png", "plot.svg"] {
-        folder.done(&format!(
-            "run scenario.toml --json result.json --csv trace.csv --plot {picture} --force"
-        ));
-        let csv = folder.read("trace.csv");
-        assert_eq!(csv.lines().count(), 10_001);
-        assert!(csv.starts_with("time_s,reference_rad,position_rad,command,"));
-        let picture = fs::read(folder.join(picture)).expect("the picture is written");
-        assert!(picture.starts_with(b"\x89PNG") || picture.starts_with(b"<svg"));
     }
 }
 
@@ -340,14 +328,4 @@ fn a_result_holds_what_repeats_it_to_the_last_bit() {
     let mut again = folder.json("run again.toml");
     again["origin"].take();
     assert_eq!(again, result);
-}
-
-#[test]
-fn a_run_in_every_format_is_one_table() {
-    let folder = own_folder();
-    folder.write_scenario("drift.toml", "60.0", "2.0");
-    let shown = folder.done("run drift.toml --formats");
-    for format in ["f32", "fixed"] {
-        assert_eq!(shown.matches(&format!(" {format} ")).count(), 7, "{shown}");
-    }
 }

@@ -74,23 +74,6 @@ fn an_unknown_servo_ends_with_gains_and_their_derivation() {
 }
 
 #[test]
-fn results_are_the_same_in_every_run_and_alone_on_standard_output() {
-    let folder = with(PAPER);
-    for (kind, begin) in [
-        ("--json", "{"),
-        ("--csv", "time_s,reference_rad,position_rad,command,phase,"),
-        ("--plot", "<svg"),
-    ] {
-        let call = format!("commission scenario.toml {kind} -");
-        let [one, other] = [(); 2].map(|()| folder.done(&call));
-        assert_eq!(one, other, "{kind}");
-        assert!(one.starts_with(begin), "{kind}");
-        let is_json = serde_json::from_str::<Value>(&one).is_ok();
-        assert_eq!(is_json, kind == "--json");
-    }
-}
-
-#[test]
 fn gains_that_are_not_applied_give_exit_status_one_and_the_reason_by_text_and_number() {
     // A locked axis: friction exceeds the largest command.
     let result = failed(&PAPER.replace("coulomb = 0.0 ", "coulomb = 9000.0 "));
@@ -171,17 +154,6 @@ fn what_is_refused_moves_nothing_and_writes_nothing() {
     let answer = folder.refused("commission scenario.toml --feed-forward");
     assert!(answer.contains("commission.feed_forward"), "{answer}");
     assert_eq!(folder.names(), ["scenario.toml"]);
-}
-
-#[test]
-fn gains_are_led_on_request() {
-    let folder = with(PAPER);
-    let [filtered, led] =
-        ["", "--feed-forward"].map(|flag| folder.json(&format!("commission scenario.toml {flag}")));
-    assert!(filtered["gains"].get("reference_model").is_none());
-    assert!(number(&led, "/gains/reference_model/bandwidth") > 0.0);
-    let [slow, quick] = [&filtered, &led].map(|result| number(result, "/trial/rise_time"));
-    assert!(quick < 0.7 * slow, "{quick} {slow}");
 }
 
 /// Servos that five numbers do not explain, beside gains that hold them: the effect of each, and why it gets no gains.

@@ -1,18 +1,13 @@
 //! The first power-on of the firmware's manual, step by step, on a simulated axis with a hand on its
 //! shaft, and everything else that a person does to a drive from the command line.
 
-use std::collections::BTreeSet;
-use std::io::{Read, Write};
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::support::pages::root;
 use crate::support::simulated_drive::{Hand, SERVO, SimulatedDrive, built_in};
 use crate::support::{Folder, number, own_folder, printed, signal, standard_error, table};
-use drive_link::{Estimator, Receiver, Settings};
+use drive_link::{Estimator, Settings};
 use identifier_core::parameters::PerParameter;
 
 #[test]
@@ -346,76 +341,8 @@ fn a_signal_and_an_error_stop_a_run_and_an_order_to_leave_it_does_not() {
     assert_eq!(person.held(), None);
 }
 
-/// A line to a drive from which nothing comes back once this is set, and the numbers of the stops on it.
-#[cfg(unix)]
-fn half_a_line(to: &str) -> (String, Arc<AtomicBool>, Arc<Mutex<BTreeSet<u8>>>) {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
-    let port = format!("tcp:{}", listener.local_addr().expect("it has an address"));
-    let to = TcpStream::connect(to.trim_start_matches("tcp:")).expect("the drive listens");
-    let (is_deaf, stops) = (Arc::<AtomicBool>::default(), Arc::default());
-    let (cut, heard) = (
-        Arc::clone(&is_deaf),
-        Arc::<Mutex<BTreeSet<u8>>>::clone(&stops),
-    );
-    std::thread::spawn(move || {
-        let (mut program, _) = listener.accept().expect("the program connects");
-        let mut back = program.try_clone().expect("a socket");
-        let mut drive = to.try_clone().expect("a socket");
-        std::thread::spawn(move || {
-            let mut bytes = [0; 1024];
-            while let Ok(read @ 1..) = drive.read(&mut bytes) {
-                if !cut.load(Ordering::Relaxed) && back.write_all(&bytes[..read]).is_err() {
-                    return;
-                }
-            }
-        });
-        let (mut drive, mut receiver) = (to, Receiver::new());
-        let mut bytes = [0; 1024];
-        while let Ok(read @ 1..) = program.read(&mut bytes) {
-            for &byte in &bytes[..read] {
-                if let Some(Ok(request)) = receiver.take_request(byte)
-                    && request.command == drive_link::Command::Stop
-                {
-                    heard.lock().expect("no panic").insert(request.id);
-                }
-            }
-            drive.write_all(&bytes[..read]).expect("the drive listens");
-        }
-    });
-    (port, is_deaf, stops)
-}
-
-#[test]
-#[cfg(unix)]
-fn a_second_signal_sends_the_stop_again_and_ends_the_program() {
-    let person = Person::before_a_drive();
-    let drive = &person.drive;
-    person.does("configure my-servo.toml --link-timeout 60");
-    let (port, is_deaf, stops) = half_a_line(&drive.port);
-    let start = as_from_a_terminal()
-        .args(["drive", "--port", &port, "start"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    drive.wait_until_driven();
-    is_deaf.store(true, Ordering::Relaxed);
-    signal(start.id(), "-INT");
-    let begin = Instant::now();
-    while stops.lock().expect("no panic").is_empty() {
-        assert!(begin.elapsed() < Duration::from_secs(60), "no stop");
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    signal(start.id(), "-INT");
-    let (status, _, why) = Person::ends(start);
-    assert_eq!((status, why.as_str()), (Some(130), ""));
-    assert_eq!(stops.lock().expect("no panic").len(), 2);
-    drive.pass(0.1);
-    assert_eq!(person.held(), None);
-}
-
 /// The program, with no signal ignored: the parent of these tests may ignore some.
-fn as_from_a_terminal() -> Command {
+pub(crate) fn as_from_a_terminal() -> Command {
     let program = env!("CARGO_BIN_EXE_servo-id");
     if cfg!(target_os = "linux") {
         let mut command = Command::new("env");
@@ -536,53 +463,6 @@ fn an_unknown_servo_is_commissioned_from_the_command_line() {
     assert_eq!(json["kept"], true);
     let b = number(&json, "/servo/b/value");
     assert!((b / SERVO.b - 1.0).abs() < 0.02, "{b}");
-}
-
-#[test]
-fn a_commissioning_that_is_refused_or_fails_names_reason_and_remedy() {
-    let person = Person::before_a_drive();
-    person.drive.with(|around| around.supply = false);
-    let write = |from: &str, to: &str| {
-        let text = COMMISSION.replace(from, to);
-        person.folder.write("my-servo.toml", text);
-    };
-    write("travel = 1.5", "travel = 0.0001");
-    person.is_refused("commission my-servo.toml | commission.travel");
-    assert!(person.held().is_none());
-    // Without the motor's supply nothing moves.
-    write("", "");
-    let why = person.fails(1, "commission my-servo.toml");
-    assert!(why.contains("reason 101:"), "{why}");
-    // A demand beyond the servo is refused with a possible figure.
-    person.drive.with(|around| around.supply = true);
-    write("bandwidth = 40.0", "bandwidth = 150.0");
-    let words = person.words("commission my-servo.toml --json -");
-    let output = person.folder.call(&words);
-    let why = standard_error(&output);
-    assert_eq!(output.status.code(), Some(1), "{why}");
-    assert!(why.contains("reason 130:"), "{why}");
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let most = number(&json, "/no_gains/most");
-    assert!((100.0..150.0).contains(&most), "{most}");
-    assert_eq!(json["no_gains"]["cap"], "encoder-noise");
-    // Another sample time than that of the configured drive.
-    write("sample_time = 0.001", "sample_time = 0.0005");
-    person.is_refused("commission my-servo.toml | sample_time");
-}
-
-#[test]
-#[cfg(unix)]
-fn an_interruption_stops_a_commissioning() {
-    let person = Person::before_a_drive();
-    person.folder.write("my-servo.toml", COMMISSION);
-    let begun = person.begins("commission my-servo.toml");
-    person.drive.wait_until_driven();
-    person.drive.pass(0.02);
-    signal(begun.id(), "-INT");
-    let (status, _, why) = Person::ends(begun);
-    assert_eq!(status, Some(1), "{why}");
-    assert!(why.contains("reason 170:"), "{why}");
-    assert!(person.held().is_none());
 }
 
 #[test]

@@ -1,8 +1,5 @@
 //! The settings that a scenario sends to a drive, and refusals before anything is sent.
 
-use std::net::{Ipv4Addr, TcpListener};
-
-use crate::support::{own_folder, standard_error};
 use host_sim::scenario::{Fault, Purpose, Scenario};
 use identifier_core::parameters::{Term, Terms};
 use servo_id::drive::loop_settings;
@@ -62,19 +59,4 @@ fn a_loop_that_the_firmware_lacks_is_refused() {
         let fault = settings_of(&changed).expect_err(key);
         assert!(fault.to_string().starts_with(key), "{fault}");
     }
-}
-
-#[test]
-fn a_port_that_does_not_exist_is_bad_input_and_a_silent_one_is_not() {
-    let folder = own_folder();
-    for port in ["tcp:127.0.0.1:1", "/dev/no-such-port"] {
-        let answer = folder.refused(&format!("drive --port {port} status"));
-        assert!(answer.contains(port), "{answer}");
-    }
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
-    let silent = listener.local_addr().expect("it has an address");
-    let output = folder.call(&format!("drive --port tcp:{silent} status"));
-    let answer = standard_error(&output);
-    assert_eq!(output.status.code(), Some(1), "{answer}");
-    assert!(answer.contains("no drive answers"), "{answer}");
 }

@@ -65,20 +65,6 @@ fn a_run_takes_each_and_is_the_same_every_time() {
 }
 
 #[test]
-fn an_effect_that_is_stated_as_none_is_none() {
-    let none = "delay = 0.0\ncurrent_loop = 0\nasymmetry = 0.0\nlow_speed_friction = 0.0\n\
-                quadratic_friction = 0.0\nload_dependent_friction = 0.0\ntorque_ripple = [0.0, 0.0]\n\
-                inertia_variation = [0.0, 0.0]\ngain_asymmetry = 0.0\n\
-                gravity = [0.0, 0.0]\ndead_band = 0.0\nbacklash = 0.0\ngain_drift = 0.0\n\
-                friction_drift = 0.0\nload_wander = [0.0, 0.0]";
-    let sensor = "[encoder]\nnoise = 0.0\neccentricity = 0.0\njitter = 0.0";
-    assert_eq!(
-        positions(&scenario(none, sensor)),
-        positions(&scenario("", ""))
-    );
-}
-
-#[test]
 fn the_seed_of_the_run_is_that_of_load_and_sensor() {
     let keys = "load_wander = [5.0, 0.2]";
     let of_seed = |seed: &str| {

@@ -59,18 +59,6 @@ fn a_log_is_identified_without_a_first_guess() {
     assert!(result["fit"]["command_recorded_late"].is_null());
 }
 
-#[test]
-fn a_command_that_was_recorded_a_row_late_is_shifted_back_and_said() {
-    let trace = trace();
-    with_commands(&trace, |commands| commands.rotate_right(1));
-    let result = trace.json(REPLAY);
-    let late = number(&result, "/fit/command_recorded_late");
-    assert!((late - 1.0).abs() < 0.05, "{late}");
-    let coulomb = estimate(&result, "coulomb");
-    assert!((coulomb - 10.0).abs() < 0.5, "{coulomb}");
-    assert_eq!(result["status"], "converged", "{}", result["reason"]);
-}
-
 /// With the servo as the model, only the quantisation of the encoder is left, sample by sample; of one with another
 /// gain more.
 #[test]
@@ -98,35 +86,6 @@ fn what_a_model_leaves_of_every_sample_is_beside_it() {
     assert!(counts > 0.5, "{counts}");
 }
 
-#[test]
-fn all_of_a_long_log_is_fitted_and_tells_no_less() {
-    let trace = trace();
-    let whole = trace.json(REPLAY);
-    assert_eq!(whole["fit"]["samples"], whole["samples"]);
-    trace.write_scenario("friction.toml", "duration = 8.0", "duration = 140.0");
-    trace.done("run friction.toml --csv long.csv");
-    let long = trace.json("identify long.csv --scenario fit.toml");
-    assert_eq!(long["fit"]["samples"], 140_000, "{}", long["fit"]);
-    let off = (estimate(&long, "b") / 257.7 - 1.0).abs();
-    assert!(off < 1e-4, "{off}");
-    let [long, whole] = [&long, &whole].map(|result| std_error(result, "b"));
-    assert!(long <= 1.05 * whole, "{long} of {whole}");
-}
-
-#[test]
-fn a_reversed_or_foreign_command_is_not_converged() {
-    let trace = trace();
-    with_commands(&trace, |commands| {
-        commands.iter_mut().for_each(|command| *command = -*command);
-    });
-    assert_ne!(trace.json(REPLAY)["status"], "converged");
-    with_commands(&trace, |commands| {
-        let half = commands.len() / 2;
-        commands.rotate_left(half);
-    });
-    assert_ne!(trace.json(REPLAY)["status"], "converged");
-}
-
 /// The scenario of the page with further keys of the identifier.
 fn with_keys(folder: &Folder, keys: &str) {
     let law = "law = \"fit\"";
@@ -144,17 +103,4 @@ fn a_required_term_is_in_the_model_without_evidence() {
     let size = estimate(&result, "asymmetry");
     let error = std_error(&result, "asymmetry");
     assert!(size.abs() < 4.0 * error && error < 0.1, "{size} ± {error}");
-}
-
-#[test]
-fn a_required_term_that_the_motion_does_not_show_is_the_reason_of_the_status() {
-    let trace = trace();
-    // No sample is as slow.
-    with_keys(
-        &trace,
-        "required_terms = [\"low-speed\"]\nlow_speed_velocity = 1e-12",
-    );
-    let result = trace.json(REPLAY);
-    assert_eq!(result["status"], "no-information");
-    assert_eq!(result["code"], 29);
 }

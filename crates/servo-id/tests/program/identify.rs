@@ -138,21 +138,6 @@ fn a_fit_is_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_log_of_a_relay_of_one_size_is_not_converged() {
-    let text = format!(
-        "[plant]\na = 8.0\nb = {GAIN:?}\ncoulomb = 100.0\nload = 5.0\n[encoder]\ncounts_per_rev = {COUNTS:?}\n\
-         [amplifier]\nlimit = 10.0\n[controller]\nkp = 9.0\nkd = 0.5\nki = 4.0\nsample_time = 0.001\n\
-         [identifier]\nlaw = \"relay-least-squares\"\n[run]\nduration = 5.0\n"
-    );
-    let log = log(
-        "identify-relay",
-        &Motion::of("identify-relay-run", &text).text(),
-    );
-    let result = log.json("identify log.csv");
-    assert_eq!(result["code"], 23, "{result}");
-}
-
-#[test]
 fn the_saved_scenario_gives_the_same_result() {
     let motion = &*MOTION;
     let identified = saved_gives_the_same(&motion.text(), "");
@@ -185,17 +170,6 @@ fn saved_gives_the_same(text: &str, options: &str) -> Value {
     let b = estimate(&identified, "b");
     assert!((b / GAIN - 1.0).abs() < 0.01, "{b}");
     identified
-}
-
-/// Nothing is written beside the log before it is asked for.
-#[test]
-fn gains_follow_from_the_result_alone() {
-    let log = log("identify-tune", &MOTION.text());
-    log.done("identify log.csv");
-    assert_eq!(log.names(), ["log.csv"]);
-    log.done("identify log.csv --json log.json");
-    let tuned = log.json("tune log.json");
-    assert!(tuned["kp"].as_f64().is_some_and(|kp| kp > 0.0), "{tuned}");
 }
 
 #[test]

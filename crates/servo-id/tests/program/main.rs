@@ -10,8 +10,6 @@ mod effects;
 mod export;
 mod export_firmware;
 mod faults;
-#[cfg(target_os = "linux")]
-mod figures;
 mod fit;
 mod guides;
 mod identify;

@@ -159,26 +159,6 @@ fn a_drive_is_operated_from_the_keyboard() {
 }
 
 #[test]
-fn a_fault_is_shown_with_its_remedy() {
-    let fault = "[[fault]]\nkind = \"amplifier-fault\"\ntime = 0.0\n";
-    let bench = Bench::with("monitor_fault", fault);
-    let mut monitor = bench.monitor("");
-    monitor.shows(" DISABLED ");
-    monitor.types("t0.1\r");
-    monitor.shows("the drive refuses: the loop must be closed first: start");
-    monitor.types("sy");
-    let text = monitor.shows(" FAULT ");
-    assert!(text.contains("fault 10: the amplifier reports"), "{text}");
-    assert!(text.contains("check the amplifier"), "{text}");
-    // Its cause is still there.
-    monitor.types("f");
-    monitor.shows("if its cause is gone");
-    assert!(monitor.text().contains(" FAULT "));
-    monitor.types("q");
-    assert_eq!(monitor.ends().0, 0);
-}
-
-#[test]
 fn a_drive_that_vanishes_is_reported_and_the_terminal_restored() {
     let bench = Bench::new("monitor_vanishes");
     let mut monitor = bench.monitor("--record axis.csv");
@@ -200,17 +180,6 @@ fn a_drive_that_vanishes_is_reported_and_the_terminal_restored() {
         ["axis.csv", "axis.toml", "servo.toml"]
     );
     assert!(replayed(&bench.folder, "axis") > 200.0);
-}
-
-#[test]
-fn a_silent_drive_is_reported() {
-    let bench = Bench::new("monitor_silent");
-    let mut monitor = bench.monitor("");
-    monitor.shows(" DISABLED ");
-    signal(bench.drive.id(), "-STOP");
-    let (status, text) = monitor.ends();
-    assert_eq!(status, 1, "{text}");
-    assert!(text.contains("silent for 5 s"), "{text}");
 }
 
 #[test]
@@ -264,24 +233,6 @@ fn a_signal_restores_the_terminal_and_releases_the_servo() {
     assert_eq!(status, 0, "{text}");
     assert!(text.contains("the servo was disabled"), "{text}");
     assert!(bench.drive("status").contains("the last run was stopped"));
-}
-
-#[test]
-fn a_window_that_is_too_small_is_reported_and_redrawn_when_it_grows() {
-    let bench = Bench::new("monitor_window");
-    let mut monitor = Terminal::start(&bench.command(""), &bench.folder, 60, 20);
-    monitor.shows("it needs 80 x 24");
-    monitor.resize(120, 40);
-    monitor.shows(" DISABLED ");
-    starts(&mut monitor);
-    monitor.resize(79, 24);
-    monitor.shows("Space stops it");
-    monitor.types(" ");
-    monitor.shows("The servo is disabled");
-    monitor.resize(80, 24);
-    monitor.shows("the last run was stopped");
-    monitor.types("q");
-    assert_eq!(monitor.ends().0, 0);
 }
 
 #[test]

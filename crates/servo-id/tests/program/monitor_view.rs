@@ -18,7 +18,8 @@ use virtual_servo::{Encoder, Plant};
 const SAMPLE_TIME: f64 = 1e-3;
 const COUNTS: f64 = 10_000.0;
 
-fn status(state: Does) -> Status {
+/// A status of a state, and nothing else.
+pub(crate) fn status(state: Does) -> Status {
     Status {
         state,
         kept: Kept::Nothing,
@@ -123,6 +124,20 @@ fn least(shown: &Shown<'_>) -> String {
 #[test]
 fn a_released_drive() {
     insta::assert_snapshot!(least(&shown(&disabled(), &Dialogue::Idle)));
+}
+
+#[test]
+fn a_screen_that_is_too_small_says_what_it_needs_and_how_to_stop() {
+    let state = running(10, |_| false);
+    let text = screen(
+        MIN_SIZE.width - 1,
+        MIN_SIZE.height,
+        &shown(&state, &Dialogue::Idle),
+    );
+    assert!(
+        text.contains("80 x 24") && text.contains("Space stops it"),
+        "{text}"
+    );
 }
 
 #[test]

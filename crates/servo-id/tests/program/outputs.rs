@@ -145,12 +145,14 @@ fn devices_and_pipes_are_written_and_not_replaced() {
 #[test]
 fn a_dash_is_standard_output_and_alone_there() {
     let folder = with_scenario("dash", "1.0");
+    folder.write("axis.toml", scenario_text("commission.toml"));
     for (words, begin, end) in [
         ("run scenario.toml --json -", "{", "}\n"),
         ("run scenario.toml --json /dev/stdout", "{", "}\n"),
         ("run scenario.toml --csv -", "time_s,", "\n"),
         ("run scenario.toml --plot -", "<svg", "</svg>\n"),
         ("compare scenario.toml --json -", "{", "}\n"),
+        ("commission axis.toml --csv -", "time_s,", "\n"),
         ("sweep scenario.toml --runs 2 --csv -", "run,", "\n"),
     ] {
         let text = folder.done(words);
@@ -160,7 +162,7 @@ fn a_dash_is_standard_output_and_alone_there() {
     }
     assert_eq!(
         folder.names(),
-        ["old", "scenario.toml"],
+        ["axis.toml", "old", "scenario.toml"],
         "no file of the name -"
     );
 }

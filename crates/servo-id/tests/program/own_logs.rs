@@ -73,51 +73,6 @@ fn a_saturated_first_command_and_every_estimator_and_number_format_replay_to_the
     }
 }
 
-/// Position and command of a row.
-fn position_and_command(row: &str) -> (f64, f64) {
-    let cell = |place: usize| row.split(',').nth(place).and_then(|cell| cell.parse().ok());
-    (cell(2).unwrap_or(f64::NAN), cell(3).unwrap_or(f64::NAN))
-}
-
-#[test]
-fn a_log_that_begins_in_motion_gives_the_same_estimates() {
-    let count = std::f64::consts::TAU / 10_000.0;
-    for law in [FITTED, GRADIENT, FIXED] {
-        let folder = own_folder();
-        let text = scenario(&format!("{law}\n{TIGHT}"));
-        folder.write(
-            "scenario.toml",
-            text.replace("duration = 8.0", "duration = 40.0"),
-        );
-        let whole = folder.json("run scenario.toml --csv log.csv");
-        let log = folder.read("log.csv");
-        let rows: Vec<_> = log.lines().collect();
-        let samples: Vec<_> = rows[1..]
-            .iter()
-            .map(|row| position_and_command(row))
-            .collect();
-        // Fast, and with a command that is cut off.
-        let is_fast = |k: &usize| (samples[k + 1].0 - samples[*k].0).abs() > 5.0 * count;
-        let mut in_motion = (1000..2000).filter(is_fast);
-        let from = in_motion.find(|&k| samples[k].1.abs() > 0.999);
-        let from = from.expect("a row in motion");
-        let cut = [&rows[..1], &rows[1 + from..]].concat().join("\n") + "\n";
-        folder.write("cut.csv", cut);
-        let part = folder.json("identify cut.csv --scenario scenario.toml");
-        assert_eq!(part["agreement"]["holds"], true, "{law}: {part}");
-        for (name, tolerance) in [("a", 0.01), ("b", 0.1), ("coulomb", 0.05), ("load", 0.05)] {
-            let [whole, part] = [&whole, &part].map(|result| estimate(result, name));
-            let off = (whole - part).abs();
-            assert!(off < tolerance, "{law}: {name}: {whole}, {part}");
-        }
-        // The first samples, in which its velocity is found, are not learnt from.
-        let learnt = part["samples"].as_u64().expect("a count");
-        let left = (samples.len() - from) as u64;
-        let expected = left - 20..left;
-        assert!(expected.contains(&learnt), "{law}: {learnt} of {left}");
-    }
-}
-
 /// The position of an ideal sensor is no whole number of counts: single precision rounds its increments
 /// a little differently.
 #[test]
@@ -134,15 +89,4 @@ fn an_ideal_sensors_log_gives_the_same_estimates() {
             "{name}: {first}, {second}"
         );
     }
-}
-
-#[test]
-fn fixed_point_needs_the_counts_per_revolution_and_names_the_key() {
-    let folder = own_folder();
-    folder.write("run.toml", scenario(FIXED));
-    folder.done("run run.toml --csv log.csv");
-    folder.write("scenario.toml", format!("[identifier]\n{FIXED}\n"));
-    let answer = folder.refused("identify log.csv --scenario scenario.toml");
-    assert!(answer.contains(": identifier.arithmetic: "), "{answer}");
-    assert!(answer.contains("encoder.counts_per_rev"), "{answer}");
 }

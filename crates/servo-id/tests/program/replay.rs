@@ -232,6 +232,8 @@ fn a_log_without_the_command_is_driven_by_the_declared_controllers() {
 fn keys_that_a_replay_needs_are_named() {
     let controller = ["[controller]", "command"];
     let range = ["[controller]", "servo_range"];
+    let fixed = "law = \"gradient\"\narithmetic = \"fixed\"";
+    let in_words = gradient().replace("law = \"gradient\"", fixed);
     // An estimator with a loop of its own takes no log.
     let own_loop = with_law("pd-gradient");
     let with = |line: &str| gradient().replace("[log]", &format!("{line}\n[log]"));
@@ -246,6 +248,7 @@ fn keys_that_a_replay_needs_are_named() {
         (with("max_speed = 0.0"), "identifier.max_speed"),
         (with("bandwidth = 0.0"), "identifier.bandwidth"),
         (own_loop, "identifier.law"),
+        (without(&in_words, &["[encoder]"]), "identifier.arithmetic"),
     ] {
         let answer = changed(|_| (), &scenario).refused(REPLAY);
         assert!(answer.contains(&format!(": {key}: ")), "{key}: {answer}");
@@ -263,17 +266,6 @@ fn a_declared_servo_does_not_turn_a_replay_into_a_run() {
     assert_eq!(unjudged["estimates"], judged["estimates"]);
     assert!(unjudged["truth"].is_null());
     assert_eq!(judged["truth"]["b"], 100.0);
-}
-
-/// Without [log] the columns are those of the tool's own traces.
-#[test]
-fn columns_default_to_those_of_a_trace() {
-    let unstated = without(&scenario(), &["[log]"]);
-    let [stated, found] = [&scenario(), &unstated].map(|scenario| unnamed(replay(scenario)));
-    assert_eq!(stated, found);
-    let rename = |lines: &mut Vec<String>| lines[0] = lines[0].replace("position_rad", "angle");
-    let answer = changed(rename, &unstated).refused(REPLAY);
-    assert!(answer.contains("log.csv: column position_rad"), "{answer}");
 }
 
 /// A few compressed bytes that expand to an endless row.
@@ -328,14 +320,6 @@ fn a_pass_over_a_short_log_does_not_run_into_the_next() {
     let folder = changed(|lines| lines.truncate(301), &scenario());
     let result = folder.json(&format!("{REPLAY} --passes 4"));
     assert!(off(&result) < 0.02, "{result}");
-}
-
-#[test]
-fn least_squares_take_a_log() {
-    let result = replay(&with_law("relay-least-squares"));
-    // The log's servo has friction, of which it knows nothing.
-    assert!(off(&result) < 0.1, "{result}");
-    assert!(result["output_error"].is_null() && result["residual"]["rms"].is_f64());
 }
 
 /// As drives log the current that they measured: each row has the command of the row before.

@@ -55,42 +55,6 @@ fn a_misspelt_key_is_answered_with_the_nearest_name() {
     assert!(!unlike.contains('?'), "{unlike}");
 }
 
-/// With a message that is short and has no control characters.
-#[test]
-fn a_wrong_type_is_refused() {
-    for line in [
-        "load = \"heavy\"",
-        "load = true",
-        "load = [1.0]",
-        "load = { x = 1 }",
-        "load = 2026-01-01",
-        "load = nan",
-        "load = -inf",
-        "load = 1e999",
-        "coulomb = -1e300",
-        "load = 0xffffffffffffffffffffffffffff",
-        "run = 5",
-        "[run]\nduration = 1e300",
-        "[run]\nduration = 1e-300",
-        "[[run]]\nduration = 1.0",
-        "[excitation]\nseed = 1.5",
-        "[excitation]\nseed = 4294967296",
-        "[excitation]\nkind = 3",
-        "[excitation]\nkind = \"steps\"\nhold = 0.1\nlevels = []",
-        "[identifier]\nparameters = \"a\"",
-        "[identifier]\ngamma = [[1.0], 2.0]",
-        "[amplifier]\nlimit = [1.0]",
-        "[encoder]\ncounts_per_rev = 1e300",
-        "[controller]\nsample_time = 1e-300",
-        "load = 1.0\nload = 2.0",
-        "load =",
-        "load = heavy",
-        "load",
-    ] {
-        assert_names(&format!("{PLANT}{line}\n"), &["s.toml:"]);
-    }
-}
-
 /// A message about a default names the key to state and the default.
 #[test]
 fn messages_name_a_default_as_such() {

@@ -2,18 +2,22 @@
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
-use std::process::Output;
-use std::thread;
+use std::process::{Output, Stdio};
+use std::sync::mpsc::channel;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use drive_link::{Command, PROTOCOL, Receiver, Refusal, Report, Request, frame};
+use drive_link::{Command, Estimator, PROTOCOL, Receiver, Refusal, Report, Request, State, frame};
 
-use crate::support::{servo_id, standard_error};
+use crate::drive::as_from_a_terminal;
+use crate::monitor_view::status;
+use crate::support::simulated_drive::built_in;
+use crate::support::{servo_id, signal, standard_error};
 
-/// Runs `drive stop` at a drive that answers so, and returns what the drive has received.
-fn stop(
+/// A drive that answers so: its port, and what it receives until its line is closed.
+fn answering(
     answer: impl Fn(usize, &Request) -> Option<Report> + Send + 'static,
-) -> (Output, Vec<Command>) {
+) -> (String, JoinHandle<Vec<Command>>) {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
     let port = format!("tcp:{}", listener.local_addr().expect("it has an address"));
     let drive = thread::spawn(move || {
@@ -35,8 +39,57 @@ fn stop(
         }
         received
     });
+    (port, drive)
+}
+
+/// Runs `drive stop` at a drive that answers so, and returns what the drive has received.
+fn stop(
+    answer: impl Fn(usize, &Request) -> Option<Report> + Send + 'static,
+) -> (Output, Vec<Command>) {
+    let (port, drive) = answering(answer);
     let output = servo_id(&["drive", "--port", &port, "stop"]);
     (output, drive.join().expect("no panic"))
+}
+
+#[test]
+#[cfg(unix)]
+fn a_second_signal_sends_the_stop_again_and_ends_the_program() {
+    const WAIT: Duration = Duration::from_secs(60);
+    let (heard, requests) = channel();
+    let (port, drive) = answering(move |_, &Request { id, command }| {
+        if matches!(command, Command::Start | Command::Stop) {
+            heard.send((command, id)).expect("the test listens");
+        }
+        let id = (command != Command::Stop).then_some(id)?;
+        Some(match command {
+            Command::Show => Report::Settings {
+                id,
+                settings: built_in(Estimator::GaussNewton),
+            },
+            Command::Hello | Command::KeepAlive => Report::Status {
+                id: Some(id),
+                status: status(State::Running),
+            },
+            _ => Report::Done { id },
+        })
+    });
+    let start = as_from_a_terminal()
+        .args(["drive", "--port", &port, "start"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let begun = requests.recv_timeout(WAIT).expect("a start");
+    assert_eq!(begun.0, Command::Start);
+    signal(start.id(), "-INT");
+    let (_, first) = requests.recv_timeout(WAIT).expect("a stop");
+    signal(start.id(), "-INT");
+    let output = start.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(standard_error(&output), "");
+    drive.join().expect("no panic");
+    let again = requests.try_iter().find(|(_, id)| *id != first);
+    assert_eq!(again.map(|(command, _)| command), Some(Command::Stop));
 }
 
 fn is_stop(command: &Command) -> bool {

@@ -2,12 +2,10 @@
 
 use std::process::Output;
 
-use crate::support::simulated_drive::{SERVO, SimulatedDrive, built_in};
 use crate::support::terminal::Terminal;
 use crate::support::{
     Folder, folder_with_paper, own_folder, printed, scenario_text, standard_error,
 };
-use drive_link::Estimator;
 
 /// Accents that take no room of their own.
 fn marks(line: &str) -> usize {
@@ -124,21 +122,6 @@ const WRONG: [&str; 15] = [
     "drive --port tcp:127.0.0.1:1 status",
 ];
 
-/// Calls of a drive in their order, by their exit status.
-const DRIVE: [(&str, i32); 11] = [
-    ("status", 0),
-    ("board-test", 0),
-    ("start", 1),
-    ("configure drive.toml --link-timeout 20", 0),
-    ("start --for 0.5", 0),
-    ("target 0.1", 1),
-    ("home", 1),
-    ("save", 0),
-    ("stop", 0),
-    ("clear", 0),
-    ("commission commission.toml", 0),
-];
-
 #[test]
 fn every_verb_keeps_to_the_width_of_the_terminal_and_writes_nothing_of_its_own() {
     let folder = folder_with_paper("terminal-widths", "3.0");
@@ -158,24 +141,6 @@ fn every_verb_keeps_to_the_width_of_the_terminal_and_writes_nothing_of_its_own()
         assert_fits(words, &standard_error(&output));
     }
     assert_eq!(folder.names(), before);
-}
-
-#[test]
-fn the_verbs_of_a_drive_keep_to_the_width_of_the_terminal() {
-    let folder = own_folder();
-    for name in ["drive.toml", "commission.toml"] {
-        folder.write(name, scenario_text(name));
-    }
-    let drive = SimulatedDrive::start(SERVO, built_in(Estimator::Gradient { friction: true }));
-    drive.with(|around| around.supply = true);
-    for (words, status) in DRIVE {
-        let call = format!("drive --port {} {words}", drive.port);
-        let output = called("COLUMNS", WIDTH, &folder, &call);
-        let [said, why] = [&output.stdout, &output.stderr]
-            .map(|stream| String::from_utf8_lossy(stream).into_owned());
-        assert_eq!(output.status.code(), Some(status), "{words}: {said}{why}");
-        assert_fits(words, &(said + &why));
-    }
 }
 
 #[test]

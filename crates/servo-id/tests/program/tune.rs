@@ -74,20 +74,6 @@ fn it_prints_a_controller_that_a_scenario_takes() {
     }
 }
 
-/// In less than half of the time with the filter.
-#[test]
-fn a_feed_forward_makes_the_same_gains_quicker() {
-    let folder = with(&result());
-    let [filtered, led] = ["", "--feed-forward"]
-        .map(|flag| folder.json(&format!("{TUNE} --bandwidth 80 --step 0.05 {flag}")));
-    assert_eq!(led["kp"], filtered["kp"]);
-    assert_eq!(led["reference_model"]["bandwidth"], json!(240.0));
-    assert!(filtered.get("reference_model").is_none());
-    let [filtered, led] =
-        [&filtered, &led].map(|tuned| number(tuned, "/predicted_response/rise_time"));
-    assert!(led < 0.4 * filtered, "{led} {filtered}");
-}
-
 /// Forces that are five standard errors from zero, and no others.
 #[test]
 fn known_forces_are_in_the_formula() {

@@ -1,9 +1,9 @@
 //! Physical units, goals of a servo with a loop of its own, and the joints of one log.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use super::{GAIN, MOTION, Motion, log, map, text};
-use crate::support::{estimate, folder, number};
+use super::{GAIN, MOTION, Motion, log, text};
+use crate::support::{estimate, number};
 
 #[test]
 fn a_torque_constant_puts_the_result_in_physical_units() {
@@ -40,22 +40,6 @@ fn a_scale_that_is_stated_twice_is_refused() {
         identify log.csv --command-unit N | --command-unit
         identify log.csv --command-unit lb | lb",
     );
-}
-
-#[test]
-fn a_payload_beside_the_gain_without_it_gives_the_inertia() {
-    let folder = folder("units-payload");
-    let text = "[plant]\na = 2.0\nb = 160.0\n[identifier]\nlaw = \"fit\"\n[run]\nduration = 4.0\n\
-                [physical]\npayload = 0.001\nbare_gain = [200.0, 0.1]\n";
-    folder.write("payload.toml", text);
-    // J = m b₀/(b₀ − b) = 0.001·200/40.
-    let inertia = number(&folder.json("run payload.toml"), "/physical/inertia/value");
-    assert!((inertia / 0.005 - 1.0).abs() < 0.01, "{inertia}");
-    folder.write(
-        "payload.toml",
-        text.replace("bare_gain = [200.0, 0.1]\n", ""),
-    );
-    folder.refused("run payload.toml");
 }
 
 /// A servo with a loop of its own at 1 kHz, of which every row is recorded: goal, position and the command that acted.
@@ -181,34 +165,4 @@ fn a_log_of_goals_is_refused_with_what_is_missing() {
         log.write("log.toml", format!("{text}{more}"));
         log.refused("identify log.csv --scenario log.toml");
     }
-}
-
-#[test]
-fn the_columns_of_one_log_are_the_joints_of_one_model() {
-    let of = &*MOTION;
-    let log = log(
-        "units-joints",
-        &text(&[
-            ("t_s", &of.time, 4),
-            ("hip_q", &of.position, 6),
-            ("knee_q", &of.position, 6),
-            ("hip_u", &of.command, 5),
-            ("knee_u", &map(&of.command, |u| 2.0 * u), 5),
-        ]),
-    );
-    for joint in ["hip", "knee"] {
-        log.done(&format!(
-            "identify log.csv --position {joint}_q --command {joint}_u --position-unit rad \
-             --torque-constant 0.5 --json {joint}.json"
-        ));
-    }
-    let joints = log.done("export hip.json knee.json --format json");
-    let joints: Value = serde_json::from_str(&joints).expect("JSON");
-    let [hip, knee] = [0, 1].map(|place| &joints["joints"][place]);
-    assert_eq!(
-        [&hip["name"], &knee["name"]],
-        [&json!("hip"), &json!("knee")]
-    );
-    let [hip, knee] = [hip, knee].map(|joint| number(joint, "/inertia/value"));
-    assert!((knee / hip - 2.0).abs() < 1e-3, "{hip} {knee}");
 }

@@ -115,28 +115,6 @@ fn no_door_has_a_physical_unit_that_nobody_stated() {
 }
 
 #[test]
-fn a_unit_in_the_heading_is_stated() {
-    let q = &MOTION.position;
-    for (name, values, unit) in [
-        ("angle_deg", map(q, |q| q * 360.0 / TAU), "rad"),
-        ("q [turns]", map(q, |q| q / TAU), "rad"),
-        ("speed (rpm)", rpm(), "rad"),
-        ("velocity [m/s]", map(&rpm(), |w| w * TAU / 60.0), "m"),
-        ("x_mm", map(q, |q| 1e3 * q), "m"),
-    ] {
-        let log = log_of("unstated-heading", name, &values, 6);
-        for sign in ["1", "-1"] {
-            let result = log.json(&format!("identify log.csv --position-scale {sign}"));
-            assert_eq!(result["position_unit"], unit, "{name}");
-            let of_b = &result["estimates"]["b"]["unit"];
-            assert_eq!(*of_b, format!("{unit}/s² per command unit"), "{name}");
-            let off = estimate(&result, "b") / GAIN - 1.0;
-            assert!(off.abs() < 0.03, "{name} {sign}: {off}");
-        }
-    }
-}
-
-#[test]
 fn a_position_that_begins_again_after_a_power_of_two_states_its_counts() {
     let wrapped = |name: &str, counts: f64, period: f64| {
         let values = map(&MOTION.position, |q| {
@@ -162,43 +140,6 @@ fn a_position_that_begins_again_after_a_power_of_two_states_its_counts() {
     assert!(named, "{message}");
     let gain = gain(&log.json("identify log.csv --counts-per-rev 1000"));
     assert!((gain / GAIN - 1.0).abs() < 0.05, "{gain}");
-}
-
-/// Goals in steps at the rates of robot-learning data sets.
-#[test]
-fn stated_goals_at_a_low_rate_are_identified() {
-    let text = "[plant]\na = 2.0\nb = 500.0\ncoulomb = 20.0\n[encoder]\ncounts_per_rev = 4096\n\
-                [amplifier]\nlimit = 1.5\n[controller]\nkp = 6.0\nkd = 0.15\nki = 0.0\nsample_time = 0.001\n\
-                velocity_filter = { kind = \"difference\" }\n[excitation]\nkind = \"prbs\"\namplitude = 0.4\n\
-                hold = 0.3\norder = 10\n[identifier]\nlaw = \"fit\"\n[run]\nduration = 20.0\n";
-    let motion = Motion::of("unstated-goals-run", text);
-    for rows in [10, 20, 33] {
-        let of = |values: &[f64], factor: f64| -> Vec<f64> {
-            let few = values.iter().step_by(rows);
-            few.map(|value| value * factor).collect()
-        };
-        let degree = 360.0 / TAU;
-        let columns = super::text(&[
-            ("time", &of(&motion.time, 1.0), 4),
-            ("goal_deg", &of(&motion.reference, degree), 4),
-            ("position_deg", &of(&motion.position, degree), 4),
-        ]);
-        let result = log("unstated-goals", &columns).json(
-            "identify log.csv --position position_deg --goal goal_deg --kp 6 --kd 0.15 --limit 1.5 --loop-time 0.001",
-        );
-        // At 33 ms the delay is longer than the fit tests, which is an answer.
-        let b = &result["estimates"]["b"];
-        let (value, error) = (b["value"].as_f64(), b["std_error"].as_f64());
-        let off = value
-            .zip(error)
-            .map(|(value, error)| (value - 500.0).abs() / error);
-        assert!(
-            rows == 33 || off.is_some_and(|off| off < 3.0),
-            "{rows}: {b}"
-        );
-        let is_known = result["status"] == "converged";
-        assert!(rows > 10 || is_known, "{}", result["reason"]);
-    }
 }
 
 /// A goal servo whose loop filters its velocity, and the remedy of who does not state that.

@@ -114,15 +114,6 @@ impl Terminal {
         }
     }
 
-    /// Makes the window larger or smaller.
-    pub(crate) fn resize(&mut self, columns: u16, rows: u16) {
-        let mut screen = self.screen.lock().expect("no thread panicked");
-        screen.screen_mut().set_size(some(rows), some(columns));
-        self.master
-            .resize(size(columns, rows))
-            .expect("it is a terminal");
-    }
-
     /// Waits for the program to end: its status, and what is on the screen then. The terminal must be as
     /// it was.
     pub(crate) fn ends(mut self) -> (u32, String) {

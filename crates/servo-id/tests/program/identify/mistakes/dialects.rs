@@ -1,4 +1,4 @@
-//! Headings and columns of a text, and separators that the dialects of `log_dialects` do not have.
+//! Headings, columns and separators of a text.
 
 use super::super::{MOTION, cells, map, text, text_of_cells};
 use super::Expected::{Gain, Named};
@@ -17,8 +17,10 @@ impl Cases {
         let columns = |names: &str| plain.replacen("t_s,q_rad,u_V", names, 1);
         self.right("plain", plain.clone());
         self.right("spaces", plain.replace(',', "   "));
-        let spaces = plain.replace(',', " ").replace('.', ",");
-        self.right("decimal commas, spaces", spaces);
+        let commas = |by: &str| plain.replace(',', by).replace('.', ",");
+        self.right("decimal commas, semicolons", commas(";"));
+        self.right("decimal commas, tabs", commas("\t"));
+        self.right("decimal commas, spaces", commas(" "));
         self.named("UTF-16", utf16(&plain), "UTF-16");
         self.right("row of units", columns("t,q,u\ns,rad,V"));
         let bare = kept(&plain, |k| k > 0);
