@@ -1,14 +1,10 @@
 //! The halves of an identifier that fits: an interrupt that records and a background that fits, with a
 //! queue each way between them.
 
-use std::thread;
-use std::time::{Duration, Instant};
-
 use crate::support::{Draw, Kind, Loop, Servo, amplitude_for, paper, shown};
-use heapless::spsc::Queue;
 use identifier_core::identifier::{
     Event, GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonIdentifier,
-    GaussNewtonRecursion, Identify, NumberedBlock, Update,
+    GaussNewtonRecursion, Identify, Update,
 };
 use identifier_core::parameters::{ServoParameters, Unknowns};
 use identifier_core::settings::FromSettings;
@@ -199,91 +195,6 @@ fn a_first_fit_is_adopted_once_and_only_of_the_present_recording() {
     assert!(off(&halves.estimates()) < 0.05);
     halves.take_over(&fitted);
     assert_eq!(halves.learn(sample(&mut motion)).event, Event::None);
-}
-
-/// A thread that does something else now and then: for at most 2 ms.
-fn be_away(draw: &mut Draw, part: f64) {
-    if draw.uniform(0.0, 1.0) < part {
-        thread::sleep(Duration::from_micros(draw.uniform(0.0, 2000.0) as u64));
-    }
-}
-
-/// An interrupt and a background in threads of their own, with room for seven blocks on their way. The
-/// background advances by a block at a time. The interrupt waits while there is no room, but in a `rush`,
-/// a part of all blocks, it does not. It runs until the recursion has started and for 5000 samples. The result has the starts,
-/// the restarts (once it is lost a recursion runs on, and starts again with the next fit), and the largest error of b̂ once it was
-/// found.
-fn in_two_threads(seed: u32, rush: f64) -> (u32, u32, f64) {
-    /// Blocks of a rush.
-    const RUSH: u32 = 200;
-    let (recorder, fitter): (Recursion, FirstFit) = (built(), built());
-    let mut blocks: Queue<NumberedBlock<f32>, 8> = Queue::new();
-    let mut found: Queue<GaussNewtonFitted<f32>, 2> = Queue::new();
-    let (mut send_block, mut next_block) = blocks.split();
-    let (mut send_found, mut next_found) = found.split();
-    let done = std::sync::atomic::AtomicBool::new(false);
-    let is_done = || done.load(std::sync::atomic::Ordering::Relaxed);
-    thread::scope(|scope| {
-        scope.spawn(|| {
-            let mut draw = Draw::new(seed + 1);
-            let mut state = fitter.start();
-            while !is_done() {
-                while let Some(block) = next_block.dequeue() {
-                    fitter.take(&mut state, &block);
-                }
-                if let Some(fitted) = fitter.work(&mut state, 1) {
-                    // One that finds no room is lost.
-                    let _ = send_found.enqueue(fitted);
-                }
-                be_away(&mut draw, 1e-3);
-            }
-        });
-        let mut draw = Draw::new(seed);
-        let mut motion = motion(seed);
-        let mut state = recorder.start();
-        let (mut samples, mut started, mut restarted, mut worst) = (0, 0, 0, 0.0_f64);
-        let mut rushing = 0_u32;
-        let since = Instant::now();
-        while (started == 0 || samples <= 5000) && since.elapsed() < Duration::from_secs(120) {
-            if let Some(fitted) = next_found.dequeue() {
-                recorder.take_over(&mut state, &fitted);
-            }
-            let (increment, command) = sample(&mut motion);
-            let seen = recorder.learn(&mut state, increment, command);
-            let event = seen.expect("ordinary samples").event;
-            samples += 1;
-            started += u32::from(event == Event::Started);
-            restarted += u32::from(event == Event::Restarted);
-            if started > 0 {
-                worst = worst.max(off(&shown(&recorder, &state)));
-            }
-            if let Some(block) = recorder.take_block(&mut state) {
-                rushing = rushing.saturating_sub(1);
-                if draw.uniform(0.0, 1.0) < rush / f64::from(RUSH) {
-                    rushing = RUSH;
-                }
-                while rushing == 0 && !send_block.ready() {
-                    thread::yield_now();
-                }
-                // One that finds no room is lost.
-                let _ = send_block.enqueue(block);
-                be_away(&mut draw, 1e-3);
-            }
-        }
-        done.store(true, std::sync::atomic::Ordering::Relaxed);
-        (started, restarted, worst)
-    })
-}
-
-#[test]
-fn recursions_start_right_while_two_threads_work_on_them() {
-    for seed in 100..130 {
-        let rush = if seed % 2 == 0 { 0.0 } else { 0.5 };
-        let (started, restarted, worst) = in_two_threads(seed, rush);
-        let starts = 1..=1 + restarted;
-        assert!(starts.contains(&started), "{seed}: {started}, {restarted}");
-        assert!(worst < 0.1, "{seed}: {worst}");
-    }
 }
 
 #[test]
