@@ -2,7 +2,7 @@
 
 use std::vec::Vec;
 
-use crate::watch::{Use, WatchSettings};
+use crate::watch::Use;
 use identifier_core::parameters::ServoParameters;
 use virtual_servo::SplitMix64;
 use virtual_servo::faults::{FaultKind, InjectedFault};
@@ -34,15 +34,41 @@ fn axis(random: &mut SplitMix64) -> Axis {
     }
 }
 
-/// Runs of a second.
-const RUNS: usize = 2000;
+/// Runs of a second: the alarms among those that are drawn so.
+fn alarms<'f>(seed: u64, draw: impl Fn(&mut SplitMix64, Axis) -> (Run<'f>, Vec<InjectedFault>)) {
+    const RUNS: usize = 2000;
+    let mut random = SplitMix64::new(seed);
+    let (mut samples, mut alarms) = (0, Vec::new());
+    for _ in 0..RUNS {
+        let axis = axis(&mut random);
+        let (run, faults) = draw(&mut random, axis);
+        let run = Run {
+            faults: &faults,
+            amplitude: log_uniform(&mut random, 0.02, 0.4).max(30.0 * run.axis.units()),
+            ..run
+        };
+        samples += (run.duration / run.axis.sample_time) as u64;
+        if let Some(found) = run.run() {
+            alarms.push(format!("{found:?} {run:?}"));
+        }
+    }
+    assert!(samples > 1_000_000, "{samples}");
+    let count = alarms.len();
+    assert!(alarms.is_empty(), "{count} of {RUNS}: {alarms:#?}");
+}
+
+/// The servo as it is known in a share of the runs.
+fn known(random: &mut SplitMix64, share: f64, factors: [f64; 3]) -> Knowledge {
+    if random.uniform(0.0, 1.0) < share {
+        Knowledge::Model(factors)
+    } else {
+        Knowledge::Nothing
+    }
+}
 
 #[test]
 fn a_sound_servo_raises_no_alarm() {
-    let mut random = SplitMix64::new(3);
-    let (mut samples, mut alarms) = (0, Vec::new());
-    for _ in 0..RUNS {
-        let mut axis = axis(&mut random);
+    alarms(3, |random, mut axis| {
         let drive = random.one_of(&[Drive::Probing, Drive::Steps, Drive::Shake, Drive::Hold]);
         // Until the first command acts a load would move the servo, and no ramp has.
         if drive == Drive::Probing && random.uniform(0.0, 1.0) < 0.5 {
@@ -50,11 +76,10 @@ fn a_sound_servo_raises_no_alarm() {
         } else if drive == Drive::Probing {
             axis.servo.load = 0.0;
         }
-        let error = |random: &mut SplitMix64| random.uniform(0.9, 1.1);
-        let factors = [error(&mut random), error(&mut random), error(&mut random)];
-        let known = random.uniform(0.0, 1.0) < 0.7;
+        let factors = core::array::from_fn(|_| random.uniform(0.9, 1.1));
+        let knowledge = known(random, 0.7, factors);
         let step = 0.3 * axis.servo.b * axis.limit;
-        let faults = [InjectedFault {
+        let mut faults = vec![InjectedFault {
             kind: FaultKind::LoadStep,
             // Not with a step of the setpoint: a load that holds the servo in that very moment cannot be
             // distinguished from an actuator that fails then.
@@ -63,77 +88,31 @@ fn a_sound_servo_raises_no_alarm() {
             size: random.uniform(-step, step),
         }];
         // A relay has no answer to a load: it is not stepped there.
-        let faults = if drive == Drive::Probing {
-            &[][..]
-        } else {
-            &faults
-        };
-        let run = Run {
-            amplitude: log_uniform(&mut random, 0.02, 0.4).max(30.0 * axis.units()),
-            ..Run::new(
-                axis,
-                drive,
-                if known {
-                    Knowledge::Model(factors)
-                } else {
-                    Knowledge::Nothing
-                },
-                faults,
-            )
-        };
-        samples += (run.duration / axis.sample_time) as u64;
-        if let Some(found) = run.run() {
-            alarms.push(format!("{found:?} {run:?}"));
+        if drive == Drive::Probing {
+            faults.clear();
         }
-    }
-    assert!(samples > 1_000_000, "{samples}");
-    assert!(
-        alarms.is_empty(),
-        "{} of {RUNS}: {:#?}",
-        alarms.len(),
-        alarms
-    );
+        (Run::new(axis, drive, knowledge, &[]), faults)
+    });
 }
 
 #[test]
 fn a_sound_servo_in_rough_operation_raises_no_alarm() {
-    let mut random = SplitMix64::new(5);
-    let mut alarms = Vec::new();
-    for _ in 0..RUNS {
-        let mut axis = axis(&mut random);
+    alarms(5, |random, mut axis| {
         // The rates of a drive.
         axis.sample_time = axis.sample_time.min(1e-3);
         // Its payload weighs up to twice the rest, or was there when it was identified.
-        let range = log_uniform(&mut random, 0.45, 2.2);
+        let range = log_uniform(random, 0.45, 2.2);
         let drive = random.one_of(&[Drive::Steps, Drive::Shake, Drive::Hold]);
         axis.servo.load *= 0.5;
         let authority = axis.servo.b * axis.limit;
         let half_cycle = [
             authority * random.uniform(0.0, 0.3),
-            log_uniform(&mut random, 0.3, 8.0),
+            log_uniform(random, 0.3, 8.0),
         ];
-        let knowledge = if random.uniform(0.0, 1.0) < 0.8 {
-            Knowledge::Model([1.0, range, range])
-        } else {
-            Knowledge::Nothing
-        };
-        let run = Run {
-            amplitude: log_uniform(&mut random, 0.02, 0.4).max(30.0 * axis.units()),
-            settings: WatchSettings {
-                used_for: Use::Operation,
-                ..axis.settings()
-            },
-            half_cycle,
-            ..Run::new(axis, drive, knowledge, &[])
-        };
-        if let Some(found) = run.run() {
-            alarms.push(format!("{found:?} {run:?}"));
-        }
-    }
-    assert!(
-        alarms.is_empty(),
-        "{} of {RUNS}: {:#?}",
-        alarms.len(),
-        alarms
-    );
+        let knowledge = known(random, 0.8, [1.0, range, range]);
+        let mut run = Run::new(axis, drive, knowledge, &[]);
+        run.settings.used_for = Use::Operation;
+        run.half_cycle = half_cycle;
+        (run, Vec::new())
+    });
 }

@@ -214,25 +214,6 @@ fn oscillating(amplitude: f64, growth: f64, command: f64, sample: u32) -> Observ
     }
 }
 
-/// The mean by which a speed is judged is late at high rates: the readings show first that the axis is too fast.
-#[test]
-fn an_axis_that_becomes_too_fast_has_not_jumped() {
-    for rate in RATES {
-        let settings = settings(rate);
-        let allowed = settings.speed / rate / settings.resolution;
-        let (seen, _) = found(&settings, |sample| {
-            let times = 0.4 * 1.2_f64.powi(sample.min(20) as i32);
-            Observation {
-                increment: Some((allowed * times).floor()),
-                setpoint: None,
-                ..REST
-            }
-        });
-        let reason = seen.map(|(reason, _)| reason);
-        assert_eq!(reason, Some(Reason::SpeedExceeded), "{rate}");
-    }
-}
-
 #[test]
 fn six_half_cycles_that_do_not_decay_are_an_oscillation() {
     let settings = WatchSettings {
