@@ -1,6 +1,6 @@
-//! Gauss–Newton: its settling time, its accuracy, and the coverage of its standard errors.
+//! Gauss–Newton: the coverage of its standard errors, a loop without derivative action, friction that is known.
 
-use host_sim::scenario::Scenario;
+use host_sim::scenario::{Arithmetic, Scenario};
 use identifier_core::parameters::Parameter;
 use identifier_log::result::Summary;
 use integration_tests::{Random, factor, in_parallel, parse, run, servo};
@@ -28,37 +28,6 @@ fn scenarios(runs: usize, initial_b: f64, extra: &str) -> Vec<Scenario> {
             scenario
         })
         .collect()
-}
-
-fn without_friction(mut scenarios: Vec<Scenario>) -> Vec<Scenario> {
-    for scenario in &mut scenarios {
-        scenario
-            .identifier
-            .parameters
-            .retain(|p| *p != Parameter::Coulomb);
-    }
-    scenarios
-}
-
-#[test]
-fn it_settles_within_a_second_and_a_half_from_far_below_and_far_above() {
-    for initial_b in [50.0, 2000.0] {
-        let scenarios = without_friction(scenarios(15 * factor::<usize>(), initial_b, ""));
-        for (scenario, summary) in scenarios.iter().zip(in_parallel(&scenarios, run)) {
-            let settled = |time: Option<f64>| time.unwrap_or(f64::INFINITY);
-            assert!(
-                settled(summary.settling_time.b) < 1.5,
-                "{scenario:?} {summary:?}"
-            );
-            assert!(
-                settled(summary.settling_time.a) < 5.0,
-                "{scenario:?} {summary:?}"
-            );
-            // Three times the information limit of the paper's servo after 60 s.
-            assert!(summary.estimates.a.tail_std < 3.0 * 0.0003, "{summary:?}");
-            assert!(summary.estimates.b.tail_std < 3.0 * 0.0024, "{summary:?}");
-        }
-    }
 }
 
 /// How many runs have the truth within two standard errors.
@@ -123,5 +92,25 @@ fn a_loop_without_derivative_action_is_identified_too() {
     assert!(
         (summary.estimates.b.tail_mean / 257.7 - 1.0).abs() < 0.01,
         "{summary:?}"
+    );
+}
+
+#[test]
+fn friction_that_is_known_can_be_given_and_kept() {
+    let mut known = scenarios(2, 50.0, "coulomb = 10.0").remove(1);
+    known.identifier.arithmetic = Arithmetic::F64;
+    known.identifier.parameters.truncate(2);
+    known.stated.identifier.initial.coulomb = Some(10.0);
+    let found = run(&known).estimates;
+    assert!((found.a.tail_mean - 0.2174).abs() < 0.01, "{found:?}");
+    assert!((found.b.tail_mean / 257.7 - 1.0).abs() < 1e-3, "{found:?}");
+    assert!(
+        (found.load.tail_mean / 20.0 - 1.0).abs() < 0.02,
+        "{found:?}"
+    );
+    let kept = found.coulomb.tail_mean - 10.0;
+    assert!(
+        kept.abs() < 1e-8 && found.coulomb.tail_std < 1e-9,
+        "{found:?}"
     );
 }

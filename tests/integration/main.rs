@@ -1,15 +1,12 @@
 //! Tests across crates: scenarios of the simulator against the project's claims.
 
-mod certificate;
 mod commission;
 mod compare;
 mod emps;
-mod friction;
 mod gauss_newton;
 mod number_formats;
 mod paper_experiment;
 mod random_servos;
 mod stop;
 mod sweep;
-mod tune;
 mod verdict;

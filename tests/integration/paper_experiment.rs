@@ -89,38 +89,6 @@ fn asymmetric_saturation_does_not_bias_either() {
 }
 
 #[test]
-fn coarse_encoder_widens_the_spread_but_does_not_bias() {
-    let mut scenario = proposed(20.0, Arithmetic::F64);
-    scenario.duration = 120.0;
-    let text = paper::PROPOSED.replace("counts_per_rev = 10000", "counts_per_rev = 2000");
-    let mut coarse = parse(&text);
-    coarse.duration = 120.0;
-    let summary = run(&coarse);
-    let fine = run(&scenario);
-    assert!((summary.estimates.b.tail_mean / NOMINAL_B - 1.0).abs() < 2e-3);
-    assert!((summary.estimates.a.tail_mean - NOMINAL_A).abs() < 0.02);
-    assert!(summary.estimates.b.tail_std > fine.estimates.b.tail_std);
-}
-
-#[test]
-fn least_squares_is_near_nominal_without_load_and_moves_with_it() {
-    let balanced = run(&paper::scenario(Method::LeastSquares, Case::Balanced));
-    assert!(
-        (balanced.estimates.a.tail_mean - NOMINAL_A).abs() < 0.01,
-        "{:?}",
-        balanced.estimates.a
-    );
-    assert!(
-        (balanced.estimates.b.tail_mean / NOMINAL_B - 1.0).abs() < 1e-3,
-        "{:?}",
-        balanced.estimates.b
-    );
-    let unbalanced = run(&paper::scenario(Method::LeastSquares, Case::Unbalanced));
-    assert!((unbalanced.estimates.b.tail_mean / NOMINAL_B - 1.0).abs() > 5e-3);
-    assert!(unbalanced.estimates.a.tail_std > 10.0 * balanced.estimates.a.tail_std);
-}
-
-#[test]
 fn every_velocity_estimate_is_matched() {
     for filter in ["\"difference\"", "\"averaged-difference\""] {
         let text = paper::PROPOSED.replace("\"low-pass\", cutoff = 500.0", filter);
