@@ -6,6 +6,7 @@ use std::thread;
 
 use crate::command::root;
 use crate::elf::Elf;
+use crate::metered::Metered;
 use crate::{emulator, firmware, interrupt, lead, listing};
 
 /// The budget, beside the firmware.
@@ -364,8 +365,9 @@ fn count() -> Result<Figures, String> {
         }
     }
     // The last, as they build the drive again, for the emulator.
-    counted.extend(lead::figures()?);
-    counted.extend(interrupt::figures()?);
+    let metered = Metered::build()?;
+    counted.extend(lead::figures(&metered)?);
+    counted.extend(interrupt::figures(&metered)?);
     Ok(counted)
 }
 

@@ -2,14 +2,12 @@
 
 use std::error::Error;
 use std::thread;
-use std::time::Duration;
 
 use drive_link::{Command, Estimator};
 use drive_logic::{MIN_SAMPLE_TIME, MIN_SAMPLE_TIME_WITH_TERMS};
 use identifier_core::parameters::{Term, Terms};
 use servo_id::drive::Driven;
 
-use crate::firmware;
 use crate::meter::Cost;
 use crate::metered::{self, Metered, Next, instructions_in, share};
 
@@ -89,21 +87,11 @@ const COUNTED: usize = 20_000;
 /// Samples from one that is shown to the next.
 const WATCHED: u16 = 20;
 
-/// Time limit of the emulator for them.
-const TIME_LIMIT: Duration = Duration::from_secs(300);
-
-/// Builds the drive for the emulator and counts the interrupts of every estimator: the figures by name.
+/// Counts the interrupts of every estimator: the figures by name.
 ///
 /// # Errors
 /// Also where one takes more than half of the shortest sample that the drive allows its estimator.
-pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
-    let plugin = firmware::build_trace()?;
-    let drive = firmware::emulated_drive()?;
-    let metered = Metered {
-        drive: &drive,
-        plugin: &plugin,
-        marks: &MARKS,
-    };
+pub(crate) fn figures(metered: &Metered) -> Result<Vec<(String, u64)>, String> {
     let count_one = |law: &NamedEstimator| {
         let costs = measure(metered, |client| start(client, law))?;
         let named = |fault| format!("{}: {fault}", law.name);
@@ -157,7 +145,7 @@ fn start(drive: &mut Driven, law: &NamedEstimator) -> Result<(), Box<dyn Error>>
 
 /// The costs of the interrupts from the one that begins a run.
 fn measure(
-    metered: Metered<'_>,
+    metered: &Metered,
     conversation: impl FnOnce(&mut Driven) -> Result<(), Box<dyn Error>>,
 ) -> Result<Vec<Cost>, String> {
     let mut costs = Vec::with_capacity(COUNTED);
@@ -179,7 +167,7 @@ fn measure(
             Next::Interrupt
         })
     };
-    metered::run(metered, TIME_LIMIT, conversation, take)?;
+    metered::run(metered, &MARKS, conversation, take)?;
     Ok(costs)
 }
 

@@ -2,7 +2,6 @@
 //! output must have its command there within the lead, at every rate.
 
 use std::error::Error;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
@@ -10,9 +9,8 @@ use commissioning::{CommissionSettings, Limits, Phase};
 use drive_link::{Command, Report};
 use servo_id::drive::Driven;
 
-use crate::firmware;
 use crate::meter::Cost;
-use crate::metered::{self, Metered, Next, instructions_in, share};
+use crate::metered::{self, Metered, Next, TIME_LIMIT, instructions_in, share};
 
 /// Rates at which the drive commissions, Hz.
 const RATES: [f64; 3] = [1e3, 1e4, 2e4];
@@ -27,9 +25,6 @@ const FASTEST_WITH_A_SHARE: f64 = 1e4;
 
 /// Samples running that drive nothing, after which a commissioning is over.
 const AT_REST: usize = 100;
-
-/// Time limit of the emulator for a commissioning.
-const TIME_LIMIT: Duration = Duration::from_secs(300);
 
 /// Time of the host between two looks at what the emulator has run.
 const LISTEN: Duration = Duration::from_millis(100);
@@ -49,10 +44,8 @@ struct DrivenSamples {
 ///
 /// # Errors
 /// Also where a command comes too late.
-pub(crate) fn figures() -> Result<Vec<(String, u64)>, String> {
-    let drive = firmware::emulated_drive()?;
-    let plugin = firmware::build_trace()?;
-    let measured = RATES.map(|rate| Ok((rate, measure(rate, &drive, &plugin)?)));
+pub(crate) fn figures(metered: &Metered) -> Result<Vec<(String, u64)>, String> {
+    let measured = RATES.map(|rate| Ok((rate, measure(rate, metered)?)));
     let counted = measured.into_iter().collect::<Result<Vec<_>, String>>()?;
     let objections: Vec<String> = (counted.iter())
         .flat_map(|(rate, driven)| driven.objections(*rate))
@@ -114,7 +107,7 @@ impl DrivenSamples {
 }
 
 /// Commissions at a rate, Hz.
-fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<DrivenSamples, String> {
+fn measure(rate: f64, metered: &Metered) -> Result<DrivenSamples, String> {
     let mut driven = DrivenSamples::default();
     let mut at_rest = 0;
     let (is_over, is_heard) = (AtomicBool::new(false), AtomicBool::new(false));
@@ -141,12 +134,7 @@ fn measure(rate: f64, drive: &Path, plugin: &Path) -> Result<DrivenSamples, Stri
         is_heard.store(true, Relaxed);
         ended
     };
-    let metered = Metered {
-        drive,
-        plugin,
-        marks: &[],
-    };
-    metered::run(metered, TIME_LIMIT, commissioned, take)?;
+    metered::run(metered, &[], commissioned, take)?;
     Ok(driven)
 }
 

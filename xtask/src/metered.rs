@@ -8,7 +8,7 @@ use std::error::Error;
 use std::io::{BufReader, Read};
 use std::net::TcpStream;
 use std::ops::Range;
-use std::path::Path;
+use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -16,9 +16,9 @@ use drive_link::Report;
 use servo_id::drive::{AtEnd, Client, Driven};
 
 use crate::elf::{Elf, mangled};
-use crate::emulator;
 use crate::meter::{Cost, Lost, Meter, OutputWords, Watched};
 use crate::thumb::Instruction;
+use crate::{emulator, firmware};
 
 /// The core's clock, Hz, and its cycles for an instruction. They are above the 1.9 to 2.14 that the manuals of core and
 /// flash give for this code.
@@ -63,29 +63,33 @@ pub(crate) enum Next {
     Enough,
 }
 
-/// A drive that is metered.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Metered<'a> {
-    pub(crate) drive: &'a Path,
-    /// The emulator's.
-    pub(crate) plugin: &'a Path,
-    /// Functions, each of which is there once.
-    pub(crate) marks: &'a [&'a str],
+/// Time limit of the emulator for what is metered.
+pub(crate) const TIME_LIMIT: Duration = Duration::from_secs(300);
+
+/// A drive that is metered, and the emulator's plugin that traces it.
+#[derive(Debug)]
+pub(crate) struct Metered {
+    drive: PathBuf,
+    plugin: PathBuf,
 }
 
-/// Runs a drive in the emulator and holds the conversation with it. It passes the cost of every interrupt to `take`, in
-/// order, until that has enough.
+impl Metered {
+    pub(crate) fn build() -> Result<Self, String> {
+        Ok(Self {
+            drive: firmware::emulated_drive()?,
+            plugin: firmware::build_trace()?,
+        })
+    }
+}
+
+/// Runs a drive in the emulator and holds the conversation with it. It passes the cost of every interrupt, marked by
+/// functions each of which is there once, to `take`, in order, until that has enough.
 pub(crate) fn run(
-    metered: Metered<'_>,
-    time_limit: Duration,
+    Metered { drive, plugin }: &Metered,
+    marks: &[&str],
     conversation: impl FnOnce(&mut Driven) -> Result<(), Box<dyn Error>>,
     take: impl FnMut(Cost) -> Result<Next, String> + Send,
 ) -> Result<(), String> {
-    let Metered {
-        drive,
-        plugin,
-        marks,
-    } = metered;
     let awaited = emulator::Awaited::new()?;
     // The emulator takes a comma for the end of an argument, and two for one.
     let file = plugin.display().to_string().replace(',', ",,");
@@ -109,12 +113,12 @@ pub(crate) fn run(
         let reader = scope.spawn(|| read(trace, &elf, Meter::new(watched), take));
         conversation(&mut client).map_err(|error| error.to_string())?;
         let mut fault = None;
-        let until = Instant::now() + time_limit;
+        let until = Instant::now() + TIME_LIMIT;
         while !reader.is_finished() {
             if Instant::now() > until {
                 return Err(format!(
                     "the emulator has not run all samples in {} s: does the drive run?",
-                    time_limit.as_secs()
+                    TIME_LIMIT.as_secs()
                 ));
             }
             // Its reports must be read, or it has no room for more.
