@@ -4,8 +4,7 @@
 #[path = "src/settings.rs"]
 mod settings;
 
-use std::env;
-use std::fs;
+use std::{env, fs};
 use std::path::Path;
 
 use identifier_core::constants::words;

@@ -8,13 +8,11 @@ use identifier_core::control::{ControlSample, ControlState, Controller, Setpoint
 use identifier_core::error::StepError;
 use identifier_core::excitation::Excitation;
 use identifier_core::fixed_point::{FixedLoop, FixedLoopState, Word};
-use identifier_core::identifier::IdentifiableSet;
 use identifier_core::identifier::{
     GaussNewtonFitted, GaussNewtonFitter, GaussNewtonFitterState, GaussNewtonRecursion,
-    GradientIdentifier, Identify, NumberedBlock, ServoLoop, ServoLoopState,
+    GradientIdentifier, IdentifiableSet, Identify, NumberedBlock, ServoLoop, ServoLoopState,
 };
-use identifier_core::measurement::LowPass;
-use identifier_core::measurement::{Counter, VelocityEstimate};
+use identifier_core::measurement::{Counter, LowPass, VelocityEstimate};
 use identifier_core::parameters::Unknowns;
 use identifier_core::settings::{FromSettings, SettingsError};
 use virtual_servo::excitation::{BandLimitedWhiteNoise, BandLimitedWhiteNoiseState};

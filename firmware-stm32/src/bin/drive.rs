@@ -193,42 +193,23 @@ fn parts() -> Option<Parts> {
 }
 
 fn background(parts: Parts) {
-    let Parts {
-        wired,
-        output,
-        channel,
-        memory,
-        conversation,
-    } = parts;
-    let Wired {
-        encoder,
-        inputs,
-        steps,
-        timer,
-        mut line,
-        port,
-        line_timer,
-        flash,
-        watchdog,
-        resets_in_time,
-        found,
-        ..
-    } = wired;
+    let (wired, output, memory) = (parts.wired, parts.output, parts.memory);
     let image = image::check();
     let (board_test, computed) = self_test(board::NAME, DWT::cycle_count);
-    let found = computed.and(image.map(drop)).and(found);
-    let (back, interrupt, line_end) = channel.split();
-    let built_in = settings::built_in();
+    let found = computed.and(image.map(drop)).and(wired.found);
+    let (back, interrupt, line_end) = parts.channel.split();
+    let (flash, built_in) = (wired.flash, settings::built_in());
     let begun = board::background::supervisor(back, memory, flash, &built_in, board::STAGE, found);
     let Some(supervisor) = begun else {
         return;
     };
     supervisor.set_boot_checks(BootChecks {
-        resets_in_time,
+        resets_in_time: wired.resets_in_time,
         image_checked: image == Ok(true),
     });
     supervisor.set_board_test(board_test);
-    watchdog.start();
+    wired.watchdog.start();
+    let encoder = wired.encoder;
     #[cfg(feature = "no-motor")]
     let (encoder, output) = firmware_stm32::no_motor::in_place_of(encoder, output);
     CONTROL.give(Control {
@@ -236,19 +217,20 @@ fn background(parts: Parts) {
         chip: Wiring {
             encoder,
             output,
-            inputs,
-            steps,
-            watchdog,
+            inputs: wired.inputs,
+            steps: wired.steps,
+            watchdog: wired.watchdog,
         },
     });
     EAR.give(Ear {
-        port,
+        port: wired.port,
         listener: LineListener::new(line_end),
     });
+    let mut line = wired.line;
     let mut sample_time = supervisor.sample_time();
-    start(&timer, sample_time);
+    start(&wired.timer, sample_time);
     interrupts::begin(BUS);
-    line_timer.start();
+    wired.line_timer.start();
 
     let mut state = supervisor.state();
     log(state);
@@ -256,7 +238,7 @@ fn background(parts: Parts) {
     let mut servo = None;
     loop {
         let samples = SAMPLES.load(Ordering::Relaxed);
-        let more = board::background::turn(conversation, &mut line, supervisor);
+        let more = board::background::turn(parts.conversation, &mut line, supervisor);
         if supervisor.state() != state {
             state = supervisor.state();
             log(state);
@@ -269,7 +251,7 @@ fn background(parts: Parts) {
         let wanted = supervisor.sample_time();
         if wanted.to_bits() != sample_time.to_bits() {
             sample_time = wanted;
-            start(&timer, sample_time);
+            start(&wired.timer, sample_time);
         }
         if !more {
             sleep_while(|| line.is_silent() && samples == SAMPLES.load(Ordering::Relaxed));

@@ -4,14 +4,4 @@ pub(super) use drive_chip::G4 as Family;
 pub use drive_chip::background::g4 as background;
 pub use stm32g4::stm32g474::{Interrupt, interrupt};
 
-/// The handler of the supply's detector.
-#[macro_export]
-macro_rules! disable_at_a_sag {
-    () => {
-        /// The supply sags.
-        #[interrupt]
-        fn PVD_PVM() {
-            $crate::board::disable_for_sag();
-        }
-    };
-}
+supply_handler! { $ PVD_PVM }
