@@ -149,7 +149,6 @@ pub(crate) fn off<B: Bus>(bus: B) {
 
 /// True if a break has disabled the output since it was last switched off.
 #[inline]
-#[must_use]
 pub(crate) fn broke<B: Bus>(bus: B) -> bool {
     bus.read(B::Family::TIM1.at(timer::SR)) & B::Family::BREAKS != 0
 }

@@ -42,9 +42,7 @@ impl<B: Bus> Quadrature<B> {
             counter: Counter::new(register(bus)),
         }
     }
-}
 
-impl<B: Bus> Quadrature<B> {
     /// The count that the timer captured at the last index pulse, if there was one since the last call.
     #[must_use]
     pub fn index(&self) -> Option<i32> {

@@ -10,7 +10,6 @@ pub(crate) fn silence<B: Bus>(bus: B) {
 
 /// True if the supply has not sagged since it was acknowledged.
 #[inline]
-#[must_use]
 pub(crate) fn is_healthy<B: Bus>(bus: B) -> bool {
     bus.read(B::Family::EVENTS) & exti::PVD == 0
 }

@@ -3,9 +3,7 @@
 use drive_link::Fault;
 
 use crate::board::Board;
-use crate::clock;
-use crate::family::{Bus, Peripherals, Storage, Supply};
-use crate::family::{Family, Functions};
+use crate::family::{Bus, Family, Functions, Peripherals, Storage, Supply};
 use crate::flash::RecordFlash;
 use crate::inputs::Inputs;
 use crate::line_timer::LineTimer;
@@ -15,8 +13,8 @@ use crate::quadrature::Quadrature;
 use crate::sample_timer::SampleTimer;
 use crate::serial::{self, Bytes, Line, Port, Ring};
 use crate::step_input::StepInput;
-use crate::supply;
 use crate::watchdog::Watchdog;
+use crate::{clock, supply};
 
 /// Everything of a board that a drive uses.
 #[derive(Debug)]

@@ -90,34 +90,22 @@ impl fmt::Display for Commissioning {
 
 impl fmt::Display for Gains {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            controller:
-                ControllerSettings {
-                    kp,
-                    kd,
-                    ki,
-                    reference_filter,
-                    notch,
-                    feed_forward,
-                    ..
-                },
-            cutoff,
-            origin,
-        } = self;
+        let own = &self.controller;
         write!(
             f,
-            "kp {kp:.5}, kd {kd:.5}, ki {ki:.5}, velocity cut-off {cutoff:.1} rad/s, "
+            "kp {:.5}, kd {:.5}, ki {:.5}, velocity cut-off {:.1} rad/s, ",
+            own.kp, own.kd, own.ki, self.cutoff
         )?;
-        if *reference_filter > 0.0 {
-            write!(f, "reference filter {reference_filter:.5} s, ")?;
+        if own.reference_filter > 0.0 {
+            write!(f, "reference filter {:.5} s, ", own.reference_filter)?;
         }
-        if *notch > 0.0 {
-            write!(f, "notch {notch:.1} rad/s, ")?;
+        if own.notch > 0.0 {
+            write!(f, "notch {:.1} rad/s, ", own.notch)?;
         }
-        if let Some(led) = feed_forward {
+        if let Some(led) = own.feed_forward {
             write!(f, "feed-forward at {:.1} rad/s, ", led.bandwidth)?;
         }
-        write!(f, "{origin}")
+        write!(f, "{}", self.origin)
     }
 }
 

@@ -199,12 +199,8 @@ fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Resu
         )?,
         None => f.write_str(", not certified")?,
     }
-    for (name, parameter) in [
-        ("a", Parameter::A),
-        ("b", Parameter::B),
-        ("coulomb", Parameter::Coulomb),
-        ("load", Parameter::Load),
-    ] {
+    for parameter in Parameter::ALL {
+        let name = parameter.name();
         if let Some(initial) = given.initial.get(parameter) {
             write!(f, "\n{name} starts at {initial}")?;
         }

@@ -9,8 +9,7 @@ use drive_link::{
 };
 use identifier_core::control::FeedForwardSettings;
 use identifier_core::fit::Block;
-use identifier_core::parameters::IdentifiedServo;
-use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms};
+use identifier_core::parameters::{IdentifiedServo, PerParameter, ServoParameters, Term, Terms};
 use identifier_core::reason::Reason;
 use identifier_core::settings::{
     ControllerSettings, IdentifierSettings, ParameterRangeSettings, RangeSettings, TermSettings,

@@ -3,8 +3,7 @@
 use drive_link::{Estimates, NotAllowed, TermSizes};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::identifier::Identify;
-use identifier_core::parameters::IdentifiedServo;
-use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::parameters::{IdentifiedServo, PerParameter, ServoParameters};
 use identifier_core::settings::IdentifierSettings;
 
 use crate::chip::OutputStage;
@@ -36,9 +35,7 @@ pub(crate) fn identified(servo: &IdentifiedServo) -> Estimates {
 
 /// The command that balances the load of a servo, within its limits; zero where load or gain is not known.
 pub(crate) fn balance(known: &Estimates, [low, high]: [f64; 2]) -> f64 {
-    let Estimates {
-        servo, at_bounds, ..
-    } = known;
+    let (servo, at_bounds) = (&known.servo, &known.at_bounds);
     let command = -servo.load / servo.b;
     // Not a number is none.
     if at_bounds.b || at_bounds.load || !(servo.b > 0.0 && command.is_finite()) {
@@ -49,9 +46,7 @@ pub(crate) fn balance(known: &Estimates, [low, high]: [f64; 2]) -> f64 {
 
 /// Initial estimates from what is known of the servo. An estimate at a bound is none.
 pub(crate) fn set_initial(known: &Estimates, identifier: &mut IdentifierSettings) {
-    let Estimates {
-        servo, at_bounds, ..
-    } = known;
+    let (servo, at_bounds) = (&known.servo, &known.at_bounds);
     let initial = &mut identifier.initial;
     for (place, value, at_bound) in [
         (&mut initial.a, servo.a, at_bounds.a),

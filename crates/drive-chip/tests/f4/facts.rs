@@ -1,7 +1,6 @@
 //! Constants of the family for the shared tests and parts of the model.
 
-pub(crate) use stm32f4::stm32f405::gpioi as port;
-pub(crate) use stm32f4::stm32f405::tim5;
+pub(crate) use stm32f4::stm32f405::{gpioi as port, tim5};
 
 use drive_chip::board::Oscillator;
 

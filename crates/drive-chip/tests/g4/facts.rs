@@ -1,7 +1,6 @@
 //! Constants of the family for the shared tests and parts of the model.
 
-pub(crate) use stm32g4::stm32g474::gpioc as port;
-pub(crate) use stm32g4::stm32g474::tim2 as tim5;
+pub(crate) use stm32g4::stm32g474::{gpioc as port, tim2 as tim5};
 
 use drive_chip::board::Oscillator;
 use drive_chip::g4::OverCurrent;

@@ -20,13 +20,12 @@ use crate::brake::BrakeTimes;
 use crate::built::{HAS_COMMISSIONING, Part, not_built};
 use crate::chip::OutputStage;
 use crate::commissioning::Commissioning;
-use crate::conversion;
 use crate::ending::REST_TIME;
-use crate::guide;
 use crate::limits::AllowedRange;
 use crate::messages::{Mode, Order};
 use crate::protection::largest;
 use crate::run::Run;
+use crate::{conversion, guide};
 
 impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a commissioning, unless it is overtaken by a stop.

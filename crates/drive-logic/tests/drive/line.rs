@@ -7,9 +7,8 @@ use crate::support::commission::ORDER;
 use crate::support::drive::{Drive, SERVO};
 use crate::support::line::{ROOM, Random, Wires, request_bytes};
 use crate::support::{HOMING, settings};
-use drive_link::Line;
 use drive_link::{
-    Command, Estimator, Fault, Home, PROTOCOL, Receiver, Refusal, Report, Settings, State,
+    Command, Estimator, Fault, Home, Line, PROTOCOL, Receiver, Refusal, Report, Settings, State,
 };
 use drive_logic::{Conversation, PolledLine};
 
