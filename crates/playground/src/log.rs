@@ -82,21 +82,15 @@ pub fn identify(bytes: Vec<u8>, stated: &LogOptions) -> Result<Identified, LogRe
         .samples()
         .map(|sample| [sample.time, sample.position, residual(sample)])
         .collect();
-    let identifier_log::Identified {
-        options,
-        summary,
-        seen,
-        ..
-    } = found;
-    let tuned = Tuned::stiffest(&options, &summary).map(|(tuned, _)| tuned);
+    let tuned = Tuned::stiffest(&found.options, &found.summary).map(|(tuned, _)| tuned);
     Ok(Identified {
         columns,
         recognised,
         sample_time: log.sample_time,
         samples: log.samples,
         rows,
-        window: (seen.and_then(|seen| seen.free_run)).map(|ran| ran.window),
-        summary,
+        window: (found.seen.and_then(|seen| seen.free_run)).map(|ran| ran.window),
+        summary: found.summary,
         tuned,
     })
 }

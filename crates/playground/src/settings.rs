@@ -76,12 +76,7 @@ impl Settings {
         let mut rest = values.iter().copied();
         let mut next = || rest.next();
         Some(Self {
-            servo: ServoParameters {
-                a: next()?,
-                b: next()?,
-                coulomb: next()?,
-                load: next()?,
-            },
+            servo: ServoParameters::new(next()?, next()?, next()?, next()?),
             load_step: next()?,
             delay: next()?,
             resonance: next()?,
@@ -171,18 +166,8 @@ impl Settings {
             }
         };
         let number = |value: f64| format!("{value:?}");
-        let ServoParameters {
-            a,
-            b,
-            coulomb,
-            load,
-        } = self.servo;
-        let mut plant = vec![
-            ("a", number(a)),
-            ("b", number(b)),
-            ("coulomb", number(coulomb)),
-            ("load", number(load)),
-        ];
+        let value = |one: Parameter| (one.name(), number(self.servo.get(one)));
+        let mut plant = Parameter::ALL.map(value).to_vec();
         if self.delay > 0.0 {
             plant.push(("delay", number(self.delay)));
         }

@@ -89,11 +89,7 @@ impl<N: Number> FilteredLeastSquares<N> {
     pub fn estimates(&self, state: &FilteredLeastSquaresState<N>) -> Option<ServoParameters> {
         let [a, b] = Recursion::estimates(&state.recursion);
         let (a, b) = (a / self.units.rate(), b / self.units.acceleration());
-        (a.is_finite() && b.is_finite() && b > 0.0).then_some(ServoParameters {
-            a,
-            b,
-            coulomb: 0.0,
-            load: 0.0,
-        })
+        let found = a.is_finite() && b.is_finite() && b > 0.0;
+        found.then_some(ServoParameters::new(a, b, 0.0, 0.0))
     }
 }

@@ -10,7 +10,6 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-mod backlash;
 mod brake;
 mod effects;
 mod encoder;

@@ -56,18 +56,12 @@ impl Plant {
     /// At rest at position zero, to be moved in steps of `sample_time` (s).
     #[must_use]
     pub fn at_rest(parameters: &ServoParameters, sample_time: f64) -> Self {
-        let ServoParameters {
-            a,
-            b,
-            load,
-            coulomb,
-        } = *parameters;
         Self {
-            a,
-            gain: b,
-            load,
-            coulomb,
-            whole: Step::new(a, sample_time),
+            a: parameters.a,
+            gain: parameters.b,
+            load: parameters.load,
+            coulomb: parameters.coulomb,
+            whole: Step::new(parameters.a, sample_time),
             position: 0.0,
             velocity: 0.0,
         }

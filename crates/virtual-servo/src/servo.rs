@@ -2,7 +2,6 @@
 
 use identifier_core::parameters::ServoParameters;
 
-use crate::backlash::Backlash;
 use crate::front_end::{FrontEnd, Held};
 use crate::motion::Motion;
 use crate::{EffectError, Effects, Plant};
@@ -150,6 +149,43 @@ fn motor(mechanics: &Mechanics) -> [f64; 2] {
     match mechanics {
         Mechanics::ClosedForm(plant) => [plant.position, plant.velocity],
         Mechanics::Integrated(motion) => [motion.position(), motion.velocity()],
+    }
+}
+
+/// The load is at standstill while the motor is within the backlash. The end of the backlash at the motor takes it
+/// along (in mathematics the play operator of hysteresis).
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Backlash {
+    half: f64,
+    position: f64,
+    taken_along: bool,
+}
+
+impl Backlash {
+    /// So much from end to end, rad, the motor in the middle.
+    pub(crate) fn new(width: f64) -> Self {
+        Self {
+            half: 0.5 * width,
+            position: 0.0,
+            taken_along: false,
+        }
+    }
+
+    /// Follows the motor to a position, rad.
+    pub(crate) fn follow(&mut self, motor: f64) {
+        let (low, high) = (motor - self.half, motor + self.half);
+        self.taken_along = self.position < low || self.position > high;
+        self.position = self.position.clamp(low, high);
+    }
+
+    /// Position of the load, rad.
+    pub(crate) fn position(&self) -> f64 {
+        self.position
+    }
+
+    /// The load's velocity when this is the motor's.
+    pub(crate) fn velocity(&self, motor: f64) -> f64 {
+        if self.taken_along { motor } else { 0.0 }
     }
 }
 

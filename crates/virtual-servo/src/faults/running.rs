@@ -63,6 +63,28 @@ impl Condition {
         turn: 1.0,
         jump: 0.0,
     };
+
+    fn suffer(&mut self, fault: &InjectedFault, begins: bool) {
+        let size = fault.size;
+        match fault.kind {
+            FaultKind::EncoderStuck => self.turn = 0.0,
+            FaultKind::EncoderLost => self.readable = false,
+            FaultKind::EncoderJump if begins => self.jump += size,
+            FaultKind::EncoderJump => {}
+            FaultKind::EncoderReversed => self.turn = -self.turn,
+            FaultKind::ActuatorDead => self.command = 0.0,
+            FaultKind::ActuatorWeak => self.command *= size,
+            FaultKind::ActuatorReversed => self.command = -self.command,
+            FaultKind::LoadStep => self.load += size,
+            FaultKind::FrictionRise => self.coulomb += size,
+            FaultKind::Overrun => self.late = true,
+            FaultKind::LimitSwitch => self.limit_switch = true,
+            FaultKind::AmplifierFault => {
+                self.amplifier_fault = true;
+                self.command = 0.0;
+            }
+        }
+    }
 }
 
 impl Faults {
@@ -140,30 +162,6 @@ impl Faults {
         let given = if self.now.late { self.last } else { command };
         self.last = command;
         given * self.now.command
-    }
-}
-
-impl Condition {
-    fn suffer(&mut self, fault: &InjectedFault, begins: bool) {
-        let size = fault.size;
-        match fault.kind {
-            FaultKind::EncoderStuck => self.turn = 0.0,
-            FaultKind::EncoderLost => self.readable = false,
-            FaultKind::EncoderJump if begins => self.jump += size,
-            FaultKind::EncoderJump => {}
-            FaultKind::EncoderReversed => self.turn = -self.turn,
-            FaultKind::ActuatorDead => self.command = 0.0,
-            FaultKind::ActuatorWeak => self.command *= size,
-            FaultKind::ActuatorReversed => self.command = -self.command,
-            FaultKind::LoadStep => self.load += size,
-            FaultKind::FrictionRise => self.coulomb += size,
-            FaultKind::Overrun => self.late = true,
-            FaultKind::LimitSwitch => self.limit_switch = true,
-            FaultKind::AmplifierFault => {
-                self.amplifier_fault = true;
-                self.command = 0.0;
-            }
-        }
     }
 }
 
