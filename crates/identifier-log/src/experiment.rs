@@ -4,7 +4,7 @@ use std::fmt;
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::Event;
-use identifier_core::parameters::{PerParameter, ServoParameters, Term, Unknown};
+use identifier_core::parameters::{Parameter, PerParameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
 use log_fit::Logged;
 use serde::Serialize;
@@ -33,12 +33,7 @@ pub struct Sample {
 }
 
 /// The estimates of a method that has none.
-pub const NO_ESTIMATE: ServoParameters = ServoParameters {
-    a: f64::NAN,
-    b: f64::NAN,
-    coulomb: f64::NAN,
-    load: f64::NAN,
-};
+pub const NO_ESTIMATE: ServoParameters = ServoParameters::all(f64::NAN);
 
 impl Sample {
     /// The position, and the command that acted, as a fit takes them.
@@ -67,22 +62,9 @@ impl Sample {
     /// The estimates of a, b, c and d, then their standard errors in the same order.
     #[must_use]
     pub fn identified(&self) -> [Option<f64>; 8] {
-        let of = |values: &ServoParameters| [values.a, values.b, values.coulomb, values.load];
-        let [a, b, coulomb, load] = of(&self.estimates).map(Some);
-        let [error_a, error_b, error_coulomb, error_load] = self
-            .standard_errors
-            .as_ref()
-            .map_or([None; 4], |errors| of(errors).map(Some));
-        [
-            a,
-            b,
-            coulomb,
-            load,
-            error_a,
-            error_b,
-            error_coulomb,
-            error_load,
-        ]
+        let values = [Some(self.estimates), self.standard_errors];
+        let of = |values: Option<ServoParameters>| Parameter::ALL.map(|one| Some(values?.get(one)));
+        std::array::from_fn(|place| of(values[place / 4])[place % 4])
     }
 }
 

@@ -107,15 +107,12 @@ impl Identified {
         prediction: Option<f64>,
         unstable_loop: Option<SampledLoopError>,
     ) -> Self {
-        let RecordedSamples {
-            references,
-            samples,
-            ..
-        } = &recorded;
+        let samples = &recorded.samples;
         let whole = whole.as_ref();
         let servo = whole.map_or(NO_ESTIMATE, |whole| *whole.servo());
-        let course = |parameter: Parameter, _| Estimate::of_fit(parameter.value_in(&servo));
-        let seen = whole.and_then(|whole| Seen::new(&options, samples, references, whole));
+        let course = |parameter: Parameter, _| Estimate::of_fit(servo.get(parameter));
+        let seen =
+            whole.and_then(|whole| Seen::new(&options, samples, &recorded.references, whole));
         let innovation = |whole| seen.as_ref().map(|seen| seen.innovation(whole));
         let summary = Ending {
             options: &options,
@@ -144,16 +141,13 @@ impl Identified {
 
     /// Its samples, each with the residual of the model where there is one.
     pub fn samples(&self) -> impl Iterator<Item = Sample> {
-        let RecordedSamples {
-            times,
-            references,
-            samples,
-        } = &self.recorded;
+        let recorded = &self.recorded;
         let free_run = self.seen.as_ref().and_then(|seen| seen.free_run.as_ref());
-        samples.iter().enumerate().map(move |(place, of)| Sample {
-            time: times[place],
+        let samples = recorded.samples.iter().enumerate();
+        samples.map(move |(place, of)| Sample {
+            time: recorded.times[place],
             begins: of.begins,
-            reference: references[place],
+            reference: recorded.references[place],
             position: of.position,
             command: of.command,
             output_error: free_run.map(|ran| ran.errors[place]),

@@ -1,6 +1,6 @@
 //! A run or a log as the fit takes it, and the units of its effects.
 
-use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 use identifier_core::settings::TermSettings;
 use log_fit::fit::{Effect, Values};
 
@@ -42,12 +42,8 @@ pub(crate) struct Scale {
 
 /// The servo of a number for each of its four effects.
 pub(crate) fn servo_of(number: impl Fn(Effect) -> f64) -> ServoParameters {
-    ServoParameters {
-        a: number(Effect::A),
-        b: number(Effect::B),
-        coulomb: number(Effect::Coulomb),
-        load: number(Effect::Load),
-    }
+    let [a, b, coulomb, load] = [Effect::A, Effect::B, Effect::Coulomb, Effect::Load].map(number);
+    ServoParameters::new(a, b, coulomb, load)
 }
 
 impl Scale {
@@ -83,11 +79,10 @@ impl Scale {
         terms: &[TermEstimate],
     ) -> Values {
         let declared = &scenario.stated.identifier.terms;
-        let four = [Unknown::A, Unknown::B, Unknown::Coulomb, Unknown::Load];
-        let of_servo = |unknown: Unknown| Some((unknown, unknown.parameter()?.value_in(servo)));
+        let of_servo = Parameter::ALL.map(|one| (Unknown::from(one), servo.get(one)));
         let found = terms.iter().map(|term| (term.unknown, term.value));
         let sizes = std::iter::once((Unknown::Delay, declared.delay))
-            .chain(four.into_iter().filter_map(of_servo))
+            .chain(of_servo)
             .chain(found);
         let mut values = self.declared(declared);
         for (unknown, size) in sizes {

@@ -5,8 +5,7 @@ use identifier_core::parameters::{ServoParameters, Unknown};
 use log_fit::fit::{Effect, RecordStatistics, Values};
 
 use super::Statistics;
-use super::usual_sizes::UsualSizes;
-use super::whole_record::WholeRecord;
+use super::whole_record::{UsualSizes, WholeRecord};
 use crate::experiment::TermEstimate;
 use crate::result::Finding;
 use crate::scaled_recording::{Scale, ScaledRecording, effect, unit};

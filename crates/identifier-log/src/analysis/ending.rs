@@ -66,15 +66,9 @@ impl Ending<'_> {
     /// Its summary.
     #[must_use]
     pub fn summary(self) -> Summary {
-        let Self {
-            options,
-            method,
-            mut outcome,
-            mut servo,
-            course,
-            ..
-        } = self;
-        let (rough, fitted, refit) = match method {
+        let (options, course) = (self.options, self.course);
+        let (mut outcome, mut servo) = (self.outcome, self.servo);
+        let (rough, fitted, refit) = match self.method {
             EstimationMethod::Fit(fitted, rough) => (Some(rough), fitted, None),
             EstimationMethod::Recursive(refit) => (None, None, refit),
         };
@@ -170,10 +164,10 @@ impl Ending<'_> {
                     _ => State::Unknown,
                 },
                 unit: position_unit.of(unknown),
-                value: parameter.value_in(&servo),
+                value: servo.get(parameter),
                 is_estimated: estimated.contains(&parameter),
                 ..match instead {
-                    Some(_) => Estimate::of_fit(parameter.value_in(&servo)),
+                    Some(_) => Estimate::of_fit(servo.get(parameter)),
                     None => course(parameter, tolerance),
                 }
             }

@@ -28,25 +28,17 @@ pub(super) struct Known<'a> {
 
 /// The evidence.
 pub(super) fn gather(known: &Known<'_>) -> Evidence {
-    let Known {
-        motion,
-        outcome,
-        required,
-        parameters,
-        servo,
-        course,
-        assessment,
-    } = *known;
-    let mut evidence = Evidence::from_motion(motion);
+    let (outcome, assessment, servo) = (known.outcome, known.assessment, known.servo);
+    let mut evidence = Evidence::from_motion(known.motion);
     evidence.aborted = outcome.abort.is_some();
     evidence.rejection_reason = outcome.rejection_reason;
     evidence.missing_term = Term::ALL.into_iter().find(|&term| {
         let has_size = |estimate: &TermEstimate| estimate.unknown.term() == Some(term);
         let has_entered = outcome.entered.iter().any(|(entered, _)| *entered == term)
             || outcome.terms.iter().any(has_size);
-        required.has(term) && !has_entered
+        known.required.has(term) && !has_entered
     });
-    let b = match parameters.contains(&Parameter::B) {
+    let b = match known.parameters.contains(&Parameter::B) {
         true => servo.b,
         false => 0.0,
     };
@@ -62,11 +54,11 @@ pub(super) fn gather(known: &Known<'_>) -> Evidence {
         }
     };
     let finding = assessment.and_then(|found| found.finding.as_ref());
-    for &parameter in parameters {
+    for &parameter in known.parameters {
         let unknown = Unknown::from(parameter);
-        let mut of = begin(unknown, parameter.value_in(servo));
+        let mut of = begin(unknown, servo.get(parameter));
         let tolerance = of.still(unknown);
-        let course = course(parameter, tolerance);
+        let course = (known.course)(parameter, tolerance);
         // Where the data have an estimate that moved, it has arrived.
         if !of.is_in_place(unknown, finding.is_some()) {
             of.movement = course.tail_std.max(course.remaining_change);

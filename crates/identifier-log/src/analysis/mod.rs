@@ -7,7 +7,6 @@ mod rough;
 mod seen;
 mod sensor_noise;
 mod statistics;
-mod usual_sizes;
 mod whole_record;
 
 pub use assessment::{Assessment, Effort, VerifiedEstimate};

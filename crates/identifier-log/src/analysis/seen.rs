@@ -38,46 +38,7 @@ impl Seen {
             correlation: self.correlation,
         }
     }
-}
 
-/// A model that runs free in windows, SI.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FreeRun {
-    /// The measured position minus that of the model for every sample, rad. NaN until the start of its window is known.
-    pub errors: Vec<f64>,
-    /// Length of a window, s.
-    pub window: f64,
-    /// Deviation of the errors, rad.
-    pub deviation: f64,
-}
-
-/// Friction at a velocity.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Braking {
-    /// Rad/s.
-    pub velocity: f64,
-    /// The mean of the log, rad/s².
-    pub measured: f64,
-    /// The deviation of that mean, rad/s².
-    pub deviation: f64,
-    /// The model's, rad/s².
-    pub model: f64,
-}
-
-/// The response at a frequency.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FoundResponse {
-    /// Rad/s.
-    pub frequency: f64,
-    /// Rad/s per command unit, of the log and of the model that was moved by the same command.
-    pub measured: f64,
-    /// See `measured`.
-    pub model: f64,
-    /// The part of the log's velocity that is coherent with the reference, or else with the command, 0 to 1.
-    pub coherence: f64,
-}
-
-impl Seen {
     /// The residuals over the samples that a fit explains; none if the model diverges in them.
     #[must_use]
     pub fn new(
@@ -123,6 +84,43 @@ impl Seen {
             free_run,
         })
     }
+}
+
+/// A model that runs free in windows, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeRun {
+    /// The measured position minus that of the model for every sample, rad. NaN until the start of its window is known.
+    pub errors: Vec<f64>,
+    /// Length of a window, s.
+    pub window: f64,
+    /// Deviation of the errors, rad.
+    pub deviation: f64,
+}
+
+/// Friction at a velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Braking {
+    /// Rad/s.
+    pub velocity: f64,
+    /// The mean of the log, rad/s².
+    pub measured: f64,
+    /// The deviation of that mean, rad/s².
+    pub deviation: f64,
+    /// The model's, rad/s².
+    pub model: f64,
+}
+
+/// The response at a frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FoundResponse {
+    /// Rad/s.
+    pub frequency: f64,
+    /// Rad/s per command unit, of the log and of the model that was moved by the same command.
+    pub measured: f64,
+    /// See `measured`.
+    pub model: f64,
+    /// The part of the log's velocity that is coherent with the reference, or else with the command, 0 to 1.
+    pub coherence: f64,
 }
 
 /// Samples of a log.

@@ -1,17 +1,16 @@
 //! The servo of a whole record in SI, by the fit that takes all of it at once.
 
-use identifier_core::parameters::{ServoParameters, Terms, Unknown};
+use identifier_core::parameters::{PerQuantity, ServoParameters, Terms, Unknown};
 use log_fit::fit::Effect;
+use log_fit::{GoesOn, Identified, Logged, ModelDemand, identify};
 
 use super::rough::RoughAnswer;
-use super::usual_sizes::UsualSizes;
 use crate::experiment::TermEstimate;
 use crate::found_servo::FoundServo;
 use crate::result::{BrakingForce, EnteredEffect, FitNotes};
 use crate::scaled_recording::{Scale, ScaledRecording, effect, servo_of, term};
 use crate::scenario::Options;
 use crate::verdict::{Cause, FitEvidence};
-use log_fit::{GoesOn, Identified, Logged, ModelDemand, identify};
 
 /// The servo of a record.
 #[derive(Debug, Clone)]
@@ -55,7 +54,7 @@ impl WholeRecord {
     pub(super) fn std_error(&self, unknown: Unknown) -> f64 {
         let terms = || self.terms.iter().find(|term| term.unknown == unknown);
         match unknown.parameter() {
-            Some(parameter) => parameter.value_in(&self.std_errors),
+            Some(parameter) => self.std_errors.get(parameter),
             None => terms().map_or(f64::INFINITY, |term| term.std_error),
         }
     }
@@ -197,5 +196,30 @@ const fn name(effect: Effect) -> &'static str {
         Effect::TorqueRippleSine | Effect::InertiaSine => "sine",
         Effect::TorqueRippleCosine | Effect::InertiaCosine => "cosine",
         _ => "size",
+    }
+}
+
+/// Usual sizes of the motion, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct UsualSizes {
+    /// Deviation of the velocity, rad/s.
+    pub(super) velocity: f64,
+    /// Deviation of the command; of a fit the largest.
+    pub(super) command: f64,
+}
+
+impl UsualSizes {
+    /// The size beside which an error of an unknown is small or large, in its unit.
+    pub(super) fn scale_of(&self, unknown: Unknown, b: f64) -> f64 {
+        let acceleration = b.abs() * self.command;
+        let rate = acceleration / self.velocity.max(f64::MIN_POSITIVE);
+        let scales = PerQuantity {
+            rate,
+            gain: b.abs(),
+            acceleration,
+            time: 1.0 / rate.max(f64::MIN_POSITIVE),
+            command: self.command,
+        };
+        scales.get(unknown)
     }
 }

@@ -6,7 +6,7 @@ use identifier_core::units::Units;
 use log_fit::fit::Effect;
 
 use crate::found_servo::FoundServo;
-use crate::scaled_recording::term;
+use crate::scaled_recording::{servo_of, term};
 use crate::scenario::Options;
 
 /// A servo with constant parameters. It is the model of the identifiers with every term and without any correction.
@@ -69,12 +69,7 @@ impl FrozenServo {
     /// A sample time that is not allowed.
     pub(super) fn of(found: &FoundServo, scenario: &Options) -> Result<Self, OutOfRange> {
         let values = found.values();
-        let servo = ServoParameters {
-            a: values.get(Effect::A),
-            b: values.get(Effect::B),
-            coulomb: values.get(Effect::Coulomb),
-            load: values.get(Effect::Load),
-        };
+        let servo = servo_of(|effect| values.get(effect));
         let declared = TermSettings {
             dead_band: values.get(Effect::DeadBand),
             current_loop: values.get(Effect::CurrentLoop),

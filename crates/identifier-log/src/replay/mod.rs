@@ -2,7 +2,6 @@
 
 mod agreement;
 mod declared;
-mod fitted;
 mod player;
 mod scaled;
 mod settling;

@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use crate::verdict::{Residual, State, Status, Verdict, VerdictReason};
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
-use super::{Finding, FitNotes, LogReading, Prediction, ScaleEstimate, SensorNoise};
+use super::{Finding, FitNotes, LogReading, Prediction, ScaleEstimate};
 use crate::experiment::Outcome;
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::physical::{Physical, Ratios, VoltageGains};
 use crate::replay::Agreement;
+use crate::verdict::{Residual, State, Status, Verdict, VerdictReason};
 
 /// The result of a run or a replay.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,7 +30,7 @@ pub struct Summary {
     /// The verdict's reason in words, and remarks on the run.
     pub reason: String,
     /// Why an estimator that begins by a fit had none after a second of motion.
-    #[serde(serialize_with = "super::reason::serialize_reason")]
+    #[serde(serialize_with = "serialize_reason")]
     #[serde(rename = "first_fit_rejection")]
     pub rejection_reason: Option<Reason>,
     /// The effect that the model lacks, if one is distinct.
@@ -276,7 +276,7 @@ impl Estimates {
     /// Number of parameters that the estimator estimates.
     #[must_use]
     pub fn count(&self) -> usize {
-        let all = [&self.a, &self.b, &self.coulomb, &self.load];
+        let all = Parameter::ALL.map(|parameter| self.get(parameter));
         all.iter().filter(|estimate| estimate.is_estimated).count()
     }
 }
@@ -317,4 +317,43 @@ fn entries<S: Serializer>(entered: &[(Term, f64)], serializer: S) -> Result<S::O
         .map(|(term, since)| (term.name(), since))
         .collect();
     named.serialize(serializer)
+}
+
+/// Standard deviation of the noise of the measured position, rounding included. None if there was too little motion, or
+/// standstill, to measure it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SensorNoise {
+    /// In motion, encoder counts; rounding alone is 0.29 counts.
+    pub moving_counts: Option<f64>,
+    /// At standstill, encoder counts; zero where the count does not change.
+    pub standstill_counts: Option<f64>,
+    /// In motion, rad.
+    pub moving: Option<f64>,
+    /// At standstill, rad.
+    pub standstill: Option<f64>,
+}
+
+/// Serialises a reason of the core's catalogue with its number, cause and remedy.
+///
+/// # Errors
+/// Those of the serialiser.
+pub fn serialize_reason<S: Serializer>(
+    reason: &Option<Reason>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Keys {
+        number: u8,
+        name: &'static str,
+        cause: &'static str,
+        remedy: &'static str,
+    }
+    let keys = reason.map(|reason| Keys {
+        number: reason.number(),
+        name: reason.name(),
+        cause: reason.cause(),
+        remedy: reason.remedy(),
+    });
+    keys.serialize(serializer)
 }

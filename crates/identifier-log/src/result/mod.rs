@@ -7,20 +7,17 @@ mod fit;
 mod form;
 mod kept;
 mod log;
-mod reason;
-mod sensor_noise;
 mod tuning;
 
 pub use experiment::{
-    Covariance, Estimate, Estimates, OutputError, ReplayNotes, SettlingTime, Summary, TermSize,
+    Covariance, Estimate, Estimates, OutputError, ReplayNotes, SensorNoise, SettlingTime, Summary,
+    TermSize, serialize_reason,
 };
 pub use finding::Finding;
 pub use fit::{BrakingForce, EnteredEffect, FitNotes, ScaleEstimate};
 pub use form::{FormMargins, FormParameter, FormResult, FormStep};
 pub use kept::{KeptCovariance, KeptEstimate, KeptLog, KeptResidual, KeptResult, NoResult};
 pub use log::{LogReading, OpenLoopError, Prediction};
-pub use reason::serialize_reason;
-pub use sensor_noise::SensorNoise;
 pub use tuning::{
     DelayedServo, FeedForward, Gains, KnownForces, StiffPrediction, TuningConditions, TuningResult,
 };

@@ -23,8 +23,8 @@ use super::kind::When::{Always, InRun, Simulated, Stated};
 use super::kind::{Choice, Key, When, nearest};
 use super::range::Range::{self, BelowNyquist, Fixed, HalfRadian};
 use super::{
-    Arithmetic, Column, CommandUnit, Document, Estimator, Identification, InnerLoop, Integrator,
-    LogSettings, Options, PositionUnit, RivalSettings, TimeUnit, Velocity,
+    Arithmetic, Column, CommandUnit, Document, Estimator, InnerLoop, Integrator, LogSettings,
+    Options, PositionUnit, RivalSettings, TimeUnit, Velocity,
 };
 
 /// The paper's cut-off of the velocity filter, rad/s.
@@ -258,8 +258,7 @@ pub fn of_log<S: AsMut<Options>>() -> Vec<Key<S>> {
 /// The units of a reference, that of the position first.
 const REFERENCE_UNITS: &[Choice] = &{
     const UNITS: &[Choice] = PositionUnit::CHOICES;
-    let mut units = [PLAIN; 1 + UNITS.len()];
-    units[0].name = "as-position";
+    let mut units = [Choice::plain("as-position"); 1 + UNITS.len()];
     let mut i = 0;
     while i < UNITS.len() {
         units[i + 1] = UNITS[i];
@@ -268,31 +267,8 @@ const REFERENCE_UNITS: &[Choice] = &{
     units
 };
 
-const MEASURED: &[Choice] = &[
-    Choice {
-        name: "position",
-        ..PLAIN
-    },
-    Choice {
-        name: "velocity",
-        ..PLAIN
-    },
-];
-const ANGLES: &[Choice] = &[
-    Choice {
-        name: "relative",
-        ..PLAIN
-    },
-    Choice {
-        name: "absolute",
-        ..PLAIN
-    },
-];
-
-const PLAIN: Choice = Choice {
-    name: "",
-    takes: &[],
-};
+const MEASURED: &[Choice] = &[Choice::plain("position"), Choice::plain("velocity")];
+const ANGLES: &[Choice] = &[Choice::plain("relative"), Choice::plain("absolute")];
 
 fn pid<S: AsMut<Options>>(s: &mut S) -> &mut ControllerSettings {
     let none = ControllerSettings::pid(0.0, 0.0, 0.0);
@@ -366,10 +342,8 @@ fn choose<S: AsMut<Options>>(s: &mut S, parameters: Vec<Parameter>) -> Result<()
 
 /// The chosen parameters, if they are not those that the estimator finds by default.
 fn chosen<S: AsMut<Options>>(s: &mut S) -> Option<Vec<Parameter>> {
-    let Identification {
-        law, parameters, ..
-    } = &s.as_mut().identifier;
-    (*parameters != law.default_parameters()).then(|| parameters.clone())
+    let own = &s.as_mut().identifier;
+    (own.parameters != own.law.default_parameters()).then(|| own.parameters.clone())
 }
 
 /// Spreads the entries for the chosen parameters over all four.

@@ -3,8 +3,7 @@
 use identifier_core::control::CommandLimit;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::interval::Interval;
-use identifier_core::parameters::Parameter;
-use identifier_core::parameters::{Term, Terms};
+use identifier_core::parameters::{Parameter, Term, Terms};
 use serde_json::{Value as Json, json};
 use toml::Spanned;
 use toml::de::{DeArray, DeValue};
@@ -120,6 +119,13 @@ pub struct Choice {
     pub name: &'static str,
     /// Keys beside that other choices do not take, unless they name them too.
     pub takes: &'static [&'static str],
+}
+
+impl Choice {
+    /// One that takes no keys.
+    pub(super) const fn plain(name: &'static str) -> Self {
+        Self { name, takes: &[] }
+    }
 }
 
 /// A key: a line of the table.

@@ -5,8 +5,7 @@ use std::fmt;
 use super::Options;
 use super::error::Fault;
 use super::inner::InnerLoop;
-use super::log_quantity::LogQuantity;
-use super::log_units::{LogUnits, PositionUnit, TimeUnit};
+use super::log_units::{LogQuantity, LogUnits, PositionUnit, TimeUnit};
 use crate::motion_unit::{AxisKind, MotionUnit};
 
 /// Which column of a log is what, and in which unit.

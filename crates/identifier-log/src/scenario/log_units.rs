@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use super::LogQuantity;
 use super::names::named;
 
 /// The units of a log's columns. A scale multiplies what its column holds, before its unit.
@@ -132,13 +131,11 @@ impl LogUnits {
     }
 
     /// Radians (or metres) for one of the position column's units.
-    #[must_use]
     fn position(&self) -> f64 {
         self.position_scale * self.radians(self.position)
     }
 
     /// Radians (or metres) for one of the reference column's units.
-    #[must_use]
     fn reference(&self) -> f64 {
         let unit = self.reference.map(|unit| self.radians(unit));
         self.reference_scale * unit.unwrap_or_else(|| self.position())
@@ -153,6 +150,36 @@ impl LogUnits {
             PositionUnit::Turn => TAU,
             PositionUnit::Count => self.counts_per_rev.map_or(1.0, |counts| TAU / counts),
             PositionUnit::Millimetre => 1e-3,
+        }
+    }
+}
+
+/// The quantity in a column of a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(
+    missing_docs,
+    reason = "each is documented at its column in LogSettings"
+)]
+pub enum LogQuantity {
+    Time,
+    Reference,
+    Position,
+    Command,
+    KnownTorque,
+    Velocity,
+}
+
+impl LogQuantity {
+    /// The key that states its column.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Time => "log.time",
+            Self::Reference => "log.reference",
+            Self::Position => "log.position",
+            Self::Command => "log.command",
+            Self::KnownTorque => "log.known_torque",
+            Self::Velocity => "log.velocity",
         }
     }
 }

@@ -7,8 +7,7 @@ use toml::de::{DeTable, DeValue};
 use super::Document;
 use super::error::{Fault, ScenarioError, shown};
 use super::key::examples;
-use super::kind::{self, Choice, Entries, Kind, Value};
-use super::kind::{Default, Key, nearest};
+use super::kind::{self, Choice, Default, Entries, Key, Kind, Value, nearest};
 use super::range::Range;
 use super::source::Source;
 

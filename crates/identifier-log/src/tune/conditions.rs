@@ -124,6 +124,28 @@ impl Conditions {
         }
         Ok(settings)
     }
+
+    /// The conditions that are taken from a log because nothing states them, a sentence each.
+    #[must_use]
+    pub fn assumptions(&self, known: &KnownConditions) -> Vec<String> {
+        let is_stated = self.resolution.is_some() || self.counts.is_some();
+        let step = known
+            .resolution
+            .filter(|_| known.is_step_of_log && !is_stated);
+        let command = known
+            .limit
+            .filter(|_| known.is_command_of_log && self.limit.is_none());
+        let step = step.map(|step| {
+            format!(
+                "the encoder's resolution is assumed to be the smallest step of the log, {step:.4e} rad: state it \
+                 with --counts or --resolution"
+            )
+        });
+        let command = command.map(|[_, largest]| {
+            format!("the limit is assumed to be the largest command of the log, {largest:.4}: state it with --limit")
+        });
+        step.into_iter().chain(command).collect()
+    }
 }
 
 /// The conditions that a scenario or a result holds.
@@ -199,30 +221,6 @@ impl KnownConditions {
             }
             Some((Task::Commission, _)) | None => Self::default(),
         }
-    }
-}
-
-impl Conditions {
-    /// The conditions that are taken from a log because nothing states them, a sentence each.
-    #[must_use]
-    pub fn assumptions(&self, known: &KnownConditions) -> Vec<String> {
-        let is_stated = self.resolution.is_some() || self.counts.is_some();
-        let step = known
-            .resolution
-            .filter(|_| known.is_step_of_log && !is_stated);
-        let command = known
-            .limit
-            .filter(|_| known.is_command_of_log && self.limit.is_none());
-        let step = step.map(|step| {
-            format!(
-                "the encoder's resolution is assumed to be the smallest step of the log, {step:.4e} rad: state it \
-                 with --counts or --resolution"
-            )
-        });
-        let command = command.map(|[_, largest]| {
-            format!("the limit is assumed to be the largest command of the log, {largest:.4}: state it with --limit")
-        });
-        step.into_iter().chain(command).collect()
     }
 }
 

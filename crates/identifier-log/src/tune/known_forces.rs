@@ -1,7 +1,7 @@
 //! The known forces on a servo beside inertia and friction, for the formula of a feed-forward.
 
-use super::IdentifiedResult;
-use super::effects::{KnownEffects, WithError};
+use super::result::{IdentifiedResult, WithError};
+
 use crate::result::KnownForces;
 use crate::scenario::Options;
 
@@ -47,17 +47,12 @@ pub(super) fn known_forces(
     angle: Option<&Angle>,
     delay: f64,
 ) -> KnownForces {
-    let KnownEffects {
-        gravity,
-        ripple,
-        dead_band,
-    } = result.effects;
-    let b = result.servo.parameters.b;
+    let (own, b) = (&result.effects, result.servo.parameters.b);
     // Without a zero's sign.
     let held = |force| 0.0 - known(force) / b;
     let without_angle = KnownForces {
         constant: held(result.load),
-        dead_band: known(dead_band).max(0.0),
+        dead_band: known(own.dead_band).max(0.0),
         delay,
         ..KnownForces::default()
     };
@@ -65,8 +60,10 @@ pub(super) fn known_forces(
         return without_angle;
     };
     KnownForces {
-        gravity: gravity.map(held),
-        ripple: angle.ripple_order.map_or([0.0; 2], |_| ripple.map(held)),
+        gravity: own.gravity.map(held),
+        ripple: angle
+            .ripple_order
+            .map_or([0.0; 2], |_| own.ripple.map(held)),
         ripple_order: angle.ripple_order.unwrap_or(0.0),
         ..without_angle
     }

@@ -4,16 +4,14 @@
 //! and for a drive's firmware → [`Form`].
 
 mod conditions;
-mod effects;
 mod form;
 mod known_forces;
 mod result;
 
 pub use conditions::{ConditionError, Conditions, KnownConditions};
-pub use effects::{KnownEffects, WithError};
 pub use form::Form;
 pub use known_forces::Angle;
-pub use result::{IdentifiedResult, ResultError};
+pub use result::{IdentifiedResult, KnownEffects, ResultError, WithError};
 
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
@@ -172,12 +170,7 @@ impl Tuned {
     /// The result.
     #[must_use]
     pub fn result(&self) -> TuningResult {
-        let Self {
-            servo,
-            settings,
-            tuning,
-            ..
-        } = self;
+        let (servo, settings, tuning) = (&self.servo, &self.settings, &self.tuning);
         TuningResult {
             sample_time: settings.sample_time,
             gains: Gains::tuned(tuning),

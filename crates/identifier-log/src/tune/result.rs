@@ -2,7 +2,6 @@ use std::fmt;
 
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 
-use super::effects::{KnownEffects, WithError};
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::result::{KeptEstimate, KeptResult};
 use crate::verdict::VerdictReason;
@@ -169,6 +168,20 @@ fn refused(key: &str, value: f64, allowed: &str) -> ResultError {
         key: key.to_owned(),
         fault: format!("{value} is not allowed: it must be {allowed}"),
     }
+}
+
+/// An estimate and its standard error, infinite where that is not known.
+pub type WithError = [f64; 2];
+
+/// Sizes of the effects that a feed-forward can compensate, zero where they were not identified.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct KnownEffects {
+    /// g_s and g_c, rad/s².
+    pub gravity: [WithError; 2],
+    /// r_s and r_c, rad/s².
+    pub ripple: [WithError; 2],
+    /// δ, command units.
+    pub dead_band: WithError,
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
+use serde::Serialize;
 
-use super::{Cause, Residual};
+use super::Cause;
 
 /// The evidence for an identification besides its estimates, SI. Evidence that was not gathered is none, and
 /// is not held against it.
@@ -132,8 +133,8 @@ impl Evidence {
     ) {
         if let Some(of) = &mut self.unknowns[Unknown::from(parameter) as usize] {
             *of = UnknownEvidence {
-                estimate: parameter.value_in(servo),
-                std_error: Some(parameter.value_in(std_errors)),
+                estimate: servo.get(parameter),
+                std_error: Some(std_errors.get(parameter)),
                 ..UnknownEvidence::at(of.scale)
             };
         }
@@ -147,5 +148,41 @@ impl Evidence {
         std::iter::once(Unknown::B)
             .chain(rest)
             .filter_map(|unknown| Some((unknown, self.unknowns[unknown as usize].as_ref()?)))
+    }
+}
+
+/// The output error of the model over the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Residual {
+    /// Root mean square, rad.
+    pub rms: f64,
+    /// Root mean square of rounding to the encoder's resolution alone, rad.
+    pub resolution_rms: f64,
+    /// Correlation from sample to sample.
+    pub correlation: f64,
+}
+
+impl Residual {
+    /// Output error beyond this many times the encoder's is not the encoder's.
+    const MAX_ENCODER_RATIO: f64 = 1.5;
+    /// Correlation beyond this is not that of rounding.
+    const MAX_CORRELATION: f64 = 0.3;
+
+    /// True if the encoder's resolution accounts for the output error.
+    #[must_use]
+    pub fn is_the_encoders(&self) -> bool {
+        !self.is_large() && !self.is_autocorrelated()
+    }
+
+    /// True if it is more than the encoder's resolution leaves.
+    #[must_use]
+    pub fn is_large(&self) -> bool {
+        self.rms > Self::MAX_ENCODER_RATIO * self.resolution_rms
+    }
+
+    /// True if it is correlated from sample to sample.
+    #[must_use]
+    pub fn is_autocorrelated(&self) -> bool {
+        self.correlation > Self::MAX_CORRELATION
     }
 }

@@ -20,11 +20,9 @@
 
 mod evidence;
 mod reason;
-mod residual;
 mod rules;
 
-pub use evidence::{Evidence, FitEvidence, MissingEffect, Motion, UnknownEvidence};
+pub use evidence::{Evidence, FitEvidence, MissingEffect, Motion, Residual, UnknownEvidence};
 pub use log_fit::Cause;
 pub use reason::VerdictReason;
-pub use residual::Residual;
 pub use rules::{MIN_TRAVEL_COUNTS, State, Status, Verdict};

@@ -214,9 +214,7 @@ impl VerdictReason {
             _ => None,
         }
     }
-}
 
-impl VerdictReason {
     /// The reason in words, for positions in a unit.
     pub(crate) fn text(self, unit: MotionUnit) -> String {
         let mut text = String::new();

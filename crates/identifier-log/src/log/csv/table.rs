@@ -227,9 +227,7 @@ impl Table {
         };
         Err(LogError::in_column(&self.path, column, fault))
     }
-}
 
-impl Table {
     /// Names the columns of a table in which each signal has a column of times before it, and keeps one of the times.
     ///
     /// # Errors
