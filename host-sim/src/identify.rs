@@ -7,7 +7,7 @@ use identifier_log::result::{LogReading, ReplayNotes, Summary};
 use identifier_log::{FoundServo, Identified, RecordedSamples, predict_logs};
 
 use crate::analysis::Summariser;
-use crate::replay::{Replayed, fitted, replay};
+use crate::replay::{fitted, replay};
 use crate::scenario::{Fault, Scenario};
 use crate::simulate;
 
@@ -33,20 +33,16 @@ impl IdentifiedScenario {
         for sample in found.samples() {
             observe(0, &sample);
         }
-        let Identified {
-            options,
-            mut summary,
-            seen,
-            found,
-            ..
-        } = found;
-        summary.truth = scenario.plant;
-        scenario.options = options;
+        let truth = scenario.plant;
+        scenario.options = found.options;
         Self {
             scenario,
-            summary,
-            seen,
-            servo: found,
+            summary: Summary {
+                truth,
+                ..found.summary
+            },
+            seen: found.seen,
+            servo: found.found,
         }
     }
 }
@@ -73,11 +69,7 @@ pub fn identify_logs(
     let length: f64 = logs.iter().map(Log::duration).sum();
     let mut summariser = Summariser::lasting(&scenario, f64::from(passes) * length);
     let mut current = 0;
-    let Replayed {
-        outcome,
-        agreement,
-        estimates,
-    } = replay(&scenario, logs, passes, &mut |pass, sample| {
+    let replayed = replay(&scenario, logs, passes, &mut |pass, sample| {
         if pass != current {
             summariser.begin_pass();
             current = pass;
@@ -85,15 +77,16 @@ pub fn identify_logs(
         summariser.add(sample);
         observe(pass, sample);
     })?;
+    let outcome = replayed.outcome;
     let servo = (outcome.abort.is_none())
-        .then(|| FoundServo::of_estimates(&scenario, &estimates, &outcome.terms));
+        .then(|| FoundServo::of_estimates(&scenario, &replayed.estimates, &outcome.terms));
     let predicted = predict_logs(&scenario, servo.as_ref(), logs, predictions)?;
     if let Some(error) = predicted.largest_error {
         summariser.predicted(error);
     }
     let mut summary = summariser.finish(&scenario, outcome);
     summary.replay = ReplayNotes {
-        agreement,
+        agreement: replayed.agreement,
         logs: LogReading::all(logs, predictions),
         predictions: predicted.predictions,
     };

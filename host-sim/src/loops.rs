@@ -1,8 +1,6 @@
 //! The loops that can be closed around a servo, behind one trait. A control sample maps a reference and a measurement
 //! to a command.
 
-#[cfg(feature = "experiments")]
-mod direct;
 mod feedback;
 #[cfg(feature = "experiments")]
 mod fixed;
@@ -10,17 +8,13 @@ mod identifier;
 mod pid;
 #[cfg(feature = "experiments")]
 mod relay;
-mod whole_record;
 
 #[cfg(feature = "experiments")]
-pub(crate) use direct::DirectEstimator;
-#[cfg(feature = "experiments")]
 pub(crate) use fixed::{FixedIdentifier, FixedLoop};
-pub(crate) use identifier::{DynIdentifier, Innovation, Running};
+pub(crate) use identifier::{DynIdentifier, Innovation, Running, WholeRecord};
 pub(crate) use pid::PidLoop;
 #[cfg(feature = "experiments")]
-pub(crate) use relay::RelayLoop;
-pub(crate) use whole_record::WholeRecord;
+pub(crate) use relay::{DirectEstimator, RelayLoop};
 
 use identifier_core::error::StepError;
 use identifier_core::identifier::Event;

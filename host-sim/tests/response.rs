@@ -1,8 +1,7 @@
 //! The measured response of logs in closed loop, beside that of the model that was identified from them.
 
-use host_sim::identify_run;
 use host_sim::scenario::{Purpose, Scenario};
-use host_sim::simulate;
+use host_sim::{identify_run, simulate};
 use identifier_log::RecordedSamples;
 use identifier_log::analysis::Seen;
 

@@ -1,7 +1,6 @@
 //! Three number formats, one answer: the same experiments in f64, f32 and fixed point.
 
-use host_sim::drift::{self, Compared, Differences};
-use host_sim::result::{Difference, DriftResult};
+use host_sim::drift::{self, Compared, Difference, Differences, DriftResult};
 use host_sim::scenario::{Arithmetic, Reference, Scenario};
 use identifier_core::excitation::Excitation;
 use identifier_core::parameters::ServoParameters;

@@ -2,6 +2,5 @@
 
 mod estimate;
 mod summary;
-mod tail_buffer;
 
 pub use summary::Summariser;

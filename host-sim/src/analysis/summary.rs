@@ -1,26 +1,20 @@
 //! The summary of an experiment, gathered sample by sample.
 
+use std::collections::VecDeque;
+
 use identifier_core::parameters::{Parameter, ServoParameters, Unknown};
 use identifier_log::analysis::{
     Assessment, Effort, Ending, EstimationMethod, Statistics, VerifiedEstimate,
 };
 use identifier_log::experiment::{Outcome, Sample};
 use identifier_log::result::{OutputError, SettlingTime, Summary};
+use log_fit::Logged;
 
 use super::estimate::{SETTLED_A, SETTLED_B, Tracked};
-use super::tail_buffer::TailBuffer;
 use crate::scenario::Scenario;
 
 /// The part of a run, at its end, over which tail means are taken.
 const TAIL: f64 = 0.25;
-
-/// The parameters in the order of a run's estimates.
-const PARAMETERS: [Parameter; 4] = [
-    Parameter::A,
-    Parameter::B,
-    Parameter::Coulomb,
-    Parameter::Load,
-];
 
 /// Gathers a [`Summary`] from the samples of a run with an estimator that takes them one by one.
 #[derive(Debug, Clone, Default)]
@@ -29,6 +23,7 @@ pub struct Summariser {
     duration: f64,
     truth: Option<ServoParameters>,
     sample_time: f64,
+    /// In the order of [`Parameter::ALL`].
     tracked: [Tracked; 4],
     has_standard_errors: bool,
     tail_buffer: TailBuffer,
@@ -84,9 +79,9 @@ impl Summariser {
             let passed = (time - self.tail_from) / (self.duration - self.tail_from);
             ((3.0 * passed) as usize).min(2)
         });
-        for (tracked, parameter) in self.tracked.iter_mut().zip(PARAMETERS) {
+        for (tracked, parameter) in self.tracked.iter_mut().zip(Parameter::ALL) {
             let at_bound = sample.at_bounds.get(parameter);
-            tracked.add(parameter.value_in(&sample.estimates), at_bound, third);
+            tracked.add(sample.estimates.get(parameter), at_bound, third);
         }
         self.has_standard_errors = sample.standard_errors.is_some();
         self.tail_buffer.add(sample);
@@ -130,20 +125,14 @@ impl Summariser {
     /// The servo that is judged. Estimators with standard errors of their own give the last estimates, which contain
     /// all samples. Others give the mean over the tail.
     fn judged(&self) -> ServoParameters {
-        let of = |i: usize| {
-            let tail = self.tracked[i].estimate(|_| 0.0);
+        ServoParameters::from_fn(|parameter| {
+            let tail = self.tracked[parameter as usize].estimate(|_| 0.0);
             if self.has_standard_errors {
                 tail.last
             } else {
                 tail.tail_mean
             }
-        };
-        ServoParameters {
-            a: of(0),
-            b: of(1),
-            coulomb: of(2),
-            load: of(3),
-        }
+        })
     }
 
     /// The summary of a run that has ended.
@@ -186,7 +175,7 @@ impl Summariser {
             travelled: self.travelled,
             outcome,
             servo,
-            course: &|parameter, tolerance| tracked[place(parameter)].estimate(|_| tolerance),
+            course: &|parameter, tolerance| tracked[parameter as usize].estimate(|_| tolerance),
             prediction: self.prediction,
             truth: self.truth,
             output_error,
@@ -197,12 +186,39 @@ impl Summariser {
     }
 }
 
-/// The place of a parameter in [`PARAMETERS`].
-fn place(parameter: Parameter) -> usize {
-    match parameter {
-        Parameter::A => 0,
-        Parameter::B => 1,
-        Parameter::Coulomb => 2,
-        Parameter::Load => 3,
+/// The last samples of a run: position and the command that acted from there on. A shorter run is kept whole. A longer
+/// one is judged by its end, where the estimates are best.
+#[derive(Debug, Clone, Default)]
+struct TailBuffer {
+    samples: VecDeque<Logged>,
+    most: usize,
+}
+
+impl TailBuffer {
+    /// Keeps a number of samples at most.
+    pub(super) fn new(most: usize) -> Self {
+        Self {
+            samples: VecDeque::new(),
+            most,
+        }
+    }
+
+    /// Takes in a sample.
+    #[inline]
+    pub(super) fn add(&mut self, sample: &Sample) {
+        if self.samples.len() == self.most {
+            self.samples.pop_front();
+        }
+        self.samples.push_back(sample.logged());
+    }
+
+    /// Forgets everything: the record continues elsewhere.
+    pub(super) fn clear(&mut self) {
+        self.samples.clear();
+    }
+
+    /// The kept samples, in order.
+    pub(super) fn samples(&mut self) -> &[Logged] {
+        self.samples.make_contiguous()
     }
 }

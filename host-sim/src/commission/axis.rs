@@ -4,19 +4,17 @@ use std::f64::consts::TAU;
 
 use commissioning::CommissionInputs;
 use identifier_core::reason::Reason;
-use virtual_servo::faults::Faults;
-use virtual_servo::{Encoder, SensorErrors, Servo, VirtualBrake};
+use virtual_servo::{Encoder, VirtualBrake};
 
-use crate::scenario::{Fault, Scenario, in_effect};
+use crate::scenario::{Fault, Scenario};
+use crate::simulate::VirtualAxis;
 
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 /// A servo with its encoder, as a scenario describes them.
 #[derive(Debug, Clone)]
 pub struct CommissionedAxis {
-    servo: Servo,
-    errors: SensorErrors,
-    faults: Faults,
+    axis: VirtualAxis,
     encoder: Encoder,
     /// Distance of its first position beyond an edge of the encoder, rad.
     beyond: f64,
@@ -33,14 +31,7 @@ impl CommissionedAxis {
     /// The key that it cannot be built from.
     pub fn new(scenario: &Scenario) -> Result<Self, Fault> {
         let units = scenario.checked_units()?;
-        let (time, seed) = (units.sample_time(), scenario.noise_seed());
         let parameters = scenario.servo()?;
-        let servo = Servo::at_rest(&parameters, &scenario.effects, time, seed)
-            .map_err(|error| in_effect(&error))?;
-        let errors = SensorErrors::new(&scenario.sensor, time, seed)
-            .map_err(|error| Fault::new(format!("encoder.{}", error.parameter), error))?;
-        let faults = Faults::new(&scenario.faults, time, units.position_unit())
-            .map_err(|error| Fault::new(format!("fault.{}", error.parameter), error))?;
         let counts = scenario.counts_per_rev;
         let effects = &scenario.effects;
         // Gravity and cogging at an angle of zero are their cosines.
@@ -51,16 +42,14 @@ impl CommissionedAxis {
             acting => acting + effects.dead_band * acting.signum(),
         };
         // Multiples of the golden ratio fill an interval evenly (H. Weyl, 1916).
-        let part = (f64::from(seed) * GOLDEN_RATIO).fract();
+        let part = (f64::from(scenario.noise_seed()) * GOLDEN_RATIO).fract();
         Ok(Self {
-            servo,
-            errors,
-            faults,
+            axis: VirtualAxis::new(scenario, &units)?,
             encoder: Encoder::new(counts.unwrap_or(TAU / units.position_unit())),
             beyond: part * units.position_unit(),
             balance,
             brake: (scenario.brake).map(|[opens, closes]| VirtualBrake::closed(opens, closes)),
-            sample_time: time,
+            sample_time: units.sample_time(),
         })
     }
 
@@ -73,16 +62,13 @@ impl CommissionedAxis {
     /// The same where that command has acted for long.
     #[must_use]
     pub fn held(mut self) -> Self {
-        self.servo = self.servo.held_by(self.balance);
+        self.axis.servo = self.axis.servo.held_by(self.balance);
         self
     }
 
     /// Begins a sample: what is seen in it. The encoder's counter wraps at 32 bits.
     pub fn sense(&mut self) -> CommissionInputs {
-        let condition = self.faults.begin_sample(&mut self.servo);
-        let (position, velocity) = (self.servo.position(), self.servo.velocity());
-        let seen = self.errors.seen(position, velocity) + self.beyond;
-        let shown = self.faults.seen(seen);
+        let (shown, condition) = self.axis.sense(self.beyond);
         let open = condition.limit_switch.then_some(Reason::LimitSwitch);
         let fault = condition.amplifier_fault.then_some(Reason::AmplifierFault);
         CommissionInputs {
@@ -95,25 +81,26 @@ impl CommissionedAxis {
     /// Its true position, rad.
     #[must_use]
     pub fn position(&self) -> f64 {
-        self.servo.position()
+        self.axis.servo.position()
     }
 
     /// Its true velocity, rad/s.
     #[must_use]
     pub fn velocity(&self) -> f64 {
-        self.servo.velocity()
+        self.axis.servo.velocity()
     }
 
     /// Moves one sample under a held command.
     pub fn advance(&mut self, command: f64) {
-        self.servo.advance(self.faults.acting(command));
+        self.axis.advance(command);
     }
 
     /// The same with the holding brake of the scenario, which opens with power.
     pub fn advance_beside_brake(&mut self, command: f64, has_power: bool) {
         let (brake, time) = (self.brake.as_mut(), self.sample_time);
         if brake.is_some_and(|brake| brake.holds(has_power, time)) {
-            self.servo.stand(self.faults.acting(command));
+            let acting = self.axis.acting(command);
+            self.axis.servo.stand(acting);
         } else {
             self.advance(command);
         }

@@ -10,15 +10,13 @@ mod explain;
 mod frequency_response;
 mod record;
 mod response;
-mod sample;
 
 pub use axis::CommissionedAxis;
 pub use course::{Course, Excursion, PhaseSpan};
 pub use explain::Recorded;
 pub use frequency_response::FrequencyResponse;
-pub use record::{End, Known, Outcome};
+pub use record::{End, Known, Outcome, Sample};
 pub use response::StepResponse;
-pub use sample::Sample;
 
 use commissioning::{
     CommissionIsr, CommissionSettings, CommissionSolver, CommissionState, HoldingGains,
@@ -121,30 +119,15 @@ impl Commissioning {
     }
 
     fn run_here<N: Number>(
-        self,
+        mut self,
         background: &mut dyn FnMut(u32) -> u32,
         observe: &mut dyn FnMut(&Sample),
     ) -> Result<Outcome, Fault> {
-        let built = SynchronousCommission::<N, RECORD>::new(
-            &self.settings,
-            self.before.as_ref(),
-            self.held(),
-        );
-        let commissioner = built.map_err(|error| Fault::new("commission", error))?;
-        Ok(self.run_by(commissioner, background, observe))
-    }
-
-    /// The command that the gains before hold the servo with, if there are any, command units.
-    fn held(&self) -> Option<f64> {
-        self.before.map(|_| self.axis.balance())
-    }
-
-    fn run_by<N: Number>(
-        mut self,
-        mut commissioner: SynchronousCommission<N, RECORD>,
-        background: &mut dyn FnMut(u32) -> u32,
-        observe: &mut dyn FnMut(&Sample),
-    ) -> Outcome {
+        let before = self.before.as_ref();
+        // What the gains before hold the servo with.
+        let held = before.map(|_| self.axis.balance());
+        let built = SynchronousCommission::<N, RECORD>::new(&self.settings, before, held);
+        let mut commissioner = built.map_err(|error| Fault::new("commission", error))?;
         let sample_time = self.settings.sample_time;
         let mut course = Course::default();
         let mut known = Vec::new();
@@ -191,7 +174,7 @@ impl Commissioning {
                 let tuning_error = state.and_then(CommissionState::tuning_error);
                 let noise = state.map_or(0.0, CommissionState::noise);
                 let solver = commissioner.solver();
-                return Outcome {
+                return Ok(Outcome {
                     end,
                     known,
                     tuning: state.and_then(CommissionState::tuning).copied(),
@@ -200,7 +183,7 @@ impl Commissioning {
                     noise: noise * self.settings.resolution,
                     response: FrequencyResponse::new(solver.response(), solver.resonance()),
                     course: course.finish(time),
-                };
+                });
             }
             self.axis.advance(done.command.unwrap_or(0.0));
         }

@@ -156,6 +156,6 @@ fn run(scenario: &Scenario) -> MethodErrors {
 fn error(summary: &Summary, parameter: Parameter) -> Option<f64> {
     let truth = summary.truth.as_ref()?;
     let estimate = summary.estimate(parameter)?;
-    let error = estimate.value - parameter.value_in(truth);
+    let error = estimate.value - truth.get(parameter);
     (summary.status() != Status::Aborted && error.is_finite()).then_some(error)
 }

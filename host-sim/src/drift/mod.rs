@@ -8,7 +8,7 @@ mod side_by_side;
 mod statistics;
 
 pub use side_by_side::{FORMATS, SIGNALS, Signal, Signals};
-pub use statistics::Differences;
+pub use statistics::{Difference, Differences, DriftResult};
 
 use std::f64::consts::TAU;
 

@@ -8,9 +8,7 @@ use identifier_core::identifier::{
     GradientIdentifier, Identify, ServoLoop, ServoLoopState, Update,
 };
 use identifier_core::measurement::VelocityEstimate;
-use identifier_core::parameters::ParameterSet;
-use identifier_core::parameters::PerParameter;
-use identifier_core::parameters::ServoParameters;
+use identifier_core::parameters::{ParameterSet, PerParameter, ServoParameters};
 use identifier_core::settings::SettingsError;
 
 use super::{DynIdentifier, Innovation, Measurement, SimLoop, Step};

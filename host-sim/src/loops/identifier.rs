@@ -6,14 +6,11 @@ use identifier_core::error::StepError;
 use identifier_core::identifier::{Event, Identify, Update};
 use identifier_core::model::{Amplifier, AmplifierState};
 use identifier_core::number::Number;
-use identifier_core::parameters::PerParameter;
-use identifier_core::parameters::ServoParameters;
-use identifier_core::parameters::{Term, Unknown};
-
+use identifier_core::parameters::{PerParameter, ServoParameters, Term, Unknown};
+use identifier_log::experiment::{Outcome, TermEstimate};
 use identifier_log::replay::{Beginning, Input};
 
-use super::Step;
-use identifier_log::experiment::{Outcome, TermEstimate};
+use super::{NO_ESTIMATE, Step};
 
 /// An identifier with its state, whatever its types. Increments, position units, and commands are in double
 /// precision, which holds the numbers of every format exactly.
@@ -203,5 +200,21 @@ impl<N: Number, I: Identify<N>> DynIdentifier for Running<N, I> {
             rejection_reason: report.rejection_reason,
             ..self.known.clone()
         }
+    }
+}
+
+/// The place of an identifier whose estimates come from the whole record: the command passes through.
+pub(crate) struct WholeRecord;
+
+impl DynIdentifier for WholeRecord {
+    fn update(&mut self, _: f64, command: f64) -> Result<Innovation, StepError> {
+        Ok(Innovation {
+            command,
+            update: None,
+        })
+    }
+
+    fn estimates(&self) -> ServoParameters {
+        NO_ESTIMATE
     }
 }

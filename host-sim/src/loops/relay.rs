@@ -3,10 +3,11 @@
 
 use identifier_core::error::StepError;
 use identifier_core::number::Number;
+use identifier_core::parameters::ServoParameters;
 use rivals::{FilteredLeastSquares, FilteredLeastSquaresState, Relay};
 
 use super::feedback::Feedback;
-use super::{Measurement, SimLoop, Step};
+use super::{DynIdentifier, Innovation, Measurement, NO_ESTIMATE, SimLoop, Step};
 
 /// Recursive least squares on filtered signals beside a relay.
 pub(crate) struct RelayLoop<N: Number> {
@@ -35,5 +36,33 @@ impl<N: Number> SimLoop for RelayLoop<N> {
         self.law.process(&mut self.state, motion.increment, command);
         let estimates = self.law.estimates(&self.state);
         Ok(Step::direct(command.to_f64(), estimates))
+    }
+}
+
+/// The least squares beside a controller. A log that begins again continues for it.
+pub(crate) struct DirectEstimator<N: Number> {
+    law: FilteredLeastSquares<N>,
+    state: FilteredLeastSquaresState<N>,
+}
+
+impl<N: Number> DirectEstimator<N> {
+    pub(crate) fn new(law: FilteredLeastSquares<N>) -> Self {
+        let state = law.start();
+        Self { law, state }
+    }
+}
+
+impl<N: Number> DynIdentifier for DirectEstimator<N> {
+    fn update(&mut self, increment: f64, command: f64) -> Result<Innovation, StepError> {
+        let (increment, command) = (N::from_f64(increment), N::from_f64(command));
+        self.law.process(&mut self.state, increment, command);
+        Ok(Innovation {
+            command: command.to_f64(),
+            update: None,
+        })
+    }
+
+    fn estimates(&self) -> ServoParameters {
+        self.law.estimates(&self.state).unwrap_or(NO_ESTIMATE)
     }
 }

@@ -3,7 +3,6 @@
 #[cfg(feature = "experiments")]
 mod online;
 mod passes;
-mod recorded;
 
 #[cfg(feature = "experiments")]
 pub use online::OnlineIdentifier;

@@ -6,7 +6,7 @@ use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
 use identifier_log::log::Row;
 use identifier_log::replay::{InSegment, Player, settling_in_motion};
 
-use super::recorded::RecordedReference;
+use super::passes::RecordedReference;
 use crate::loops::DynIdentifier;
 use crate::scenario::{Fault, LogQuantity, Scenario};
 use crate::simulate::identifier;

@@ -1,14 +1,14 @@
 //! Passes of an estimator over a log.
 
 use identifier_core::Settings;
+use identifier_core::excitation::Excitation;
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::ServoParameters;
 use identifier_log::experiment::{Outcome, Sample};
 use identifier_log::log::Log;
-use identifier_log::replay::{Agreement, Played, Player, Stopped};
+use identifier_log::replay::{Agreement, Player, Stopped};
 use identifier_log::with_velocity;
 
-use super::recorded::RecordedReference;
 use crate::scenario::{Fault, LoopKind, Scenario};
 use crate::simulate::identifier;
 
@@ -63,21 +63,14 @@ fn run<V: VelocityEstimate<f64>>(
     let mut player = Player::<V>::new(scenario, &settings, is_declared, command_recorded)?;
     let unit = player.unit();
     let played = player.play(scenario, logs, passes, &mut |played| {
-        let Played {
-            pass,
-            row,
-            time,
-            input,
-        } = played;
+        let (row, input) = (played.row, played.input);
         identifier.join(&input);
         let step = identifier.step(input.increment, input.command, None)?;
         outcome.count(step.event);
         let reference = row.reference.unwrap_or(f64::NAN);
         let begins = input.beginning.is_some();
-        observe(
-            pass,
-            &step.sample(time, begins, reference, row.position, unit),
-        );
+        let sample = step.sample(played.time, begins, reference, row.position, unit);
+        observe(played.pass, &sample);
         Ok(())
     });
     if let Err(Stopped { time, error }) = played {
@@ -111,4 +104,37 @@ fn ran(scenario: &Scenario, settings: &Settings, command_recorded: bool) -> bool
     let closes_its_own = scenario.identifier.law.closing() == LoopKind::Relay;
     let other = scenario.is_log_of_simulated_run() && closes_its_own && command_recorded;
     settings.controller.is_some() && !other
+}
+
+/// Plays the recorded reference, machine units from the first position; holds its last value.
+pub(super) struct RecordedReference<'a> {
+    references: &'a [f64],
+    first: f64,
+    per_unit: f64,
+}
+
+impl<'a> RecordedReference<'a> {
+    /// The reference of a log, if it has one, in position units, `per_unit` of them per rad.
+    pub(super) fn new(log: &'a Log, per_unit: f64) -> Option<Self> {
+        let references = log.references();
+        (!references.is_empty()).then_some(Self {
+            references,
+            first: log.first().position,
+            per_unit,
+        })
+    }
+}
+
+impl Excitation<f64> for RecordedReference<'_> {
+    type State = usize;
+
+    fn start(&self) -> usize {
+        0
+    }
+
+    fn process(&self, next: &mut usize) -> f64 {
+        let index = (*next).min(self.references.len() - 1);
+        *next += 1;
+        (self.references[index] - self.first) * self.per_unit
+    }
 }

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use commissioning::{HoldingGains, LargestMotion, Limits, Phase, TrialResult};
-use identifier_core::parameters::IdentifiedServo;
-use identifier_core::parameters::{ServoParameters, Unknown};
+use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknown};
 use identifier_core::reason::Reason;
 use identifier_core::tuning::{Cap, PredictedResponse, Resonance, Tuning, TuningError};
 use serde::{Serialize, Serializer};

@@ -3,11 +3,9 @@
 #[cfg(feature = "experiments")]
 pub mod commissioning;
 mod comparison;
-mod drift;
 mod sweep;
 
 #[cfg(feature = "experiments")]
 pub use commissioning::{CommissioningEnd, CommissioningOutcome, CommissioningResult, Untuned};
 pub use comparison::{CaseResult, ComparisonResult, Method, MethodErrors};
-pub use drift::{Difference, DriftResult};
 pub use sweep::{Distribution, Quantiles, Spread, SweepResult, SweepRun};

@@ -40,7 +40,7 @@ impl SweepRun {
     /// Estimate less truth.
     #[must_use]
     pub fn error(&self, parameter: Parameter) -> f64 {
-        parameter.value_in(&self.found) - parameter.value_in(&self.truth)
+        self.found.get(parameter) - self.truth.get(parameter)
     }
 }
 

@@ -13,7 +13,6 @@ use super::dispatch::with_types;
 use super::{Arithmetic, Scenario};
 
 /// The parameter range around one servo if none is stated: b within a factor of three, a up to three times.
-#[must_use]
 pub(crate) fn range_around(servo: &ServoParameters) -> ParameterRangeSettings {
     const FACTOR: f64 = 3.0;
     ParameterRangeSettings {

@@ -183,7 +183,7 @@ fn of_experiment() -> Vec<Key<Scenario>> {
     "seed of the random parts of servo and sensor; a sweep draws its own";
 
 "fault": Tables(FAULTS), Derived("none"), "", "fault injection: each fault of the simulated servo in its own table";
-"fault.kind": OneOf(FAULT_KINDS, |s, i| fault(s).kind = FaultKind::ALL[i], |s| fault(s).kind as usize), Required("\"actuator-weak\""), "", "kind \
+"fault.kind": OneOf(fault_kinds(), |s, i| fault(s).kind = FaultKind::ALL[i], |s| fault(s).kind as usize), Required("\"actuator-weak\""), "", "kind \
                                                                                                                 of \
                                                                                                                 fault";
 "fault.time": Number(NOT_NEGATIVE, Held(|s| &mut fault(s).time)), Required("5.0"), "s", "time from the first sample";
@@ -237,42 +237,21 @@ const FAULTS: Entries<Scenario> = Entries {
     check: |s| s.faults.last().map_or(Ok(()), InjectedFault::check),
 };
 
-const FAULT_KINDS: &[Choice] = &{
-    let mut kinds = [PLAIN; FaultKind::ALL.len()];
-    let mut i = 0;
-    while i < kinds.len() {
-        kinds[i] = fault_kind(FaultKind::ALL[i]);
-        i += 1;
-    }
-    kinds
-};
-
-/// A kind of fault with its keys beside its time.
-const fn fault_kind(kind: FaultKind) -> Choice {
-    Choice {
+/// The kinds of fault, each with its keys beside its time.
+fn fault_kinds() -> &'static [Choice] {
+    let choice = |kind: FaultKind| Choice {
         name: kind.name(),
-        takes: match kind {
-            FaultKind::EncoderJump => &["size"],
-            FaultKind::ActuatorWeak | FaultKind::LoadStep | FaultKind::FrictionRise => {
-                &["duration", "size"]
-            }
-            _ => &["duration"],
+        takes: match kind.sizes() {
+            Some(_) if kind == FaultKind::EncoderJump => &["size"],
+            Some(_) => &["duration", "size"],
+            None => &["duration"],
         },
-    }
+    };
+    FaultKind::ALL.map(choice).to_vec().leak()
 }
 
-const PLAIN: Choice = Choice {
-    name: "",
-    takes: &[],
-};
-
 fn plant(s: &mut Scenario) -> &mut ServoParameters {
-    s.plant.get_or_insert(ServoParameters {
-        a: 0.0,
-        b: 0.0,
-        coulomb: 0.0,
-        load: 0.0,
-    })
+    s.plant.get_or_insert_default()
 }
 
 /// The fault that is being read.

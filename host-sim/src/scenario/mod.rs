@@ -10,8 +10,6 @@ mod gamma;
 pub mod keys;
 mod parts;
 mod reference;
-mod rivals;
-mod stability;
 
 pub(crate) use check::{complete, in_effect};
 pub use commission::CommissionOrder;

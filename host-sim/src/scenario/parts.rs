@@ -1,12 +1,18 @@
 //! The core's settings of a scenario, and the keys of their rejections.
 
 use identifier_core::Settings;
+use identifier_core::error::OutOfRange;
 use identifier_core::excitation::Excitation;
+use identifier_core::interval::Interval;
+use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::SettingsError;
+use identifier_core::stability::{ParameterRange, SampledLoop, SampledLoopError};
+use rivals::{LeastSquaresConfig, Relay};
 
-use super::{ExcitationKind, Fault, Reference, Scenario};
+use super::dispatch::with_velocity;
+use super::{ExcitationKind, Fault, LoopKind, Reference, Scenario};
 
 impl Scenario {
     /// The scenario with the loop that its estimator closes, if it has one of its own, else with the declared one.
@@ -90,4 +96,55 @@ impl Scenario {
             Fault::new(format!("excitation.{key}"), error)
         })
     }
+
+    /// The settings of a recursive least squares.
+    #[must_use]
+    pub fn least_squares(&self) -> LeastSquaresConfig {
+        let settings = &self.identifier.rival;
+        LeastSquaresConfig {
+            cutoff: settings.filter_cutoff,
+            forgetting: settings.forgetting,
+            a: self.stated.identifier.initial.a.unwrap_or(0.0),
+            // Out of every range: it is refused by its key.
+            b: self.stated.identifier.initial.b.unwrap_or(f64::NAN),
+        }
+    }
+
+    /// The paper's relay, within the amplifier's limit.
+    ///
+    /// # Errors
+    /// The level must be above zero.
+    pub fn relay<N: Number>(&self) -> Result<Relay<N>, OutOfRange> {
+        let [low, high] = self.controller().limit;
+        let level = self.identifier.rival.relay.min(high).min(-low);
+        Relay::new(level)
+    }
+
+    /// Why a loop cannot hold its servo; none where it can, or where another than
+    /// a PID closes it. A simulated encoder never fails, so this is why a run leaves every range.
+    #[must_use]
+    pub fn unstable_loop(&self) -> Option<SampledLoopError> {
+        let servo = self.plant.as_ref()?;
+        let closing = self.identifier.law.closing();
+        if closing == LoopKind::Relay {
+            return None;
+        }
+        match with_velocity!(self, f64 => check(&self.stated, servo.a, servo.b)) {
+            Err(SettingsError::SampledLoop(error)) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+fn check<V: VelocityEstimate<f64>>(
+    settings: &Settings,
+    a: f64,
+    b: f64,
+) -> Result<(), SettingsError> {
+    let velocity = settings.velocity::<f64, V>()?;
+    let servo = ParameterRange::new(Interval::new("a", a, a)?, Interval::new("b", b, b)?)?;
+    let gains = settings.own_controller()?.gains()?;
+    let units = settings.units()?;
+    SampledLoop::new(&units, &gains, &velocity.transfer()).check(&servo)?;
+    Ok(())
 }

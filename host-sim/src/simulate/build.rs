@@ -6,8 +6,9 @@ use identifier_core::Settings;
 use identifier_core::control::{Controller, Shaped};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::fixed_point::Word;
-use identifier_core::identifier::IdentifiableSet;
-use identifier_core::identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify};
+use identifier_core::identifier::{
+    GaussNewtonIdentifier, GradientIdentifier, IdentifiableSet, Identify,
+};
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
 use identifier_core::parameters::{AllUnknowns, Parameter, ParameterSet, Unknown};

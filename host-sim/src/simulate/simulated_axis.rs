@@ -1,11 +1,13 @@
 //! The test rig: a simulated servo with its sensor, and the reference that it is to follow.
 
-use virtual_servo::faults::{Condition, Faults};
-use virtual_servo::{SensorErrors, Servo};
-
-use super::sensor::Sensor;
-use crate::loops::{Measurement, SimLoop};
+use identifier_core::excitation::Excitation;
+use identifier_core::number::Number;
 use identifier_log::experiment::{Abort, AbortCause, Outcome, Sample};
+
+use super::VirtualAxis;
+use super::sensor::Sensor;
+use crate::loops::SimLoop;
+use crate::scenario::{Fault, Scenario};
 
 /// The servo that a loop is closed around.
 pub(crate) struct SimulatedAxis<'a> {
@@ -16,58 +18,10 @@ pub(crate) struct SimulatedAxis<'a> {
     /// The reference of the next sample, position units.
     pub(crate) reference: Box<dyn FnMut() -> f64 + 'a>,
     pub(super) sensor: Sensor,
-    /// The errors of the sensor, if it has any.
-    pub(super) sensor_errors: Option<SensorErrors>,
-    pub(super) servo: Servo,
-    /// The injected faults, if there are any.
-    pub(super) faults: Option<Faults>,
-}
-
-/// The readings of a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Update {
-    /// The sensor's reading; none if it is not valid.
-    pub(crate) measured: Option<Measurement>,
-    /// Its distance from the start of the servo, position units; NaN without a reading.
-    pub(crate) position: f64,
-    /// A late sample, an open limit switch, a fault of the amplifier.
-    pub(crate) condition: Condition,
+    pub(super) axis: VirtualAxis,
 }
 
 impl SimulatedAxis<'_> {
-    /// Begins a sample with its readings; inlined as is [`Summariser::add`](crate::analysis::Summariser::add).
-    #[inline(always)]
-    pub(crate) fn sense(&mut self) -> Update {
-        let condition = match &mut self.faults {
-            Some(faults) => faults.begin_sample(&mut self.servo),
-            None => Condition::SOUND,
-        };
-        let exact = self.servo.position();
-        let seen = match &mut self.sensor_errors {
-            Some(errors) => errors.seen(exact, self.servo.velocity()),
-            None => exact,
-        };
-        let shown = match &mut self.faults {
-            Some(faults) => faults.seen(seen),
-            None => Some(seen),
-        };
-        let read = shown.map(|shown| self.sensor.read(shown));
-        Update {
-            measured: read.map(|(measured, _)| measured),
-            position: read.map_or(f64::NAN, |(_, position)| position),
-            condition,
-        }
-    }
-
-    /// Ends it: the servo moves under this command until the next.
-    pub(crate) fn act(&mut self, command: f64) {
-        let acting = match &mut self.faults {
-            Some(faults) => faults.acting(command),
-            None => command,
-        };
-        self.servo.advance(acting);
-    }
-
     /// Closes a loop around the servo, sample by sample. It shows each sample to `observe` before its command acts,
     /// with the loop's present state.
     pub(crate) fn run<L: SimLoop + ?Sized>(
@@ -80,10 +34,8 @@ impl SimulatedAxis<'_> {
         for number in 0..self.samples {
             let time = number as f64 * self.sample_time;
             let reference = (self.reference)();
-            let Update {
-                measured, position, ..
-            } = self.sense();
-            let Some(measured) = measured else {
+            let (shown, _) = self.axis.sense(0.0);
+            let Some((measured, position)) = shown.map(|shown| self.sensor.read(shown)) else {
                 let cause = AbortCause::NoReading;
                 run.abort = Some(Abort { time, cause });
                 break;
@@ -101,7 +53,7 @@ impl SimulatedAxis<'_> {
                 &step.sample(time, number == 0, reference, position, unit),
                 closed,
             );
-            self.act(step.command);
+            self.axis.advance(step.command);
         }
         Outcome {
             samples: run.samples,
@@ -110,6 +62,37 @@ impl SimulatedAxis<'_> {
             ..closed.outcome()
         }
     }
+
+    /// The rig of a scenario, its signals in the number format of the loop.
+    pub(crate) fn build<N: Number>(scenario: &Scenario) -> Result<Self, Fault> {
+        let reference = scenario.reference::<N>()?;
+        let units = scenario.checked_units()?;
+        let mut progress = reference.start();
+        Ok(Self {
+            sample_time: units.sample_time(),
+            position_unit: units.position_unit(),
+            samples: scenario.samples(),
+            reference: Box::new(move || reference.process(&mut progress).to_f64()),
+            sensor: match scenario.counts_per_rev {
+                Some(counts) => Sensor::encoder(counts, 0),
+                None => Sensor::ideal::<N>(units.position()),
+            },
+            axis: VirtualAxis::new(scenario, &units)?,
+        })
+    }
+
+    /// The same with a counter that shows `start` where the servo starts; an ideal sensor counts
+    /// position units.
+    #[cfg(feature = "experiments")]
+    pub(crate) fn counting_from(mut self, start: i32) -> Self {
+        self.sensor = match self.sensor {
+            Sensor::Encoder { encoder, .. } => Sensor::Encoder { encoder, start },
+            Sensor::Ideal { .. } => {
+                Sensor::encoder(std::f64::consts::TAU / self.position_unit, start)
+            }
+        };
+        self
+    }
 }
 
 #[cfg(test)]
@@ -117,10 +100,10 @@ mod tests {
     use identifier_core::error::StepError;
     use identifier_core::identifier::Event;
     use identifier_core::parameters::ServoParameters;
-    use virtual_servo::Effects;
 
     use super::*;
-    use crate::loops::Step;
+    use crate::loops::{Measurement, Step};
+    use crate::scenario::{Purpose, Scenario};
 
     const SAMPLE_TIME: f64 = 1e-3;
     const UNIT: f64 = 1e-4;
@@ -174,10 +157,16 @@ mod tests {
                 reference
             }),
             sensor,
-            sensor_errors: None,
-            servo: Servo::at_rest(&FREE, &Effects::NONE, SAMPLE_TIME, 1).expect("allowed"),
-            faults: None,
+            axis: free_servo(),
         }
+    }
+
+    fn free_servo() -> VirtualAxis {
+        let mut scenario = Scenario::blank(Purpose::Run);
+        scenario.plant = Some(FREE);
+        scenario.stated.sample_time = SAMPLE_TIME;
+        let units = scenario.checked_units().expect("allowed");
+        VirtualAxis::new(&scenario, &units).expect("allowed")
     }
 
     const FREE: ServoParameters = ServoParameters::new(0.0, 257.7, 0.0, 0.0);

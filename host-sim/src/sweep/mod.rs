@@ -7,14 +7,13 @@ pub use draw::draw;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use identifier_core::parameters::{Parameter, ServoParameters};
+use identifier_core::parameters::ServoParameters;
 use rayon::prelude::*;
 
 use crate::analysis::Summariser;
-use crate::identify_run;
 use crate::result::SweepRun;
 use crate::scenario::{Fault, Scenario};
-use crate::simulate;
+use crate::{identify_run, simulate};
 
 /// Runs the random servos of some numbers on all cores, in the order of their numbers for any number of threads. A
 /// servo is the same in any range. Each completed one calls `done`. Once `stop` is set no further one begins, and the
@@ -53,21 +52,14 @@ fn run(scenario: &Scenario, index: u32) -> Result<SweepRun, Fault> {
         let outcome = simulate::run(scenario, &mut |sample| summariser.add(sample))?;
         summariser.finish(scenario, outcome)
     };
-    let of = |parameter| {
-        summary
-            .estimate(parameter)
-            .map_or(f64::NAN, |estimate| estimate.value)
-    };
     Ok(SweepRun {
         index,
         truth,
         status: summary.status(),
-        found: ServoParameters {
-            a: of(Parameter::A),
-            b: of(Parameter::B),
-            coulomb: of(Parameter::Coulomb),
-            load: of(Parameter::Load),
-        },
+        found: ServoParameters::from_fn(|parameter| {
+            let estimate = summary.estimate(parameter);
+            estimate.map_or(f64::NAN, |estimate| estimate.value)
+        }),
         settling_a: summary.settling_time.a,
         settling_b: summary.settling_time.b,
     })

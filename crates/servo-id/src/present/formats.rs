@@ -1,6 +1,6 @@
 //! A comparison of number formats.
 
-use host_sim::result::{Difference, DriftResult};
+use host_sim::drift::{Difference, DriftResult};
 
 use super::estimates::dash;
 use super::number::{figure, fixed, rough};
