@@ -53,16 +53,26 @@ pub struct Run {
     pub trace: Vec<Sample>,
 }
 
+impl Method {
+    /// Its name for a reader, which with dashes is that of its files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Proposed => "proposed",
+            Self::LeastSquares => "least squares",
+        }
+    }
+}
+
 impl Run {
     /// The experiment's name for a reader.
     #[must_use]
-    pub fn name(&self) -> &'static str {
-        match (self.method, self.case) {
-            (Method::Proposed, Case::Balanced) => "proposed, d = 0",
-            (Method::Proposed, Case::Unbalanced) => "proposed, d ≠ 0",
-            (Method::LeastSquares, Case::Balanced) => "least squares, d = 0",
-            (Method::LeastSquares, Case::Unbalanced) => "least squares, d ≠ 0",
-        }
+    pub fn name(&self) -> String {
+        let case = match self.case {
+            Case::Balanced => "d = 0",
+            Case::Unbalanced => "d ≠ 0",
+        };
+        format!("{}, {case}", self.method.name())
     }
 }
 
@@ -76,13 +86,12 @@ pub const EXPERIMENT: [(Method, Case); 4] = [
 
 /// The name of one of the experiments for a file.
 #[must_use]
-pub const fn file_stem(method: Method, case: Case) -> &'static str {
-    match (method, case) {
-        (Method::Proposed, Case::Balanced) => "proposed-balanced",
-        (Method::Proposed, Case::Unbalanced) => "proposed-unbalanced",
-        (Method::LeastSquares, Case::Balanced) => "least-squares-balanced",
-        (Method::LeastSquares, Case::Unbalanced) => "least-squares-unbalanced",
-    }
+pub fn file_stem(method: Method, case: Case) -> String {
+    let case = match case {
+        Case::Balanced => "balanced",
+        Case::Unbalanced => "unbalanced",
+    };
+    format!("{}-{case}", method.name().replace(' ', "-"))
 }
 
 /// The scenario of a method and a case.

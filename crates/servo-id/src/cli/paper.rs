@@ -1,10 +1,9 @@
 use std::path::{Path, PathBuf};
 
-use super::call;
 use super::fault::Fault;
 use super::files::{self, Drawing, Files};
 use super::standard_output::show;
-use super::terminal;
+use super::{call, terminal};
 use crate::render::chart::Size;
 use crate::{csv, paper, present, program, render};
 

@@ -56,7 +56,7 @@ fn estimates(runs: &[Run; 4]) -> Table {
         let summary = &run.summary;
         let (a, b) = (&summary.estimates.a, &summary.estimates.b);
         vec![
-            run.name().to_owned(),
+            run.name(),
             estimate(summary, Parameter::A),
             rough(a.tail_std),
             signed(a.value - paper::NOMINAL_A, 4),
@@ -121,19 +121,11 @@ fn figures(runs: &[Run; 4]) -> Vec<Figure> {
     let mut figures = Vec::new();
     for run in runs {
         let number = figures.len() + 1;
-        let method = match run.method {
-            Method::Proposed => "proposed",
-            Method::LeastSquares => "least squares",
-        };
-        let case = match run.case {
-            Case::Balanced => "d = 0",
-            Case::Unbalanced => "d ≠ 0",
-        };
         let figure = |number, axis: &str, nominal, range, value: fn(&Sample) -> f64| {
             let points = run.trace.iter().map(|sample| (sample.time, value(sample)));
             let trace = points.collect::<Envelope>().trace("estimate");
             Figure::new(
-                &format!("({number}) {method}, {case}"),
+                &format!("({number}) {}", run.name()),
                 TIME,
                 axis,
                 vec![trace],
