@@ -68,14 +68,7 @@ impl Canvas {
     }
 
     /// Text on a base line. A circumflex on a tall letter is drawn above it, because the font's own would cross it.
-    pub(super) fn text(
-        &mut self,
-        (x, y): (f64, f64),
-        text: &str,
-        size: u32,
-        align: Align,
-        colour: Colour,
-    ) {
+    pub(super) fn text(&mut self, (x, y): (f64, f64), text: &str, size: u32, align: Align) {
         /// Distance of such a circumflex above its usual place, and half its width, in font sizes.
         const RAISED: f64 = 0.22;
         const HALF_WIDTH: f64 = 0.25;
@@ -87,28 +80,20 @@ impl Canvas {
                 let letter = behind - font::width(&plain[..plain.len() - 1], size);
                 let to_middle = behind - 0.5 * letter - HALF_WIDTH * f64::from(size);
                 let at = (left + to_middle, y - RAISED * f64::from(size));
-                self.plain_text(at, "ˆ".to_owned(), size, Align::Left, colour);
+                self.plain_text(at, "ˆ".to_owned(), size, Align::Left);
             } else {
                 plain.push(letter);
             }
         }
-        self.plain_text((x, y), plain, size, align, colour);
+        self.plain_text((x, y), plain, size, align);
     }
 
-    fn plain_text(
-        &mut self,
-        at: (f64, f64),
-        text: String,
-        size: u32,
-        align: Align,
-        colour: Colour,
-    ) {
+    fn plain_text(&mut self, at: (f64, f64), text: String, size: u32, align: Align) {
         self.shapes.push(Shape::Text(Label {
             at,
             text,
             size,
             align,
-            colour,
         }));
     }
 
@@ -251,7 +236,7 @@ impl Surface for Svg<'_> {
             Align::Right => r#" text-anchor="end""#,
         };
         let ((x, y), size) = (label.at, label.size);
-        let (colour, text) = ((self.colour)(label.colour), escaped(&label.text));
+        let (colour, text) = ((self.colour)(Colour::Ink), escaped(&label.text));
         self.add(format_args!(
             r#"<text x="{x:.2}" y="{y:.2}" font-size="{size}" fill="{colour}"{anchor}>{text}</text>"#
         ));
@@ -297,7 +282,7 @@ mod tests {
     #[test]
     fn a_drawing_states_its_size_its_font_and_where_it_is_cut() {
         let mut canvas = Canvas::new(252.0, 100.5);
-        canvas.text((4.0, 12.0), "q̇ [rad/s] <&", 8, Align::Left, Colour::Ink);
+        canvas.text((4.0, 12.0), "q̇ [rad/s] <&", 8, Align::Left);
         let frame = Frame {
             left: 10.0,
             top: 20.0,

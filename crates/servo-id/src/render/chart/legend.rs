@@ -147,7 +147,7 @@ impl Legend {
                 }
             }
             let at = (x + SAMPLE + BEHIND_SAMPLE, y + BASE);
-            canvas.text(at, &entry.text, SMALL, Align::Left, Colour::Ink);
+            canvas.text(at, &entry.text, SMALL, Align::Left);
         }
     }
 }

@@ -15,7 +15,7 @@ pub use canvas::Canvas;
 use canvas::LETTER;
 use legend::Legend;
 use plot::{BELOW, Plot, RIGHT, room_at_left};
-use surface::{Align, Colour, Frame};
+use surface::{Align, Frame};
 
 use crate::present::Figure;
 
@@ -112,7 +112,7 @@ pub fn figures(size: Size, title: &str, columns: usize, figures: &[Figure]) -> C
     let mut canvas = Canvas::new(size.width(), above + below + MARGIN);
     if !title.is_empty() {
         let at = (MARGIN, MARGIN + 9.0);
-        canvas.text(at, title, LETTER + 1, Align::Left, Colour::Ink);
+        canvas.text(at, title, LETTER + 1, Align::Left);
     }
     let at = (MARGIN + left, MARGIN + title_height);
     legend.draw(&mut canvas, at, room - left);
@@ -191,13 +191,8 @@ impl<'a> Row<'a> {
                 height: self.frame_height,
             };
             let plot = Plot::new(figure, frame);
-            canvas.text(
-                (left, top + 8.0),
-                &plot.heading(),
-                LETTER,
-                Align::Left,
-                Colour::Ink,
-            );
+            let at = (left, top + 8.0);
+            canvas.text(at, &plot.heading(), LETTER, Align::Left);
             legend.draw(canvas, (frame.left, top + HEADING - 2.0), frame.width);
             plot.draw(canvas, self.is_lowest);
             left += self.width + BETWEEN;

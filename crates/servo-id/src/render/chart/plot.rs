@@ -87,7 +87,7 @@ impl<'a> Plot<'a> {
     pub(super) fn draw_power(&self, canvas: &mut Canvas) {
         if let Some(power) = self.vertical.power() {
             let at = (self.frame.left, self.frame.top - 3.0);
-            canvas.text(at, &format!("× {power}"), SMALL, Align::Left, Colour::Ink);
+            canvas.text(at, &format!("× {power}"), SMALL, Align::Left);
         }
     }
 
@@ -157,13 +157,13 @@ impl<'a> Plot<'a> {
         canvas.curve(corners.into_iter().chain([(left, top)]), AXIS);
         for (y, text) in self.vertical_ticks() {
             let at = (left - BEHIND_TICK, y + 2.0);
-            canvas.text(at, &text, TINY, Align::Right, Colour::Ink);
+            canvas.text(at, &text, TINY, Align::Right);
         }
         let power = self.vertical.power();
         let power = power.map_or_else(String::new, |power| format!(", × {power}"));
         let at = (left + BEHIND_TICK, top + 6.0);
         let name = format!("enlarged{power}");
-        canvas.text(at, &name, TINY, Align::Left, Colour::Ink);
+        canvas.text(at, &name, TINY, Align::Left);
     }
 
     /// Heights and texts of the ticks.
@@ -280,20 +280,20 @@ impl<'a> Plot<'a> {
         for (y, text) in self.vertical_ticks() {
             canvas.line((left - TICK, y), (left, y), AXIS);
             let at = (left - TICK - BEHIND_TICK, y + 2.5);
-            canvas.text(at, &text, SMALL, Align::Right, Colour::Ink);
+            canvas.text(at, &text, SMALL, Align::Right);
         }
         for (part, text) in self.horizontal.ticks() {
             let x = left + part * self.frame.width;
             canvas.line((x, bottom), (x, bottom + TICK), AXIS);
             if is_lowest {
                 let at = (x, bottom + TICK + 7.5);
-                canvas.text(at, &text, SMALL, Align::Middle, Colour::Ink);
+                canvas.text(at, &text, SMALL, Align::Middle);
             }
         }
         if is_lowest {
             let at = (0.5 * (left + right), bottom + 20.0);
             let name = self.horizontal.named(&self.figure.horizontal.name);
-            canvas.text(at, &name, super::canvas::LETTER, Align::Middle, Colour::Ink);
+            canvas.text(at, &name, super::canvas::LETTER, Align::Middle);
         }
     }
 }

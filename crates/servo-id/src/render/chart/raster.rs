@@ -97,7 +97,7 @@ impl Surface for Pixels {
         let ((x, y), size) = (label.at, label.size);
         let left = x - label.align.part() * font::width(&label.text, size);
         let outlines = font::outlines((left, y), &label.text, size, SCALE);
-        self.blend(&Mask::new(outlines.as_slice()), label.colour, 1.0);
+        self.blend(&Mask::new(outlines.as_slice()), Colour::Ink, 1.0);
     }
 
     fn cut(&mut self, frame: Option<Frame>) {

@@ -108,14 +108,13 @@ impl Frame {
     }
 }
 
-/// A text on its base line.
+/// A text on its base line, in ink.
 #[derive(Debug)]
 pub(super) struct Label {
     pub(super) at: (f64, f64),
     pub(super) text: String,
     pub(super) size: u32,
     pub(super) align: Align,
-    pub(super) colour: Colour,
 }
 
 /// A format that shapes are written in, one after the other.
