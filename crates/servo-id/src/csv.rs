@@ -7,8 +7,7 @@ use std::io::{self, Write};
 use host_sim::commission;
 use host_sim::result::SweepRun;
 use host_sim::scenario::LogSettings;
-use identifier_log::experiment;
-use identifier_log::{AxisKind, MotionUnit};
+use identifier_log::{AxisKind, MotionUnit, experiment};
 
 /// The columns of a log.
 const LOG: [&str; 4] = [

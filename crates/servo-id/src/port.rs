@@ -1,10 +1,9 @@
 //! A line to a chip: a serial port, or the TCP port of an emulator.
 
-use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
-use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::{fmt, thread};
 
 use drive_link::{Command, FrameError, Message, Receiver, Report, Request, frame};
 use serde::de::DeserializeOwned;

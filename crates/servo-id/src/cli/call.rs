@@ -1,8 +1,7 @@
 //! The call of the program, for reports.
 
-use std::env;
-use std::iter;
 use std::path::Path;
+use std::{env, iter};
 
 use crate::program;
 

@@ -5,8 +5,7 @@ use identifier_log::physical::Scale;
 use super::fault::Fault;
 use super::files::{self, Files};
 use super::firmware::FirmwareOptions;
-use super::kept_result;
-use super::standard_output;
+use super::{kept_result, standard_output};
 use crate::export::{Identified, Joint, JointFormat, Language};
 
 #[derive(Debug, clap::Args)]

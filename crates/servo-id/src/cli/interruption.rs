@@ -1,10 +1,9 @@
 //! Ctrl-C, and every other request to end the program: no file is left half written, and no drive driven.
 
-use std::io;
 use std::path::{Path, PathBuf};
-use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::{io, process};
 
 /// The exit status of a program that SIGINT ended, as shells have it.
 pub(super) const INTERRUPTED: u8 = 130;

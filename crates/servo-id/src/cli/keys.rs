@@ -4,8 +4,7 @@ use host_sim::scenario::keys::KEYS;
 use identifier_log::scenario::schema::schema;
 
 use super::fault::Fault;
-use super::standard_output;
-use super::terminal;
+use super::{standard_output, terminal};
 use crate::program;
 
 type Key = identifier_log::scenario::Key<Scenario>;

@@ -7,13 +7,12 @@ use identifier_log::MotionUnit;
 use identifier_log::experiment::Sample;
 use identifier_log::verdict::{Status, VerdictReason};
 
-use super::call;
 use super::fault::Fault;
-use super::interruption;
 use super::output::Results;
 use super::output_file::Output;
 use super::progress::Progress;
 use super::streamed::Streamed;
+use super::{call, interruption};
 use crate::csv::Rows;
 use crate::present::{self, Experiment, ExperimentTraces};
 
@@ -74,19 +73,14 @@ impl Recording {
         results: Results,
         found: &IdentifiedScenario,
     ) -> Result<Status, Fault> {
-        let IdentifiedScenario {
-            scenario,
-            summary,
-            seen,
-            ..
-        } = found;
+        let summary = &found.summary;
         let page = present::experiment(&Experiment {
             title: &self.title,
             command: &call::command(),
-            scenario,
+            scenario: &found.scenario,
             summary,
             traces: self.traces.as_ref(),
-            seen: seen.as_ref(),
+            seen: found.seen.as_ref(),
         });
         let written = [self.rows.map(|rows| rows.finish(Rows::finish))];
         results.publish(&page, 2, true, summary, written)?;

@@ -53,23 +53,16 @@ impl Replay<'_> {
             predict: LogFile::of_tables(&self.predict),
         };
         let origin = Origin::new(VERSION, task, text, self.scenario.noise_seed());
-        let Self {
-            scenario,
-            logs,
-            predict,
-            passes,
-            introduction,
-            ..
-        } = self;
+        let (scenario, passes) = (self.scenario, self.passes);
         let mut results = outputs.begin(&inputs, origin)?;
-        if let Some(introduction) = introduction {
+        if let Some(introduction) = self.introduction {
             results.save_scenario(introduction.save_scenario, &text.text)?;
             if !results.own_standard_output() {
                 show!("{}", introduction.text)?;
             }
         }
-        let count = logs.len();
-        let all = read_all(logs.into_iter().chain(predict), &scenario)?;
+        let count = self.logs.len();
+        let all = read_all(self.logs.into_iter().chain(self.predict), &scenario)?;
         let (learnt, predicted) = all.split_at(count);
         let samples = u64::from(passes) * learnt.iter().map(|log| log.samples).sum::<u64>();
         let mut recording =

@@ -4,12 +4,11 @@ use host_sim::identify_run;
 use host_sim::scenario::{Purpose, Scenario};
 use identifier_log::provenance::{Origin, ScenarioText, Task};
 
-use super::call;
 use super::fault::Fault;
-use super::formats;
 use super::output::Outputs;
 use super::recording::{Recording, interruptible};
 use super::required::Required;
+use super::{call, formats};
 use crate::VERSION;
 
 #[derive(Debug, clap::Args)]

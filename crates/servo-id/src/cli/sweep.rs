@@ -5,14 +5,12 @@ use host_sim::result::{Distribution, SweepResult};
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::sweep;
 
-use super::call;
 use super::fault::Fault;
 use super::files::Drawing;
-use super::interruption;
 use super::output::Documents;
 use super::progress::Progress;
-use crate::csv;
-use crate::present;
+use super::{call, interruption};
+use crate::{csv, present};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {

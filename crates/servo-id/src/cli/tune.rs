@@ -5,11 +5,10 @@ use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::tuning::{Goal, TuningError};
 use identifier_log::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 
-use super::call;
 use super::fault::Fault;
 use super::files::Drawing;
-use super::kept_result;
 use super::output::Documents;
+use super::{call, kept_result};
 use crate::present;
 
 #[derive(Debug, clap::Args)]

@@ -15,7 +15,7 @@ use identifier_core::identifier::{
     IdentifiableSet, MachineEstimates, ServoLoop,
 };
 use identifier_core::measurement::VelocityEstimate;
-use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, Unknowns};
+use identifier_core::parameters::{AbLoad, Parameter, ParameterSet, PerParameter, Unknowns};
 use identifier_core::settings::SettingsError;
 use identifier_log::tune::IdentifiedResult;
 
@@ -285,15 +285,11 @@ fn begin_at(scenario: &mut Scenario, result: &IdentifiedResult) {
     let parameters = parameters(scenario);
     let found = &result.servo.parameters;
     let initial = &mut scenario.stated.identifier.initial;
-    for &parameter in parameters {
-        let value = Some(parameter.value_in(found));
-        match parameter {
-            Parameter::A => initial.a = value,
-            Parameter::B => initial.b = value,
-            Parameter::Coulomb => initial.coulomb = value,
-            Parameter::Load => initial.load = value,
-        }
-    }
+    let stated = *initial;
+    *initial = PerParameter::from_fn(|parameter| match parameters.contains(&parameter) {
+        true => Some(found.get(parameter)),
+        false => stated.get(parameter),
+    });
 }
 
 /// The motion in which Gauss–Newton continues: the bandwidth that is stated or that of the PID, and the command of a
@@ -467,13 +463,7 @@ fn remarks(scenario: &Scenario, settings: &Settings, result: &IdentifiedResult) 
     let found = &result.servo.parameters;
     let begins: Vec<String> = parameters(scenario)
         .iter()
-        .map(|parameter| {
-            format!(
-                "{} = {}",
-                parameter.name(),
-                number(parameter.value_in(found))
-            )
-        })
+        .map(|parameter| format!("{} = {}", parameter.name(), number(found.get(*parameter))))
         .collect();
     let mut lines = vec![format!(
         "Estimator {}, {}, a sample every {} s; it starts at {} (SI).",

@@ -288,22 +288,13 @@ impl Joint {
     /// have.
     pub(super) fn remarks(&self) -> Vec<String> {
         let shown = |name: &str, quantity: PhysicalQuantity| {
-            let PhysicalQuantity {
-                value,
-                std_error,
-                unit,
-            } = quantity;
-            let error = std_error.map_or(String::new(), |error| {
+            let error = quantity.std_error.map_or(String::new(), |error| {
                 format!(" ± {:.1e}", crate::SIDES * error)
             });
-            format!("{name} {value:.4e}{error} {unit}")
+            format!("{name} {:.4e}{error} {}", quantity.value, quantity.unit)
         };
-        let Origin {
-            version,
-            law,
-            status,
-            logs,
-        } = &self.origin;
+        let own = &self.origin;
+        let (version, law, status, logs) = (&own.version, &own.law, &own.status, &own.logs);
         let mut lines = vec![format!(
             "{}: identified by {} {version}, estimator {law}, {status}; ± is the 95 % interval.",
             self.name,

@@ -14,7 +14,6 @@ mod figure;
 mod form;
 mod formats;
 mod log;
-mod noise;
 pub(crate) mod number;
 mod paper;
 mod physical;

@@ -18,7 +18,6 @@ fn is_unknown(value: f64, half: f64) -> bool {
 /// A value ± half of its interval of 95 %, both with the digits that two of the latter take. Without a standard error
 /// it is the value alone, with four digits. A dash where there is no value, or the standard error is infinite; "unknown"
 /// where that is far beyond the value.
-#[must_use]
 pub(crate) fn with_error(value: f64, std_error: Option<f64>) -> String {
     match std_error.map(|error| SIDES * error) {
         _ if !value.is_finite() => DASH.to_owned(),
@@ -38,7 +37,6 @@ pub(crate) fn with_error(value: f64, std_error: Option<f64>) -> String {
 }
 
 /// The part of a value within which it is known, in 95 % of cases.
-#[must_use]
 pub(crate) fn known_to(value: f64, std_error: Option<f64>) -> String {
     match std_error.map(|error| SIDES * error) {
         Some(half) if half < value.abs() => per_cent(half / value),
@@ -51,7 +49,6 @@ pub(crate) fn known_to(value: f64, std_error: Option<f64>) -> String {
 pub(crate) const DASH: &str = "–";
 
 /// Two digits that count.
-#[must_use]
 pub(crate) fn rough(value: f64) -> String {
     let order = value.abs().log10().floor();
     if value == 0.0 || !order.is_finite() {
@@ -66,7 +63,6 @@ pub(crate) fn rough(value: f64) -> String {
 }
 
 /// Four digits that count.
-#[must_use]
 pub(crate) fn figure(value: f64) -> String {
     if !value.is_finite() {
         return if value.is_nan() { "–" } else { "∞" }.to_owned();
@@ -85,7 +81,6 @@ pub(crate) fn figure(value: f64) -> String {
 }
 
 /// The same without zeros at its end.
-#[must_use]
 pub(crate) fn plain(value: f64) -> String {
     let text = figure(value);
     if text.contains('.') && !text.contains(['·', 'e']) {
@@ -109,7 +104,6 @@ fn large(value: f64, places: usize) -> String {
 }
 
 /// `10⁻³`.
-#[must_use]
 pub(crate) fn power_of_ten(power: i32) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let power = power.to_string();
@@ -121,7 +115,6 @@ pub(crate) fn power_of_ten(power: i32) -> String {
 }
 
 /// A part in per cent, two digits of it.
-#[must_use]
 pub(crate) fn per_cent(part: f64) -> String {
     let per_cent = 100.0 * part.abs();
     if !per_cent.is_finite() {
@@ -138,7 +131,6 @@ pub(crate) fn per_cent(part: f64) -> String {
 }
 
 /// Fixed decimals, with a typographic minus sign.
-#[must_use]
 pub(crate) fn fixed(value: f64, places: usize) -> String {
     let scale = 10_f64.powi(places as i32);
     let rounded = (value * scale).round() / scale;
@@ -152,7 +144,6 @@ pub(crate) fn fixed(value: f64, places: usize) -> String {
 }
 
 /// The same with its sign in any case.
-#[must_use]
 pub(crate) fn signed(value: f64, places: usize) -> String {
     let text = fixed(value, places);
     match text.strip_prefix('−') {
@@ -162,7 +153,6 @@ pub(crate) fn signed(value: f64, places: usize) -> String {
 }
 
 /// A text with its first letter large.
-#[must_use]
 pub(crate) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
@@ -170,7 +160,6 @@ pub(crate) fn capitalised(text: &str) -> String {
 }
 
 /// A text with its first letter large and a full stop.
-#[must_use]
 pub(crate) fn sentence(text: &str) -> String {
     let end = match text.ends_with('.') || text.is_empty() {
         true => "",

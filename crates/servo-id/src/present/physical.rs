@@ -1,6 +1,6 @@
 //! A servo in physical units, and its feed-forward.
 
-use identifier_log::physical::{Physical, PhysicalQuantity, VoltageGains};
+use identifier_log::physical::{PhysicalQuantity, VoltageGains};
 use identifier_log::result::Summary;
 
 use super::number::{known_to, with_error};
@@ -9,21 +9,14 @@ use super::{Block, Column, Table};
 /// The tables of a result whose scale of torques, or whose command in V, is stated.
 pub(super) fn tables(summary: &Summary) -> impl Iterator<Item = Block> {
     let physical = summary.physical.as_ref().map(|physical| {
-        let Physical {
-            inertia,
-            torque_constant,
-            viscous,
-            coulomb,
-            load,
-        } = *physical;
         table(
             "In physical units",
             &[
-                ("inertia", Some(inertia)),
-                ("viscous friction", Some(viscous)),
-                ("Coulomb friction", coulomb),
-                ("load", load),
-                ("torque per command unit", Some(torque_constant)),
+                ("inertia", Some(physical.inertia)),
+                ("viscous friction", Some(physical.viscous)),
+                ("Coulomb friction", physical.coulomb),
+                ("load", physical.load),
+                ("torque per command unit", Some(physical.torque_constant)),
             ],
         )
     });

@@ -6,7 +6,6 @@ use identifier_log::verdict::VerdictReason;
 use super::number::sentence;
 
 /// Steps in the order in which they are worth trying; none where nothing is to be done.
-#[must_use]
 pub(super) fn remedies(summary: &Summary) -> Vec<String> {
     let reason = summary.refused.as_ref().unwrap_or(&summary.verdict.reason);
     let mut steps = own_remedies(reason);

@@ -180,30 +180,20 @@ pub fn tuned_controller(tuned: &Tuned) -> String {
 }
 
 /// The controller as a scenario has it.
-#[must_use]
 pub(super) fn controller(tuning: &Tuning, sample_time: f64) -> String {
     let mut controller = ControllerSettings::tuned(tuning, [f64::NEG_INFINITY, f64::INFINITY]);
-    let ControllerSettings {
-        kp,
-        kd,
-        ki,
-        reference_filter,
-        notch,
-        feed_forward,
-        ..
-    } = &mut controller;
     let mut options = Options::blank();
     options.stated.sample_time = sample_time;
     options.stated.cutoff = tuning.cutoff;
     let mut rounded = vec![
-        kp,
-        kd,
-        ki,
-        reference_filter,
-        notch,
+        &mut controller.kp,
+        &mut controller.kd,
+        &mut controller.ki,
+        &mut controller.reference_filter,
+        &mut controller.notch,
         &mut options.stated.cutoff,
     ];
-    if let Some(led) = feed_forward {
+    if let Some(led) = &mut controller.feed_forward {
         rounded.extend([
             &mut led.bandwidth,
             &mut led.acceleration,
@@ -324,7 +314,6 @@ fn depends_on_friction(tuning: &Tuning, times: f64) -> bool {
 }
 
 /// The feed-forward as a formula.
-#[must_use]
 pub(super) fn feed_forward(of: &FeedForward) -> String {
     let FeedForward {
         acceleration,

@@ -8,8 +8,6 @@ use host_sim::commission::CommissionedAxis;
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::reason::Reason;
 
-use super::pins::SimulatedPins;
-
 /// An axis behind the pins of a chip.
 pub(super) struct SimulatedChip {
     axis: CommissionedAxis,
@@ -143,5 +141,19 @@ impl Actuator<f32> for Held {
     fn release(&mut self) -> Result<(), ()> {
         self.0 = None;
         Ok(())
+    }
+}
+
+/// The pins of a chip, led to a simulated servo.
+pub trait SimulatedPins: Chip {
+    /// Latches encoder and lines at the beginning of a sample.
+    fn begin_sample(&mut self) {}
+
+    /// Moves the servo until the next sample.
+    fn pass(&mut self, sample_time: f64);
+
+    /// The drive has power.
+    fn is_powered(&self) -> bool {
+        true
     }
 }

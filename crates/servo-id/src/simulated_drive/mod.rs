@@ -4,14 +4,11 @@
 mod chip;
 mod clock;
 mod flash;
-mod pins;
 mod wire;
 
-use std::fmt;
-use std::io;
 use std::net::{SocketAddr, TcpListener};
-use std::thread;
 use std::time::Duration;
+use std::{fmt, io, thread};
 
 use drive_link::{
     Command, Dither, Protection, Refusal, Report, Request, ServoChanges, Settings, TargetSource,
@@ -24,9 +21,9 @@ use host_sim::commission::CommissionedAxis;
 use host_sim::scenario::{Fault, Scenario};
 
 use self::chip::SimulatedChip;
+pub use self::chip::SimulatedPins;
 pub use self::clock::Clock;
 pub use self::flash::FlashInMemory;
-pub use self::pins::SimulatedPins;
 pub use self::wire::Wire;
 
 /// From the reading of the encoder to the change of the output, s: in the simulation there is none.
@@ -177,18 +174,14 @@ impl Board<'_> {
         configured: Option<Settings>,
         pins: &mut P,
     ) -> Result<(), Refusal> {
-        let Self {
-            listener,
-            stage,
-            built_in,
-            mut clock,
-        } = self;
+        let (stage, mut clock) = (self.stage, self.clock);
         let mut channel = Channel::new();
         let (background, interrupt, line) = channel.split();
         // A drive keeps its memory for ever, and a program has few drives.
         let memory = Box::leak(Box::new(Memory::new()));
         let records = Records::open(flash, 0, &stage);
-        let mut supervisor = Supervisor::new(background, memory, records, built_in, stage, Ok(()));
+        let mut supervisor =
+            Supervisor::new(background, memory, records, self.built_in, stage, Ok(()));
         let (board_test, _) = self_test(stage.board, || 0);
         supervisor.set_board_test(board_test);
         if let Some(settings) = configured {
@@ -202,7 +195,7 @@ impl Board<'_> {
         let mut conversation = Conversation::new();
         let mut wire = PolledLine::new(Wire::default(), LineListener::new(line));
         while pins.is_powered() {
-            if let Ok((line, _)) = listener.accept() {
+            if let Ok((line, _)) = self.listener.accept() {
                 wire.line().connect(line);
             }
             clock.update();

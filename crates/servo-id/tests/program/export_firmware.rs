@@ -65,7 +65,7 @@ fn assert_begins<N: Copy, I: MachineEstimates<N>>(
         let place = parameter as usize;
         let expected = estimates[place];
         let si = number(machine.get(parameter)) * units(source)[place];
-        for found in [parameter.value_in(&found), si] {
+        for found in [found.get(parameter), si] {
             let off = (found / expected - 1.0).abs();
             assert!(off < 1e-4, "{parameter:?}: {found}, {expected}");
         }

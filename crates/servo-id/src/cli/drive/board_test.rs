@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use drive_link::{BoardTest, Cycles, InterruptCycles, PROTOCOL, Status};
+use drive_link::{Cycles, InterruptCycles, PROTOCOL, Status};
 use drive_logic::{BOARD_TEST_INSTRUCTIONS, self_test};
 use serde::Serialize;
 
@@ -46,24 +46,19 @@ impl Arguments {
     pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
         let mut files = Files::reading(&[], self.force);
         let json = files.output(self.json.as_deref())?;
-        let BoardTest {
-            board,
-            servo_on_chip,
-            bits,
-            cycles,
-        } = client.board_test().map_err(fault)?;
+        let test = client.board_test().map_err(fault)?;
         let (own, _) = self_test("", || 0);
         let [mean, most] = BOARD_TEST_INSTRUCTIONS;
         let digits = |bits: [u64; 3]| bits.map(|bits| format!("{bits:016x}"));
         let tested = Tested {
             program: VERSION,
             protocol: PROTOCOL,
-            board: &board,
-            servo_on_chip,
-            bits: digits(bits),
+            board: &test.board,
+            servo_on_chip: test.servo_on_chip,
+            bits: digits(test.bits),
             expected_bits: digits(own.bits),
-            same_bits: bits == own.bits,
-            sample_cycles: cycles,
+            same_bits: test.bits == own.bits,
+            sample_cycles: test.cycles,
             sample_instructions: Cycles { mean, most },
             interrupt_cycles: status.interrupt_cycles,
             resets_in_time: status.boot.resets_in_time,

@@ -10,7 +10,7 @@ use identifier_log::verdict::Cause;
 
 use super::fault;
 use super::follow::{Event, follow, samples_in};
-use super::plan::{DrivePlan, Plan};
+use super::plan::Plan;
 use crate::cli::commission::Choices;
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
@@ -47,25 +47,20 @@ impl Arguments {
         let silent = files.own_standard_output();
 
         let settings = drive.settings().map_err(fault)?;
-        let DrivePlan {
-            configure,
-            order,
-            gains_before,
-            largest_motion,
-            link_timeout,
-        } = plan.for_drive(&settings, status)?;
-        if let Some(settings) = configure {
+        let planned = plan.for_drive(&settings, status)?;
+        if let Some(settings) = planned.configure {
             drive.configure(settings).map_err(fault)?;
         }
-        let before = gains_before.as_ref();
+        let (order, largest) = (&planned.order, &planned.largest_motion);
+        let before = planned.gains_before.as_ref();
         if !silent {
-            show!("{}", present::largest_motion(&largest_motion))?;
-            show!("{}", present::unseen_motion(&largest_motion))?;
+            show!("{}", present::largest_motion(largest))?;
+            show!("{}", present::unseen_motion(largest))?;
         }
 
         let every = samples_in(LINE_INTERVAL, order.sample_time);
         drive.watch(every).map_err(fault)?;
-        drive.commission(&order).map_err(fault)?;
+        drive.commission(order).map_err(fault)?;
         match show_progress(drive, order.sample_time) {
             Err(Fault::Interrupted(_)) => {
                 notify("stopping");
@@ -91,7 +86,7 @@ impl Arguments {
             end: CommissioningEnd::new(
                 time,
                 limits,
-                &largest_motion,
+                largest,
                 before,
                 &commissioning_outcome(&outcome),
                 &effects,
@@ -105,7 +100,7 @@ impl Arguments {
         let end = End {
             gains_before: before.is_some(),
             state,
-            link_timeout,
+            link_timeout: planned.link_timeout,
         };
         judged(&end, &outcome, &effects, silent)
     }

@@ -1,11 +1,10 @@
 use std::time::Instant;
 
-use drive_link::{Ended, Settings, State, Status};
+use drive_link::{Ended, State};
 
-use super::fault;
 use super::follow::{Event, follow, samples_in};
-use super::home;
 use super::status::{change_line, estimates_line, no_first_fit, snapshot_line};
+use super::{fault, home};
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
 use crate::drive::{AtEnd, Driven};
@@ -29,12 +28,8 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self, drive: &mut Driven) -> Result<(), Fault> {
-        let Settings {
-            closed_loop,
-            protection,
-            ..
-        } = drive.settings().map_err(fault)?;
-        let link_timeout = protection.link_timeout;
+        let settings = drive.settings().map_err(fault)?;
+        let link_timeout = settings.protection.link_timeout;
         if at_end(self.leave, link_timeout)? == AtEnd::Leave {
             drive.start().map_err(fault)?;
             if self.home {
@@ -43,7 +38,7 @@ impl Arguments {
             drive.leave();
             return Ok(());
         }
-        let every = samples_in(LINE_INTERVAL, closed_loop.core.sample_time);
+        let every = samples_in(LINE_INTERVAL, settings.closed_loop.core.sample_time);
         drive.watch(every).map_err(fault)?;
         drive.start().map_err(fault)?;
         if self.home {
@@ -62,27 +57,21 @@ impl Arguments {
                 drive.stop().map_err(fault)?;
                 Ok(Some(()))
             }
-            Some(Event::Status(Status {
-                rejection_reason: Some(rejection_reason),
-                ..
-            })) => {
-                let line = show!("{}", no_first_fit(rejection_reason));
-                printed = std::mem::replace(&mut printed, Ok(())).and(line);
-                Ok(None)
-            }
-            Some(Event::Status(status)) => {
-                if let Some(line) = change_line(&status) {
+            event => {
+                let line = match event {
+                    Some(Event::Status(status)) => match status.rejection_reason {
+                        Some(reason) => Some(no_first_fit(reason)),
+                        None => change_line(&status),
+                    },
+                    Some(Event::Snapshot(snapshot)) => Some(snapshot_line(&snapshot)),
+                    _ => None,
+                };
+                if let Some(line) = line {
                     let line = show!("{line}");
                     printed = std::mem::replace(&mut printed, Ok(())).and(line);
                 }
                 Ok(None)
             }
-            Some(Event::Snapshot(snapshot)) => {
-                let line = show!("{}", snapshot_line(&snapshot));
-                printed = std::mem::replace(&mut printed, Ok(())).and(line);
-                Ok(None)
-            }
-            _ => Ok(None),
         })?;
         drive.watch(0).map_err(fault)?;
         let status = drive.status().map_err(fault)?;

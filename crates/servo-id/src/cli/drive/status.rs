@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use drive_link::{Estimates, InterruptCycles, Settings, Snapshot, Status, TermSizes};
-use identifier_core::parameters::ServoParameters;
+use identifier_core::parameters::Parameter;
 use identifier_core::reason::Reason;
 
 use super::fault;
@@ -51,34 +51,22 @@ pub(super) fn snapshot_line(snapshot: &Snapshot) -> String {
 
 /// Estimates with their standard errors on one line.
 pub(super) fn estimates_line(estimates: &Estimates) -> String {
-    let Estimates {
-        servo:
-            ServoParameters {
-                a,
-                b,
-                coulomb,
-                load,
-            },
-        at_bounds,
-        standard_errors,
-        terms,
-    } = estimates;
-    let error = |bound: bool, error: fn(&ServoParameters) -> f64, digits: usize| match (
-        bound,
-        standard_errors,
-    ) {
-        (true, _) => " (at a bound)".to_owned(),
-        (false, Some(errors)) => format!(" ± {:.digits$}", SIDES * error(errors)),
-        (false, None) => String::new(),
+    let line = |parameter: Parameter| {
+        let (digits, unit) = match parameter {
+            Parameter::A => (4, "1/s"),
+            Parameter::B => (3, "rad/s²/u"),
+            Parameter::Coulomb | Parameter::Load => (3, "rad/s²"),
+        };
+        let error = match estimates.standard_errors {
+            _ if estimates.at_bounds.get(parameter) => " (at a bound)".to_owned(),
+            Some(errors) => format!(" ± {:.digits$}", SIDES * errors.get(parameter)),
+            None => String::new(),
+        };
+        let (name, value) = (parameter.name(), estimates.servo.get(parameter));
+        format!("{name} {value:.digits$}{error} {unit}")
     };
-    let mut line = format!(
-        "a {a:.4}{} 1/s, b {b:.3}{} rad/s²/u, coulomb {coulomb:.3}{} rad/s², load {load:.3}{} rad/s²",
-        error(at_bounds.a, |errors| errors.a, 4),
-        error(at_bounds.b, |errors| errors.b, 3),
-        error(at_bounds.coulomb, |errors| errors.coulomb, 3),
-        error(at_bounds.load, |errors| errors.load, 3)
-    );
-    for (unknown, size, error) in terms.iter().flat_map(TermSizes::entered) {
+    let mut line = Parameter::ALL.map(line).join(", ");
+    for (unknown, size, error) in estimates.terms.iter().flat_map(TermSizes::entered) {
         let (name, unit) = (unknown.name(), unknown.unit());
         let error = error.map_or_else(String::new, |error| {
             format!(" ± {:.2e}", SIDES * f64::from(error))

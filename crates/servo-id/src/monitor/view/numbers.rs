@@ -1,7 +1,7 @@
 //! The newest values, and the estimates.
 
 use drive_link::Estimates;
-use identifier_core::parameters::{PerParameter, ServoParameters};
+use identifier_core::parameters::Parameter;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
@@ -125,31 +125,22 @@ fn known(estimates: Option<&Estimates>) -> Vec<Line<'static>> {
     let Some(estimates) = estimates else {
         return vec![title, Line::from("  not known yet")];
     };
-    let row = |name: &str,
-               value: f64,
-               error: fn(&ServoParameters) -> f64,
-               bound: fn(&PerParameter<bool>) -> bool,
-               unit: &str| {
-        let text = if bound(&estimates.at_bounds) {
-            format!("{} (at a bound)", figure(value))
-        } else {
-            with_error(value, estimates.standard_errors.as_ref().map(error))
+    let row = |(name, parameter, unit): (&str, Parameter, &str)| {
+        let value = estimates.servo.get(parameter);
+        let errors = estimates.standard_errors;
+        let text = match estimates.at_bounds.get(parameter) {
+            true => format!("{} (at a bound)", figure(value)),
+            false => with_error(value, errors.map(|errors| errors.get(parameter))),
         };
         Line::from(format!("{name} {text} {unit}"))
     };
-    vec![
-        title,
-        row("a", estimates.servo.a, |e| e.a, |b| b.a, "1/s"),
-        row("b", estimates.servo.b, |e| e.b, |b| b.b, "rad/s²/u"),
-        row(
-            "c",
-            estimates.servo.coulomb,
-            |e| e.coulomb,
-            |b| b.coulomb,
-            "rad/s²",
-        ),
-        row("d", estimates.servo.load, |e| e.load, |b| b.load, "rad/s²"),
-    ]
+    let rows = [
+        ("a", Parameter::A, "1/s"),
+        ("b", Parameter::B, "rad/s²/u"),
+        ("c", Parameter::Coulomb, "rad/s²"),
+        ("d", Parameter::Load, "rad/s²"),
+    ];
+    [title].into_iter().chain(rows.map(row)).collect()
 }
 
 #[cfg(test)]

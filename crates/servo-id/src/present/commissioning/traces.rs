@@ -1,6 +1,6 @@
 //! Figures of a commissioning: its phases shaded, the limits drawn, and the step of the trial beside the predicted one.
 
-use commissioning::{CommissionSettings, Phase};
+use commissioning::Phase;
 use host_sim::commission::{FrequencyResponse, Outcome, Sample, StepResponse};
 use host_sim::scenario::Scenario;
 use identifier_core::parameters::ServoParameters;
@@ -64,12 +64,7 @@ impl Step {
 
 /// The figures of a commissioning, the step of its trial where there are gains.
 pub(super) fn figures(of: &Commissioned<'_>, traces: &CommissionTraces) -> Vec<Figure> {
-    let Commissioned {
-        scenario,
-        limits,
-        outcome,
-        ..
-    } = of;
+    let (scenario, limits, outcome) = (of.scenario, of.limits, of.outcome);
     let phases = outcome.course.phases.iter().map(|time_span| {
         let duration = time_span.end - time_span.begin;
         let name = time_span.phase.name();
@@ -119,22 +114,12 @@ pub(super) fn figures(of: &Commissioned<'_>, traces: &CommissionTraces) -> Vec<F
 /// The sensitivity of the loop under the gains that were found, with the measured lines; none where none were found.
 fn margins(scenario: &Scenario, outcome: &Outcome) -> Option<Figure> {
     let (servo, tuning) = (outcome.servo()?, outcome.tuning.as_ref()?);
-    let CommissionSettings {
-        sample_time,
-        resolution,
-        max_sensitivity,
-        limits,
-        ..
-    } = scenario.commission_settings().ok()?;
-    let [least, most] = limits.command;
+    let order = scenario.commission_settings().ok()?;
+    let [least, most] = order.limits.command;
+    let (command, step) = (most.min(-least), tuning.predicted_response.step);
     let settings = TuningSettings {
-        max_sensitivity,
-        ..TuningSettings::new(
-            sample_time,
-            resolution,
-            most.min(-least),
-            tuning.predicted_response.step,
-        )
+        max_sensitivity: order.max_sensitivity,
+        ..TuningSettings::new(order.sample_time, order.resolution, command, step)
     };
     let (lines, resonance) = match &outcome.response {
         Some(response) => (&response.lines[..], response.resonance.as_ref()),

@@ -4,10 +4,9 @@ use host_sim::scenario::Scenario;
 use identifier_core::parameters::{Parameter, Unknown};
 use identifier_log::MotionUnit;
 use identifier_log::analysis::Seen;
-use identifier_log::result::{BrakingForce, FitNotes, Summary};
+use identifier_log::result::{BrakingForce, FitNotes, SensorNoise, Summary};
 use identifier_log::tune::Tuned;
-use identifier_log::verdict::Residual;
-use identifier_log::verdict::{State, Status};
+use identifier_log::verdict::{Residual, State, Status};
 
 mod traces;
 
@@ -15,12 +14,10 @@ pub use traces::ExperimentTraces;
 
 use super::estimates::{self, Estimated};
 use super::log::Sentence;
-use super::noise::sensor_noise;
 use super::number::{figure, fixed, known_to, per_cent, plain, rough, sentence, with_error};
-use super::physical;
 use super::remedies::remedies;
 use super::tuning::{self, advice};
-use super::{Block, Figure, Page, Section, Tone, Verdict};
+use super::{Block, Figure, Page, Section, Tone, Verdict, physical};
 
 /// A run or a replay.
 #[derive(Debug, Clone, Copy)]
@@ -138,7 +135,7 @@ fn rows(of: &Experiment<'_>) -> Vec<Estimated> {
         row.is_at_bound = estimate.at_bound;
         // One fit to the whole record does not wander.
         row.wander = (is_known && summary.fit.is_none()).then_some(estimate.tail_std);
-        row.truth = summary.truth.map(|truth| parameter.value_in(&truth));
+        row.truth = summary.truth.map(|truth| truth.get(parameter));
         row.settled = settled.filter(|_| summary.truth.is_some() && summary.fit.is_none());
         Some(row)
     });
@@ -315,4 +312,26 @@ fn gains(of: &Experiment<'_>) -> (Vec<Block>, Vec<Figure>) {
             (vec![Block::Text(why)], Vec::new())
         }
     }
+}
+
+/// The noise in motion and at standstill, standard deviations; none where neither is known.
+fn sensor_noise(noise: &SensorNoise, unit: MotionUnit) -> Option<String> {
+    let parts = [
+        (noise.moving_counts.zip(noise.moving), "in motion"),
+        (
+            noise.standstill_counts.zip(noise.standstill),
+            "at standstill",
+        ),
+    ];
+    let known = parts.into_iter().filter_map(|(noise, when)| {
+        let (counts, size) = noise?;
+        Some(format!(
+            "{} counts ({} {}) {when}",
+            fixed(counts, 2),
+            figure(size),
+            unit.name()
+        ))
+    });
+    let known: Vec<String> = known.collect();
+    (!known.is_empty()).then(|| known.join(", "))
 }

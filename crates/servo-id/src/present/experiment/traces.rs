@@ -51,8 +51,8 @@ impl ExperimentTraces {
         let time = sample.time;
         for (envelope, parameter) in self.estimates.iter_mut().zip(Parameter::ALL) {
             let errors = sample.standard_errors.as_ref();
-            let half_width = errors.map(|errors| BAND_STANDARD_ERRORS * parameter.value_in(errors));
-            envelope.add(time, parameter.value_in(&sample.estimates), half_width);
+            let half_width = errors.map(|errors| BAND_STANDARD_ERRORS * errors.get(parameter));
+            envelope.add(time, sample.estimates.get(parameter), half_width);
         }
         self.position.add(time, sample.position, None);
         self.reference.add(time, sample.reference, None);
@@ -231,7 +231,7 @@ fn estimate(parameter: Parameter, summary: &Summary, envelope: &Envelope) -> Fig
     let figure = Figure::new(&title, TIME, &axis, vec![trace])
         .within(last.and_then(|last| around(last, envelope)));
     let figure = match summary.truth {
-        Some(truth) => figure.with_level("true", parameter.value_in(&truth)),
+        Some(truth) => figure.with_level("true", truth.get(parameter)),
         None => figure,
     };
     figure.with_settled_part()

@@ -79,12 +79,7 @@ impl Arguments {
 
 /// Ends the servo's motion, then the files, and prints how both ended.
 fn conclude(session: Session, ended: Result<(), End>) -> Result<(), Fault> {
-    let Session {
-        link,
-        mut recordings,
-        state,
-        ..
-    } = session;
+    let (link, mut recordings, state) = (session.link, session.recordings, session.state);
     let lost = |error: LinkError| {
         let link_timeout = state.settings().protection.link_timeout;
         Fault::Other(format!("{error}; {}", afterwards(link_timeout)))
