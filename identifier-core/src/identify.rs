@@ -75,7 +75,7 @@ pub trait Identify<N: Copy> {
     /// that has not [entered](Report::entered) it is its initial value.
     fn value_in(&self, shown: &Self::Snapshot, unknown: Unknown) -> Option<f64> {
         let parameter = unknown.parameter()?;
-        Some(parameter.value_in(&self.estimates_in(shown)))
+        Some(self.estimates_in(shown).get(parameter))
     }
 
     /// The knowledge besides the estimates, SI: for a PC or the background of a chip.

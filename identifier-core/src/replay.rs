@@ -4,10 +4,9 @@
 pub use crate::linalg::NormalEquations;
 
 use crate::measurement::angle::AngleSettings;
-use crate::model::IdentifiableSet;
 use crate::model::{
-    Acting, Amplifier, AmplifierState, FrictionStep, Innovation, KnownInputs, ModelValues,
-    ObserverModel, Response,
+    Acting, Amplifier, AmplifierState, FrictionStep, IdentifiableSet, Innovation, KnownInputs,
+    ModelValues, ObserverModel, Response,
 };
 use crate::parameters::{AllUnknowns, ServoParameters, Unknown};
 use crate::settings::TermSettings;
@@ -55,7 +54,7 @@ impl ReplayModel {
     ) -> Self {
         let place = |wanted| Unknown::ALL.iter().position(|&one| one == wanted);
         let mut sizes = Unknown::ALL.map(|unknown| match unknown.parameter() {
-            Some(parameter) => parameter.value_in(servo),
+            Some(parameter) => servo.get(parameter),
             None if unknown == Unknown::Delay => declared.delay,
             // A declared dead band is the amplifier's.
             None => 0.0,

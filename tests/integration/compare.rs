@@ -43,8 +43,8 @@ fn at_its_best(law: Estimator) -> Scenario {
 fn assert_found(summary: &Summary, parameters: &[Parameter]) {
     let truth = summary.truth.expect("a simulated servo");
     for &parameter in parameters {
-        let off = summary.estimate(parameter).expect("it is estimated").value
-            - parameter.value_in(&truth);
+        let off =
+            summary.estimate(parameter).expect("it is estimated").value - truth.get(parameter);
         let tolerance = match parameter {
             Parameter::A => 0.1,
             Parameter::B => 0.02 * truth.b,

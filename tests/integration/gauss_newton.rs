@@ -36,7 +36,7 @@ fn covered(summaries: &[Summary], parameter: Parameter) -> usize {
         .iter()
         .filter(|summary| {
             let estimate = summary.estimate(parameter).expect("estimated");
-            let error = estimate.last - parameter.value_in(&summary.truth.expect("known"));
+            let error = estimate.last - summary.truth.expect("known").get(parameter);
             error.abs() < 2.0 * estimate.std_error.expect("the law has one")
         })
         .count()
@@ -67,7 +67,7 @@ fn standard_errors_cover_the_truth() {
     ] {
         let square = summaries.iter().map(|summary| {
             let estimate = summary.estimate(parameter).expect("estimated");
-            let error = estimate.last - parameter.value_in(&summary.truth.expect("known"));
+            let error = estimate.last - summary.truth.expect("known").get(parameter);
             (error / estimate.std_error.expect("the law has one")).powi(2)
         });
         let size = (square.sum::<f64>() / runs as f64).sqrt();

@@ -74,7 +74,7 @@ impl Online {
         let identifier = self.identifier();
         let estimated = identifier.estimated();
         let named = |found: &ServoParameters| -> Named {
-            let of = |one: &Parameter| (one.name(), one.value_in(found));
+            let of = |one: &Parameter| (one.name(), found.get(*one));
             estimated.iter().map(of).collect()
         };
         let bounds = identifier.at_bounds();

@@ -44,8 +44,8 @@ pub(crate) fn sweep<'py>(
         ["true_coulomb", "coulomb"],
         ["true_load", "load"],
     ]) {
-        columns.push((truth, column(&|run| parameter.value_in(&run.truth))));
-        columns.push((found, column(&|run| parameter.value_in(&run.found))));
+        columns.push((truth, column(&|run| run.truth.get(parameter))));
+        columns.push((found, column(&|run| run.found.get(parameter))));
     }
     let statuses = runs.iter().map(|run| run.status.name()).collect();
     Ok((by_name(py, columns)?, statuses))

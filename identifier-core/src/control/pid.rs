@@ -96,7 +96,6 @@ pub(crate) struct Command<N> {
 
 impl<N: Arithmetic> Pid<N> {
     /// The control law for SI gains and a command limit.
-    #[must_use]
     pub(crate) fn new(
         units: &Units,
         gains: &Gains,

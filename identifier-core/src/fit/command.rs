@@ -43,13 +43,11 @@ impl<N: Number> HeldCommand<N> {
     }
 
     /// For how long it acts, blocks.
-    #[must_use]
     pub(super) fn time(&self) -> N {
         self.to - self.from
     }
 
     /// The additional distance per unit of gain because it falls, over the square of the time, command units.
-    #[must_use]
     pub(super) fn first_moment(&self) -> N {
         N::from_f64(1.0 / 12.0) * self.falls * self.time()
     }

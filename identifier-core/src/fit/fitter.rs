@@ -9,8 +9,7 @@ use super::{A, B, FitResult, FitterConfig, Prior, QUANTISATION_VARIANCE};
 use crate::constants::{Encode, encode};
 use crate::linalg::NormalEquations;
 use crate::measurement::direction::direction;
-use crate::model::IdentifiableSet;
-use crate::model::{FrictionStep, ModelValues};
+use crate::model::{FrictionStep, IdentifiableSet, ModelValues};
 use crate::number::Number;
 use crate::parameters::{PerQuantity, Unknown, Unknowns, unknowns_fingerprint};
 

@@ -7,8 +7,7 @@ use super::command::HeldCommand;
 use super::fitter::{Fit, Fitter};
 use super::pass::Pass;
 use super::record::Blocks;
-use crate::model::IdentifiableSet;
-use crate::model::{Acting, FrictionPhase, ModelValues, MovingStep, sensitivity};
+use crate::model::{Acting, FrictionPhase, IdentifiableSet, ModelValues, MovingStep, sensitivity};
 use crate::number::Number;
 use crate::parameters::Unknown;
 

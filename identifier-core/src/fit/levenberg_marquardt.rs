@@ -112,11 +112,8 @@ impl<N: Number, const Q: usize, T: Copy> Descent<N, Q, T> {
         DescentStep { free, factor }: &mut DescentStep<N, Q>,
         [low, high]: [&[N; P]; 2],
     ) -> Option<Option<[N; Q]>> {
-        let Explanation {
-            unknowns,
-            equations,
-            ..
-        } = self.best()?;
+        let best = self.best()?;
+        let (unknowns, equations) = (&best.unknowns, &best.equations);
         let Some(step) = equations.solve_on(factor) else {
             return Some(None);
         };

@@ -71,9 +71,8 @@ mod word;
 
 use fixed::types::I16F16;
 
-use crate::AB;
 use crate::control::{Setpoint, Unshaped};
-use crate::{GradientLoop, GradientLoopState};
+use crate::{AB, GradientLoop, GradientLoopState};
 
 pub use word::Word;
 

@@ -202,7 +202,6 @@ fn proportional_gain_floor(gains: &Gains, parameter_range: &ParameterRange, mu: 
 ///
 /// Without integral action a small μ has no cost and no benefit. It is then half of what 2. allows, and below the limit
 /// of 1. A larger μ gives more weight to the position and less to its derivative with the encoder's noise.
-#[must_use]
 pub(crate) fn automatic_mu(gains: &Gains, parameter_range: &ParameterRange) -> f64 {
     /// Distance kept from the limit of 1.
     const MARGIN: f64 = 0.9;

@@ -59,7 +59,6 @@ pub(crate) struct GradientStep<N, const P: usize> {
 impl<N: Arithmetic, const P: usize> GradientStep<N, P> {
     /// True if the guard leaves the whole step; false for NaN.
     #[inline(always)]
-    #[must_use]
     pub(crate) fn is_gentle(&self) -> bool {
         // Where ε or ε̇ is infinite or NaN the regressor is too, and the comparison is false.
         self.strength <= self.strongest
@@ -129,7 +128,6 @@ impl<N: Arithmetic, const P: usize> Gradient<N, P> {
     }
 
     /// Which of the estimates are at a bound.
-    #[must_use]
     pub(crate) fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         self.projection.at_bounds(estimates)
     }

@@ -21,7 +21,6 @@ encode! {
 
 impl<N: Arithmetic, const P: usize> Projection<N, P> {
     /// The parameter range from `low` to `high`, machine units.
-    #[must_use]
     pub(crate) fn new(low: [N; P], high: [N; P]) -> Self {
         Self {
             low,
@@ -31,7 +30,6 @@ impl<N: Arithmetic, const P: usize> Projection<N, P> {
     }
 
     /// Which estimates are at a bound.
-    #[must_use]
     pub(crate) fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         core::array::from_fn(|i| estimates[i] <= self.low[i] || estimates[i] >= self.high[i])
     }

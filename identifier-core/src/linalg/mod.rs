@@ -3,7 +3,6 @@
 mod factors;
 mod normal_equations;
 
-pub(crate) use factors::Lower;
-pub(crate) use factors::{Factors, Measurement};
+pub(crate) use factors::{Factors, Lower, Measurement};
 pub(crate) use normal_equations::Factor;
 pub use normal_equations::NormalEquations;

@@ -179,12 +179,7 @@ impl<N: Number, const Q: usize> Factor<N, Q> {
     }
 
     fn solve(&self, right: &[N; Q]) -> [N; Q] {
-        let Self {
-            scale,
-            lower,
-            inverse,
-            ..
-        } = self;
+        let (scale, lower, inverse) = (&self.scale, &self.lower, &self.inverse);
         let mut x: [N; Q] = core::array::from_fn(|i| right[i] * scale[i]);
         for i in 0..Q {
             for k in 0..i {

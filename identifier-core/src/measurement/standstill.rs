@@ -57,7 +57,6 @@ impl<N: Arithmetic> Standstill<N> {
     pub(crate) const PAUSE: f64 = 0.02;
 
     /// For a loop with these units.
-    #[must_use]
     pub(crate) fn new(units: &Units, scales: &FullScales) -> Self {
         let patience = libm::ceil(Self::PATIENCE / units.sample_time());
         let hidden = 2.0 * Self::SLIP / (patience * patience);
@@ -70,7 +69,6 @@ impl<N: Arithmetic> Standstill<N> {
     }
 
     /// A servo at standstill from the start.
-    #[must_use]
     pub(crate) fn at_rest(&self) -> Rest<N> {
         Rest {
             away: N::ZERO,
@@ -81,7 +79,6 @@ impl<N: Arithmetic> Standstill<N> {
 
     /// True if the servo has stayed within a slip for a [`Standstill::PAUSE`].
     #[inline(always)]
-    #[must_use]
     pub(crate) fn is_paused(&self, rest: &Rest<N>) -> bool {
         rest.still >= self.pause
     }
@@ -101,7 +98,6 @@ impl<N: Arithmetic> Standstill<N> {
     }
 
     /// The acceleration (machine units) that moves a servo by no more than a slip within that time.
-    #[must_use]
     pub(crate) fn hidden_acceleration(&self) -> N {
         self.hidden
     }

@@ -57,7 +57,6 @@ impl<N: Number, const L: usize> Amplifier<N, L> {
     };
 
     /// A dead band (command units), a delay (samples) and the time constant of a current loop (samples). Zero is none.
-    #[must_use]
     pub(crate) fn new(dead_band: f64, delay: f64, current_loop: f64) -> Self {
         let whole = libm::floor(delay);
         let part = delay - whole;

@@ -26,7 +26,6 @@ encode! {
 
 impl<N: Arithmetic> CommandCorrection<N> {
     /// The correction with the gains of a PID: the user's own gives the paper's loop.
-    #[must_use]
     pub(crate) fn new(units: &Units, gains: &Gains, scales: &FullScales) -> Self {
         let (terms, wanted) = PidTerms::new(units, gains, scales, scales.rate(), true);
         let most = if N::IS_FIXED {

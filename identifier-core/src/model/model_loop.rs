@@ -108,14 +108,12 @@ impl<N: Arithmetic, F: Default> ModelState<N, F> {
     }
 
     /// At rest at the servo's position.
-    #[must_use]
     pub(crate) fn at_rest() -> Self {
         Self::new(N::ZERO.sum(), Motion::none())
     }
 
     /// The state that moves with the servo at a velocity (machine units). It is for an identifier that joins a loop in
     /// motion before the next sample. The correction's integral is kept.
-    #[must_use]
     pub(crate) fn alongside(&self, velocity: N) -> Self {
         Self::new(self.integral_error, Motion::steady(velocity.saturated()))
     }
@@ -153,7 +151,6 @@ impl<N: Arithmetic, F: Default> ModelState<N, F> {
 
 impl<N: Arithmetic, V: VelocityEstimate<N>> ModelLoop<N, V> {
     /// The loop with a velocity filter for ε̇ and the gains of its correction.
-    #[must_use]
     pub(crate) fn new(velocity: V, units: &Units, gains: &Gains, scales: &FullScales) -> Self {
         Self {
             velocity,

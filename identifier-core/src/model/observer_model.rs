@@ -39,7 +39,6 @@ pub(crate) struct Innovation<N> {
 impl<N: Number> Innovation<N> {
     /// A double pole at ω T: l₁ = 2 ω, l₂ = ω².
     #[inline]
-    #[must_use]
     pub(crate) fn critically_damped(omega: N) -> Self {
         Self {
             position: omega + omega,
@@ -50,7 +49,6 @@ impl<N: Number> Innovation<N> {
 
 impl<N: Number> ObserverModel<N> {
     /// At the servo's position, with a velocity (counts per sample).
-    #[must_use]
     pub(crate) fn alongside(velocity: N) -> Self {
         Self {
             error: N::ZERO,

@@ -103,7 +103,6 @@ impl<N: Number, const Q: usize> Tangents<N, Q> {
 
 /// The acceleration per unit of an unknown over a sample. On the whole the model moved in one direction.
 #[inline]
-#[must_use]
 pub(crate) fn sensitivity<N: Number>(
     values: &ModelValues<N>,
     unknown: Unknown,

@@ -55,7 +55,6 @@ pub(crate) struct ModelValues<N: Number> {
 impl<N: Number> ModelValues<N> {
     /// The model of a set with these values.
     #[inline]
-    #[must_use]
     pub(crate) fn from_values<S: UnknownSet<P>, const P: usize>(values: &[N; P]) -> Self {
         let mut parameters = ModelParameters {
             x: N::ZERO,

@@ -87,7 +87,6 @@ impl<N: Arithmetic> ZeroOrderHoldStep<N> {
     pub(crate) const LARGEST_RATE: f64 = 0.5;
 
     /// The step; it has no parameter.
-    #[must_use]
     pub(crate) fn new() -> Self {
         let mut factorial = 1.0;
         let mut sign = 1.0;

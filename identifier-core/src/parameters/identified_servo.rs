@@ -57,13 +57,8 @@ impl IdentifiedServo {
     /// [a, b, c, τ, d], SI.
     #[must_use]
     pub fn values(&self) -> [f64; 5] {
-        let ServoParameters {
-            a,
-            b,
-            coulomb,
-            load,
-        } = self.parameters;
-        [a, b, coulomb, self.delay, load]
+        let own = &self.parameters;
+        [own.a, own.b, own.coulomb, self.delay, own.load]
     }
 
     /// The standard error of an unknown by its place.

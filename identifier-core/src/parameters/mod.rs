@@ -58,10 +58,4 @@ impl Parameter {
     pub fn scale(self, units: &Units) -> f64 {
         self.unknown().scale(units)
     }
-
-    /// Its value in a servo.
-    #[must_use]
-    pub fn value_in(self, servo: &ServoParameters) -> f64 {
-        servo.get(self)
-    }
 }

@@ -18,19 +18,13 @@ pub(crate) struct ModelParameters<N: Arithmetic> {
 impl<N: Arithmetic> ModelParameters<N> {
     /// The model of a parameter set with these values.
     #[inline]
-    #[must_use]
     pub(crate) fn from_values<S: ParameterSet<P>, const P: usize>(values: &[N; P]) -> Self {
-        let PerParameter {
-            a,
-            b: gain,
-            coulomb,
-            load,
-        } = PerParameter::of_set::<S, P>(values, N::ZERO);
+        let values = PerParameter::of_set::<S, P>(values, N::ZERO);
         Self {
-            x: a.as_factor(),
-            gain,
-            coulomb,
-            load,
+            x: values.a.as_factor(),
+            gain: values.b,
+            coulomb: values.coulomb,
+            load: values.load,
         }
     }
 }
@@ -38,19 +32,12 @@ impl<N: Arithmetic> ModelParameters<N> {
 impl<N: Number> ModelParameters<N> {
     /// The parameters by name.
     #[inline]
-    #[must_use]
     pub(crate) fn per_parameter(self) -> PerParameter<N> {
-        PerParameter {
-            a: self.x,
-            b: self.gain,
-            coulomb: self.coulomb,
-            load: self.load,
-        }
+        PerParameter::new(self.x, self.gain, self.coulomb, self.load)
     }
 
     /// The parameters in SI.
     #[inline]
-    #[must_use]
     pub(crate) fn to_si(self, units: &Units) -> ServoParameters {
         let machine = PerQuantity::machine(units);
         ServoParameters::new(

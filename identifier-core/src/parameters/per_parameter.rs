@@ -68,7 +68,6 @@ impl<T: Copy> PerParameter<T> {
 
     /// Those of a set; `none` for a parameter that it does not have.
     #[inline]
-    #[must_use]
     pub(crate) fn of_set<S: ParameterSet<P>, const P: usize>(values: &[T; P], none: T) -> Self {
         let mut all = Self::all(none);
         each::<P>(|i| match S::PARAMETERS[i] {

@@ -5,8 +5,7 @@ use super::recursion::{Mode, Recursion};
 use crate::fit::place_of;
 use crate::identify::{Event, Update};
 use crate::linalg::Factors;
-use crate::model::IdentifiableSet;
-use crate::model::{Acting, ModelValues, ObserverModel};
+use crate::model::{Acting, IdentifiableSet, ModelValues, ObserverModel};
 use crate::number::Number;
 use crate::parameters::Unknown;
 

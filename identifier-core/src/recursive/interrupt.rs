@@ -5,8 +5,7 @@ use super::uncertainty::EstimateUncertainty;
 use crate::error::StepError;
 use crate::fit::{NumberedBlock, Recorder};
 use crate::identify::{Event, Identify, MachineEstimates, Report, Update, check};
-use crate::model::IdentifiableSet;
-use crate::model::{KnownInputs, ModelValues};
+use crate::model::{IdentifiableSet, KnownInputs, ModelValues};
 use crate::number::Number;
 use crate::parameters::{Parameter, PerParameter, ServoParameters, Unknown};
 

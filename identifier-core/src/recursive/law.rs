@@ -140,7 +140,6 @@ pub(crate) enum GaussNewtonStep<N, const P: usize> {
 impl<N: Number, S: IdentifiableSet<P>, const P: usize> GaussNewtonState<N, S, P> {
     /// The estimates.
     #[inline]
-    #[must_use]
     pub(crate) fn estimates(&self) -> [N; P] {
         from_fn(N::ZERO, |i| self.estimates[i].value())
     }
@@ -265,7 +264,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     /// The state from estimates that count as known.
-    #[must_use]
     pub(crate) fn start<S: IdentifiableSet<P>>(
         &self,
         estimates: &[N; P],
@@ -303,7 +301,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
     }
 
     /// Which of the estimates are at a bound.
-    #[must_use]
     pub(crate) fn at_bounds(&self, estimates: &[N; P]) -> [bool; P] {
         core::array::from_fn(|i| {
             self.low[i] < self.high[i]
@@ -516,7 +513,6 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
 
     /// The errors of the estimates.
     #[inline]
-    #[must_use]
     pub(crate) fn uncertainty<S: IdentifiableSet<P>>(
         &self,
         state: &GaussNewtonState<N, S, P>,

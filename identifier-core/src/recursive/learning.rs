@@ -2,9 +2,9 @@ use super::GaussNewtonRecursion;
 use super::law::GaussNewtonStep;
 use super::recursion::{Mode, Recursion};
 use crate::identify::{Event, Update};
-use crate::model::IdentifiableSet;
 use crate::model::{
-    Acting, FrictionPhase, Innovation, KnownInputs, ModelValues, ObserverModel, Tangents,
+    Acting, FrictionPhase, IdentifiableSet, Innovation, KnownInputs, ModelValues, ObserverModel,
+    Tangents,
 };
 use crate::number::Number;
 use crate::parameters::PerQuantity;

@@ -1,7 +1,6 @@
 use super::law::GaussNewtonState;
 use super::load_step::LoadStepDetector;
-use crate::model::IdentifiableSet;
-use crate::model::{ObserverModel, Response, Tangents};
+use crate::model::{IdentifiableSet, ObserverModel, Response, Tangents};
 use crate::number::Number;
 use crate::parameters::Terms;
 use crate::unrolled::each;

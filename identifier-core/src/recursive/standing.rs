@@ -1,8 +1,7 @@
 use super::GaussNewtonRecursion;
 use super::recursion::Recursion;
 use crate::identify::Event;
-use crate::model::IdentifiableSet;
-use crate::model::{Acting, FrictionPhase, Innovation, ObserverModel, Tangents};
+use crate::model::{Acting, FrictionPhase, IdentifiableSet, Innovation, ObserverModel, Tangents};
 use crate::number::Number;
 use crate::parameters::Unknown;
 

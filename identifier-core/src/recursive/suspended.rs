@@ -1,8 +1,7 @@
 use super::GaussNewtonRecursion;
 use super::recursion::{Mode, Recursion};
 use crate::identify::Event;
-use crate::model::IdentifiableSet;
-use crate::model::{Acting, FrictionPhase, Innovation, ObserverModel, Tangents};
+use crate::model::{Acting, FrictionPhase, IdentifiableSet, Innovation, ObserverModel, Tangents};
 use crate::number::Number;
 
 impl<N, S, const P: usize, const W: usize> GaussNewtonRecursion<N, S, P, W>

@@ -1,8 +1,7 @@
 use super::GaussNewtonRecursion;
 use super::law::GaussNewtonState;
 use super::recursion::{Entered, Recursion};
-use crate::model::IdentifiableSet;
-use crate::model::ModelValues;
+use crate::model::{IdentifiableSet, ModelValues};
 use crate::number::Number;
 use crate::parameters::{PerQuantity, Term, Unknown, UsualSizes};
 

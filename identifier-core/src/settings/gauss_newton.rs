@@ -3,8 +3,7 @@ use core::marker::PhantomData;
 use super::fitting::{Listening, MAX_BANDWIDTH_PER_SAMPLE};
 use super::{FromSettings, Settings, SettingsError};
 use crate::fit::{Blocking, Fitter, place_of};
-use crate::model::FrictionStep;
-use crate::model::{IdentifiableSet, KnownInputs};
+use crate::model::{FrictionStep, IdentifiableSet, KnownInputs};
 use crate::number::Number;
 use crate::parameters::{Parameter, Unknown};
 use crate::recursive::{

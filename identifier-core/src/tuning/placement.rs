@@ -174,24 +174,20 @@ impl Placement {
 
     /// The cap that forbids a design, of those that need no frequency response.
     pub(super) fn forbids(&self, design: &Design) -> Option<Cap> {
-        let TuningSettings {
-            sample_time,
-            command,
-            step,
-            resonance,
-            ..
-        } = self.settings;
-        let largest = step * design.command_of_step();
-        let crossover = Self::crossover(design);
-        let resonates =
-            resonance.is_some_and(|lowest| Self::RESONANCE_OVER_CROSSOVER * crossover > lowest);
-        if design.bandwidth * sample_time > Self::LARGEST_BANDWIDTH {
+        let settings = &self.settings;
+        let largest = settings.step * design.command_of_step();
+        let resonates = settings.resonance.is_some_and(|lowest| {
+            Self::RESONANCE_OVER_CROSSOVER * Self::crossover(design) > lowest
+        });
+        if design.bandwidth * settings.sample_time > Self::LARGEST_BANDWIDTH {
             Some(Cap::Delay)
-        } else if largest > command || design.kp.max(design.kd).max(design.ki) > Gains::LARGEST {
+        } else if largest > settings.command
+            || design.kp.max(design.kd).max(design.ki) > Gains::LARGEST
+        {
             Some(Cap::CommandLimit)
         } else if resonates {
             Some(Cap::Resonance)
-        } else if design.noise > self.settings.allowed_noise() {
+        } else if design.noise > settings.allowed_noise() {
             Some(Cap::EncoderNoise)
         } else {
             None
@@ -214,9 +210,7 @@ impl Placement {
         let first = design.kp + damping;
         let later = damping * damping * g / (2.0 - g);
         design.cutoff = cutoff;
-        let TuningSettings {
-            resolution, noise, ..
-        } = self.settings;
+        let (resolution, noise) = (self.settings.resolution, self.settings.noise);
         let variance = resolution * resolution / 12.0 + noise * noise;
         design.noise = libm::sqrt(variance * (first * first + later));
     }

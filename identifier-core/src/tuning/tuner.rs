@@ -233,26 +233,16 @@ impl TuningSettings {
 
 impl Found {
     fn tuning(&self, predicted_response: super::PredictedResponse) -> Tuning {
-        let Design {
-            bandwidth,
-            kp,
-            kd,
-            ki,
-            cutoff,
-            reference_filter,
-            notch,
-            feed_forward,
-            ..
-        } = self.design;
+        let design = &self.design;
         Tuning {
-            kp,
-            kd,
-            ki,
-            cutoff,
-            reference_filter,
-            notch,
-            feed_forward,
-            bandwidth,
+            kp: design.kp,
+            kd: design.kd,
+            ki: design.ki,
+            cutoff: design.cutoff,
+            reference_filter: design.reference_filter,
+            notch: design.notch,
+            feed_forward: design.feed_forward,
+            bandwidth: design.bandwidth,
             cap: self.cap,
             predicted_response,
         }

@@ -146,7 +146,7 @@ fn assert_alike(estimates: [ServoParameters; 2], tolerance: f64) {
         (Parameter::Coulomb, 10.0),
         (Parameter::Load, 20.0),
     ] {
-        let [exact, found] = estimates.each_ref().map(|found| of.value_in(found));
+        let [exact, found] = estimates.each_ref().map(|found| found.get(of));
         let off = (found - exact).abs();
         assert!(off < tolerance * size, "{exact} in words {found}");
     }
@@ -379,7 +379,7 @@ where
         prop_assert!(applied >= low - room && applied <= high + room, "{applied}");
         let found = shown(identifier, state.identification());
         for parameter in S::PARAMETERS {
-            let value = parameter.value_in(&found);
+            let value = found.get(parameter);
             let bounds = identifier.bounds(parameter).expect("one of the set");
             let room = 1e-6 * (bounds.max() - bounds.min());
             let within = value >= bounds.min() - room && value <= bounds.max() + room;

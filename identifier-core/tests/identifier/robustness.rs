@@ -148,7 +148,7 @@ where
         identifier.work(&mut state, 100);
         let finite = |found: ServoParameters| {
             let mut all = Parameter::ALL.iter();
-            all.all(|of| of.value_in(&found).is_finite())
+            all.all(|of| found.get(*of).is_finite())
         };
         let found = shown(&identifier, &state);
         let errors = identifier.report(&state).errors_of_parameters();

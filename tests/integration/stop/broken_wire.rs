@@ -2,10 +2,9 @@
 
 use drive_link::{Command, Fault, Refusal, State};
 
-use super::LIMIT;
 use super::host::Host;
 use super::machine::BYTE;
-use super::settings;
+use super::{LIMIT, settings};
 
 /// Rate of the samples, Hz.
 const RATE: u32 = 10_000;

@@ -6,9 +6,8 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use drive_chip::bus::Register;
-use drive_chip::line_timer;
 use drive_chip::serial::{self, Port, Ring};
-use drive_chip::{Bus, F4};
+use drive_chip::{Bus, F4, line_timer};
 use drive_logic::{LineListener, Sampler};
 
 use super::durations::Durations;

@@ -34,11 +34,11 @@ fn wrongness(summary: &Summary, kind: &Kind) -> f64 {
     let truth = summary.truth.expect("known");
     let off = |parameter: Parameter| {
         let found = summary.estimate(parameter)?.value;
-        Some((found - parameter.value_in(&truth)).abs())
+        Some((found - truth.get(parameter)).abs())
     };
     let push = 0.01 * truth.b * kind.command;
     let force = |parameter: Parameter| {
-        let allowed = (0.2 * parameter.value_in(&truth).abs()).max(push);
+        let allowed = (0.2 * truth.get(parameter).abs()).max(push);
         off(parameter).unwrap_or(0.0) / allowed
     };
     let b = off(Parameter::B).unwrap_or(0.0) / (0.05 * truth.b);
@@ -147,7 +147,7 @@ fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
             Parameter::Load,
         ] {
             let estimate = summary.estimate(parameter).expect("estimated");
-            let error = (estimate.last - parameter.value_in(&summary.truth.expect("known"))).abs();
+            let error = (estimate.last - summary.truth.expect("known").get(parameter)).abs();
             all += 1;
             let within = estimate
                 .std_error

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use host_sim::scenario::Scenario;
 use identifier_log::result::Summary;
-use identifier_log::verdict::Cause;
-use identifier_log::verdict::Status;
+use identifier_log::verdict::{Cause, Status};
 use integration_tests::{factor, in_parallel, run};
 
 use super::campaign::{ALL_FOUR, KINDS, Kind};

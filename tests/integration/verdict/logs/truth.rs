@@ -13,7 +13,7 @@ use integration_tests::logs::RecordedLog;
 ///   a load to any of them.
 pub(super) fn truth(parameter: Parameter, log: &RecordedLog) -> [f64; 2] {
     let setup = &log.setup;
-    let own = parameter.value_in(&setup.servo);
+    let own = setup.servo.get(parameter);
     let samples = [setup.skipped, setup.skipped + setup.samples];
     let drifting = |rate: f64| samples.map(|sample| 1.0 + rate * sample as f64 * setup.sample_time);
     let in_time = match parameter {
