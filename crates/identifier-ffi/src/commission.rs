@@ -170,12 +170,9 @@ impl Error {
     fn commission(error: &CommissionError) -> Self {
         let (parameter, value, allowed) = match *error {
             CommissionError::Range(error) => {
-                let field = |name| {
-                    if name == "command" {
-                        "limit"
-                    } else {
-                        of_loop(name)
-                    }
+                let field = |name| match name {
+                    "command" => "limit",
+                    name => of_loop(name),
                 };
                 return Self::about(status::OUT_OF_RANGE, &error.renamed(field));
             }

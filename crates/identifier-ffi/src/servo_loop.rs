@@ -82,15 +82,12 @@ where
         let (servo_loop, known): (Loop<N, I>, I::Known) = configuration(constants, words)?;
         let mut state = servo_loop.start(count);
         (servo_loop.identifier()).begin(state.identification_mut(), &known);
-        let sample = None;
-        fill(
-            object,
-            Closed {
-                servo_loop,
-                state,
-                sample,
-            },
-        );
+        let closed = Closed {
+            servo_loop,
+            state,
+            sample: None,
+        };
+        fill(object, closed);
     }
     Ok(status::OK)
 }

@@ -109,10 +109,7 @@ impl Settings {
         let mut settings = CoreSettings::new(self.sample_time, 1.0);
         settings.resolution = self.count();
         settings.cutoff = stated(self.cutoff).unwrap_or(settings.cutoff);
-        if [self.kp, self.kd, self.ki]
-            .into_iter()
-            .any(|gain| gain != 0.0)
-        {
+        if [self.kp, self.kd, self.ki].iter().any(|&gain| gain != 0.0) {
             let pid = ControllerSettings::pid(self.kp, self.kd, self.ki);
             settings.controller = Some(ControllerSettings {
                 limit: range(self.limit).unwrap_or(pid.limit),
@@ -151,13 +148,9 @@ impl Settings {
 
     /// Sample time and resolution are stated; of the parameter range and the ranges of signals all or nothing.
     fn complete(&self) -> Result<(), Error> {
-        let SignalRanges {
-            error,
-            velocity,
-            command,
-        } = self.ranges;
+        let ranges = &self.ranges;
         let [a, b] = [self.servo_range.a, self.servo_range.b].map(range);
-        let has_ranges = self.ranges != SignalRanges::default();
+        let has_ranges = *ranges != SignalRanges::default();
         let has_box = a.is_some() || b.is_some();
         for (name, is_needed, is_stated) in [
             ("sample_time", true, self.sample_time != 0.0),
@@ -168,9 +161,9 @@ impl Settings {
             ),
             ("servo_range.a", has_box, a.is_some()),
             ("servo_range.b", has_box, b.is_some()),
-            ("ranges.error", has_ranges, error != 0.0),
-            ("ranges.velocity", has_ranges, velocity != 0.0),
-            ("ranges.command", has_ranges, command != 0.0),
+            ("ranges.error", has_ranges, ranges.error != 0.0),
+            ("ranges.velocity", has_ranges, ranges.velocity != 0.0),
+            ("ranges.command", has_ranges, ranges.command != 0.0),
         ] {
             if is_needed && !is_stated {
                 return Err(Error::not_given(name));
