@@ -193,23 +193,36 @@ fn parts() -> Option<Parts> {
 }
 
 fn background(parts: Parts) {
-    let (wired, output, memory) = (parts.wired, parts.output, parts.memory);
+    let (output, memory) = (parts.output, parts.memory);
+    let Wired {
+        encoder,
+        inputs,
+        steps,
+        timer,
+        mut line,
+        port,
+        line_timer,
+        flash,
+        watchdog,
+        resets_in_time,
+        found,
+        ..
+    } = parts.wired;
     let image = image::check();
     let (board_test, computed) = self_test(board::NAME, DWT::cycle_count);
-    let found = computed.and(image.map(drop)).and(wired.found);
+    let found = computed.and(image.map(drop)).and(found);
     let (back, interrupt, line_end) = parts.channel.split();
-    let (flash, built_in) = (wired.flash, settings::built_in());
+    let built_in = settings::built_in();
     let begun = board::background::supervisor(back, memory, flash, &built_in, board::STAGE, found);
     let Some(supervisor) = begun else {
         return;
     };
     supervisor.set_boot_checks(BootChecks {
-        resets_in_time: wired.resets_in_time,
+        resets_in_time,
         image_checked: image == Ok(true),
     });
     supervisor.set_board_test(board_test);
-    wired.watchdog.start();
-    let encoder = wired.encoder;
+    watchdog.start();
     #[cfg(feature = "no-motor")]
     let (encoder, output) = firmware_stm32::no_motor::in_place_of(encoder, output);
     CONTROL.give(Control {
@@ -217,20 +230,19 @@ fn background(parts: Parts) {
         chip: Wiring {
             encoder,
             output,
-            inputs: wired.inputs,
-            steps: wired.steps,
-            watchdog: wired.watchdog,
+            inputs,
+            steps,
+            watchdog,
         },
     });
     EAR.give(Ear {
-        port: wired.port,
+        port,
         listener: LineListener::new(line_end),
     });
-    let mut line = wired.line;
     let mut sample_time = supervisor.sample_time();
-    start(&wired.timer, sample_time);
+    start(&timer, sample_time);
     interrupts::begin(BUS);
-    wired.line_timer.start();
+    line_timer.start();
 
     let mut state = supervisor.state();
     log(state);
@@ -251,7 +263,7 @@ fn background(parts: Parts) {
         let wanted = supervisor.sample_time();
         if wanted.to_bits() != sample_time.to_bits() {
             sample_time = wanted;
-            start(&wired.timer, sample_time);
+            start(&timer, sample_time);
         }
         if !more {
             sleep_while(|| line.is_silent() && samples == SAMPLES.load(Ordering::Relaxed));

@@ -4,20 +4,23 @@
 //! family, change its pins, and name it here and in Cargo.toml. The modules `f4`, `f401` and `g4` have the interrupts of a
 //! family, by the vendor's description.
 
-/// Makes the handler of the supply's detector, by the name that its interrupt has in a family.
-macro_rules! supply_handler {
-    ($dollar:tt $interrupt:ident) => {
-        /// The handler of the supply's detector.
-        #[macro_export]
-        macro_rules! disable_at_a_sag {
-                                            () => {
-                                                /// The supply sags.
-                                                #[interrupt]
-                                                fn $interrupt() {
-                                                    $dollar crate::board::disable_for_sag();
-                                                }
-                                            };
-                                        }
+/// The handler of the supply's detector, by the name that its interrupt has in the family.
+#[macro_export]
+macro_rules! disable_at_a_sag {
+    () => {
+        #[cfg(feature = "f4")]
+        $crate::disable_at_a_sag!(PVD);
+        #[cfg(feature = "f401")]
+        $crate::disable_at_a_sag!(EXTI16_PVD);
+        #[cfg(feature = "g4")]
+        $crate::disable_at_a_sag!(PVD_PVM);
+    };
+    ($interrupt:ident) => {
+        /// The supply sags.
+        #[interrupt]
+        fn $interrupt() {
+            $crate::board::disable_for_sag();
+        }
     };
 }
 

@@ -179,7 +179,14 @@ impl<const P: usize> GradientPlan<P> {
             }
         }
         let stability_check = correction.stability_check(most_gain)?;
-        let (units, gains) = (correction.units, correction.gains);
+        let Correction {
+            units,
+            gains,
+            parameter_range,
+            nominal,
+            mu,
+            ..
+        } = correction;
         let gamma = match (given.gamma, settings.largest_command()) {
             (Some(gamma), _) => {
                 for parameter in S::PARAMETERS {
@@ -193,17 +200,15 @@ impl<const P: usize> GradientPlan<P> {
                 }
                 S::PARAMETERS.map(|parameter| gamma.get(parameter))
             }
-            (None, Some(limit)) => {
-                gamma_by_limit::<S, P>(&units, &correction.nominal, &gains, limit)?
-            }
+            (None, Some(limit)) => gamma_by_limit::<S, P>(&units, &nominal, &gains, limit)?,
             (None, None) => return Err(SettingsError::NotGiven { setting: "gamma" }),
         };
         Ok(Self {
             units,
             gains,
             gamma,
-            mu: correction.mu,
-            decay: match &correction.parameter_range {
+            mu,
+            decay: match &parameter_range {
                 Some(parameter_range) => Decay::Known(parameter_range.slowest_decay(gains.kd())),
                 None => Decay::PerGain(gains.kd() / 2.0),
             },
