@@ -190,10 +190,7 @@ impl<'a> Recording<'a> {
         };
         self.begins.push(self.positions.len());
         self.rows.push(row);
-        let Axis {
-            per_rad,
-            per_travel,
-        } = self.axis;
+        let (per_rad, per_travel) = (self.axis.per_rad, self.axis.per_travel);
         for (k, sample) in motion.iter().enumerate() {
             let position = sample.position;
             self.positions.push((position - origin) * per_rad);

@@ -249,12 +249,8 @@ impl Joint {
         /// Standard errors by which a friction may be below zero.
         const SIDES: f64 = 3.0;
         above_zero("resistance", resistance)?;
-        let PhysicalQuantity {
-            value: per_volt,
-            std_error,
-            unit,
-        } = self.torque_constant;
-        let braking = per_volt * per_volt * resistance;
+        let per_volt = self.torque_constant;
+        let braking = per_volt.value * per_volt.value * resistance;
         let damping = self.damping.value - braking;
         if damping < -SIDES * self.damping.std_error.unwrap_or(0.0) {
             return Err(ExportError::Resistance {
@@ -266,9 +262,9 @@ impl Joint {
         self.motor = Some(Motor {
             resistance,
             torque_constant: PhysicalQuantity {
-                value: per_volt * resistance,
-                std_error: std_error.map(|error| error * resistance),
-                unit,
+                value: per_volt.value * resistance,
+                std_error: per_volt.std_error.map(|error| error * resistance),
+                ..per_volt
             },
             damping: PhysicalQuantity {
                 value: damping.max(0.0),
