@@ -38,5 +38,6 @@ pub mod scenario;
 pub mod simulate;
 #[cfg(feature = "experiments")]
 pub mod sweep;
+mod virtual_axis;
 
 pub use identify::{IdentifiedScenario, identify_logs, identify_run};

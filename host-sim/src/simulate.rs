@@ -11,14 +11,12 @@ mod checked;
 mod one_estimator;
 mod sensor;
 mod simulated_axis;
-mod virtual_axis;
 
 #[cfg(feature = "experiments")]
 pub(crate) use build::{closed_by_pid, identifier};
 #[cfg(not(feature = "experiments"))]
 pub(crate) use one_estimator::identifier;
 pub(crate) use simulated_axis::SimulatedAxis;
-pub(crate) use virtual_axis::VirtualAxis;
 
 use std::fmt;
 

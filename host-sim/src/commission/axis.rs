@@ -7,7 +7,7 @@ use identifier_core::reason::Reason;
 use virtual_servo::{Encoder, VirtualBrake};
 
 use crate::scenario::{Fault, Scenario};
-use crate::simulate::VirtualAxis;
+use crate::virtual_axis::VirtualAxis;
 
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 

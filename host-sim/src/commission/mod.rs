@@ -12,10 +12,10 @@ mod record;
 mod response;
 
 pub use axis::CommissionedAxis;
-pub use course::{Course, Excursion, PhaseSpan};
+pub use course::{Course, Excursion, PhaseSpan, Sample};
 pub use explain::Recorded;
 pub use frequency_response::FrequencyResponse;
-pub use record::{End, Known, Outcome, Sample};
+pub use record::{End, Known, Outcome};
 pub use response::StepResponse;
 
 use commissioning::{

@@ -4,10 +4,10 @@ use identifier_core::excitation::Excitation;
 use identifier_core::number::Number;
 use identifier_log::experiment::{Abort, AbortCause, Outcome, Sample};
 
-use super::VirtualAxis;
 use super::sensor::Sensor;
 use crate::loops::SimLoop;
 use crate::scenario::{Fault, Scenario};
+use crate::virtual_axis::VirtualAxis;
 
 /// The servo that a loop is closed around.
 pub(crate) struct SimulatedAxis<'a> {
