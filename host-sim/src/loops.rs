@@ -11,7 +11,7 @@ mod relay;
 
 #[cfg(feature = "experiments")]
 pub(crate) use fixed::{FixedIdentifier, FixedLoop};
-pub(crate) use identifier::{DynIdentifier, Innovation, Running, WholeRecord};
+pub(crate) use identifier::{DynIdentifier, Running, WholeRecord};
 pub(crate) use pid::PidLoop;
 #[cfg(feature = "experiments")]
 pub(crate) use relay::{DirectEstimator, RelayLoop};

@@ -11,7 +11,8 @@ use identifier_core::measurement::VelocityEstimate;
 use identifier_core::parameters::{ParameterSet, PerParameter, ServoParameters};
 use identifier_core::settings::SettingsError;
 
-use super::{DynIdentifier, Innovation, Measurement, SimLoop, Step};
+use super::identifier::Innovation;
+use super::{DynIdentifier, Measurement, SimLoop, Step};
 use crate::scenario::gamma_over;
 use identifier_log::experiment::Outcome;
 

@@ -7,7 +7,8 @@ use identifier_core::parameters::ServoParameters;
 use rivals::{FilteredLeastSquares, FilteredLeastSquaresState, Relay};
 
 use super::feedback::Feedback;
-use super::{DynIdentifier, Innovation, Measurement, NO_ESTIMATE, SimLoop, Step};
+use super::identifier::Innovation;
+use super::{DynIdentifier, Measurement, NO_ESTIMATE, SimLoop, Step};
 
 /// Recursive least squares on filtered signals beside a relay.
 pub(crate) struct RelayLoop<N: Number> {
