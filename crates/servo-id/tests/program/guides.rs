@@ -183,7 +183,7 @@ struct Followed {
     failed: Vec<String>,
 }
 
-fn follow(page: &PathBuf) -> Followed {
+fn follow(page: &Path) -> Followed {
     let mut followed = Followed::default();
     let name = page.file_stem().unwrap_or_default().to_string_lossy();
     let folder = reader(&name);
@@ -242,7 +242,7 @@ fn every_command_of_readme_and_pages_works_as_it_is_printed() {
         .collect();
     pages.push(root().join("README.md"));
     // A drive is waited for in real time.
-    let all: Vec<Followed> = pages.par_iter().map(follow).collect();
+    let all: Vec<Followed> = pages.par_iter().map(|page| follow(page)).collect();
     let failed: Vec<&str> = all
         .iter()
         .flat_map(|page| &page.failed)
