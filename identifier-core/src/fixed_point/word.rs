@@ -369,6 +369,28 @@ mod tests {
     }
 
     proptest! {
+        /// At the ends too, where one count more has no word.
+        #[test]
+        fn counts_become_the_nearest_word(
+            count: i32,
+            apart in prop_oneof![any::<i32>(), -3..3_i32],
+            ends in -1..=1_i32,
+            offset in prop_oneof![any::<i32>(), -70_000..70_000_i32],
+            exponent in 0..=30,
+        ) {
+            let counts = Word::counts(exponent);
+            let full = 1_i128 << exponent;
+            let apart = apart.wrapping_add(ends.wrapping_shl(exponent as u32));
+            let at = |parts: i128| ((parts << (30 - exponent)) >> 16).clamp(-(1 << 30), (1 << 30) - 1);
+            let exact = (i128::from(apart) << 16) + i128::from(offset);
+            let offset = I16F16::from_bits(offset);
+            let distance = Word::distance(count.wrapping_add(apart), offset, count, counts);
+            prop_assert_eq!(i128::from(distance.to_bits()), at(exact));
+            let moved = i128::from(apart).clamp(1 - full, full - 1);
+            let increment = Word::increment(apart, counts);
+            prop_assert_eq!(i128::from(increment.to_bits()), at(moved << 16));
+        }
+
         #[test]
         fn a_factor_multiplies(
             factor in prop_oneof![-1e3_f64..1e3, -1e-3_f64..1e-3],

@@ -1,5 +1,6 @@
 //! Instructions of a whole sample of what others use or would write, beside ours: from the register of the encoder's
-//! counter, with a setpoint and an offset, to the command. Ours are among the samples. All have the paper's gains and limit, in `f32`.
+//! counter, with a setpoint and an offset, to the command. Ours are among the samples. All have the paper's gains and
+//! limit, in `f32`.
 
 use dsp_process::SplitProcess;
 use firmware_stm32::instructions::Counter as Instructions;
