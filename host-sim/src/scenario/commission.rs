@@ -6,24 +6,18 @@ use identifier_core::tuning::Goal;
 
 use super::{Fault, Key, Scenario, Velocity, key_of_loop};
 
-/// The limits and the goal of a commissioning, SI; none for a value that is derived.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// A commissioning as it is stated, SI; none for a value that is derived.
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(
     missing_docs,
     reason = "the fields are the keys of the scenario file, documented there"
 )]
 pub struct CommissionOrder {
-    pub travel: [f64; 2],
-    pub speed: f64,
+    /// All that is not derived.
+    pub settings: CommissionSettings,
     pub command: Option<[f64; 2]>,
-    pub duration: f64,
     pub response_time: Option<f64>,
     pub bandwidth: Option<f64>,
-    pub max_sensitivity: f64,
-    pub trial_step: Option<f64>,
-    /// Whether the gains may have a feed-forward.
-    pub feed_forward: bool,
-    pub max_gain: Option<f64>,
     pub command_delay: Option<f64>,
     pub sample_time: Option<f64>,
     /// The amplifier's own limit, which the command keeps in any case.
@@ -31,6 +25,19 @@ pub struct CommissionOrder {
 }
 
 impl CommissionOrder {
+    /// Before its keys are read.
+    pub(super) fn blank(amplifier: Option<[f64; 2]>) -> Self {
+        Self {
+            settings: CommissionSettings::new(0.0, 0.0, Limits::new([0.0; 2], 0.0, [0.0; 2])),
+            command: None,
+            response_time: None,
+            bandwidth: None,
+            command_delay: None,
+            sample_time: None,
+            amplifier,
+        }
+    }
+
     /// The lowest and highest command.
     fn command_limit(&self) -> Result<[f64; 2], Fault> {
         const KEY: &str = "commission.command";
@@ -49,7 +56,7 @@ impl CommissionOrder {
 
     /// Checks that there is travel to either side.
     fn check_ways(&self) -> Result<(), Fault> {
-        let [low, high] = self.travel;
+        let [low, high] = self.settings.limits.travel;
         if low < 0.0 && high > 0.0 {
             return Ok(());
         }
@@ -66,11 +73,11 @@ impl CommissionOrder {
     /// Whether to look for a feed-forward, which a goal of a response time leaves no room for.
     fn leads(&self) -> Result<bool, Fault> {
         match self.response_time {
-            Some(_) if self.feed_forward => Err(Fault::new(
+            Some(_) if self.settings.feed_forward => Err(Fault::new(
                 "commission.feed_forward",
                 "with a reference model a slower loop would meet commission.response_time: state bandwidth, or neither",
             )),
-            _ => Ok(self.feed_forward),
+            _ => Ok(self.settings.feed_forward),
         }
     }
 
@@ -107,27 +114,22 @@ impl Scenario {
         })?;
         order.check_ways()?;
         let parameter_range = self.stated.identifier.parameter_range;
+        let stated = order.settings;
         Ok(CommissionSettings {
             sample_time: self.sample_time(),
             resolution: self.stated.resolution,
             limits: Limits {
-                travel: order.travel,
-                speed: order.speed,
                 command: order.command_limit()?,
-                duration: order.duration,
+                ..stated.limits
             },
             command_delay: order
                 .command_delay
                 .unwrap_or(self.stated.identifier.terms.delay),
-            max_gain: order
-                .max_gain
-                .or(parameter_range.map(|parameter_range| parameter_range.b[1])),
+            max_gain: stated.max_gain.or(parameter_range.map(|range| range.b[1])),
             noise: self.stated_noise(),
             goal: order.goal()?,
-            max_sensitivity: order.max_sensitivity,
-            trial_step: order.trial_step,
-            notch: true,
             feed_forward: order.leads()?,
+            ..stated
         })
     }
 

@@ -200,24 +200,24 @@ fn of_experiment() -> Vec<Key<Scenario>> {
 
 "commission": Table(Stated), Derived("required for a commissioning"), "",
     "limits and goal of a commissioning";
-"commission.travel": Reach(Held(|s| &mut order(s).travel)), Required("0.5"), "rad",
+"commission.travel": Reach(Held(|s| &mut order(s).settings.limits.travel)), Required("0.5"), "rad",
     "how far the servo may move from its present position";
-"commission.speed": Number(POSITIVE, Held(|s| &mut order(s).speed)), Required("20.0"), "rad/s", "the largest speed";
+"commission.speed": Number(POSITIVE, Held(|s| &mut order(s).settings.limits.speed)), Required("20.0"), "rad/s", "the largest speed";
 "commission.command": Limit(Optional(|s| &mut order(s).command)), Derived("amplifier.limit; required without it"), "command units",
     "the largest command, at most amplifier.limit";
-"commission.duration": Number(POSITIVE, Held(|s| &mut order(s).duration)), Value(Limits::DURATION), "s",
+"commission.duration": Number(POSITIVE, Held(|s| &mut order(s).settings.limits.duration)), Value(Limits::DURATION), "s",
     "the longest time of a motion";
 "commission.response_time": Number(POSITIVE, Optional(|s| &mut order(s).response_time)), Derived("none"), "s",
     "goal: the time from 10 to 90 % of a step of the reference";
 "commission.bandwidth": Number(POSITIVE, Optional(|s| &mut order(s).bandwidth)), Derived("none"), "rad/s",
     "goal: the magnitude of the loop's poles";
-"commission.max_sensitivity": Number(ABOVE_ONE, Held(|s| &mut order(s).max_sensitivity)), Value(TuningSettings::MAX_SENSITIVITY), "",
+"commission.max_sensitivity": Number(ABOVE_ONE, Held(|s| &mut order(s).settings.max_sensitivity)), Value(TuningSettings::MAX_SENSITIVITY), "",
     "the largest sensitivity of the loop; 1/max_sensitivity is its distance from instability";
-"commission.trial_step": Number(POSITIVE, Optional(|s| &mut order(s).trial_step)), Derived("half of the travel"), "rad",
+"commission.trial_step": Number(POSITIVE, Optional(|s| &mut order(s).settings.trial_step)), Derived("half of the travel"), "rad",
     "the step of the reference in the trial";
-"commission.feed_forward": Flag(Held(|s| &mut order(s).feed_forward)), Derived("false"), "",
+"commission.feed_forward": Flag(Held(|s| &mut order(s).settings.feed_forward)), Derived("false"), "",
     "the gains may have a reference model with feed-forward, if the step then rises faster; not with response_time";
-"commission.max_gain": Number(POSITIVE, Optional(|s| &mut order(s).max_gain)), Derived("the highest b of \
+"commission.max_gain": Number(POSITIVE, Optional(|s| &mut order(s).settings.max_gain)), Derived("the highest b of \
                                                                                         identifier.servo_range; \
                                                                                         without it unknown"),
     "rad/s² per command unit", "the largest b that the servo may have: the first motion is planned for it";
@@ -270,10 +270,9 @@ fn brake(s: &mut Scenario) -> &mut [f64; 2] {
 /// The limit of the amplifier precedes it in the table.
 fn order(s: &mut Scenario) -> &mut CommissionOrder {
     let amplifier = s.stated.controller.map(|controller| controller.limit);
-    s.commission.get_or_insert_with(|| CommissionOrder {
-        amplifier: amplifier.filter(|limit| limit.iter().all(|end| end.is_finite())),
-        ..CommissionOrder::default()
-    })
+    let limit = amplifier.filter(|limit| limit.iter().all(|end| end.is_finite()));
+    s.commission
+        .get_or_insert_with(|| CommissionOrder::blank(limit))
 }
 
 fn set_frequencies(s: &mut Scenario, frequencies: Vec<f64>) -> Result<(), String> {
