@@ -144,10 +144,7 @@ impl Scenario {
                 "a commissioning can return only to gains with a \"low-pass\"",
             ));
         }
-        Ok(self.stated.controller.map(|controller| HoldingGains {
-            controller,
-            cutoff: self.stated.cutoff,
-        }))
+        Ok(HoldingGains::of(&self.stated))
     }
 
     /// The rejection of a commissioning, at the key that remedies it.

@@ -1,4 +1,5 @@
 use super::Limits;
+use identifier_core::Settings;
 use identifier_core::control::{Controller, Shaped};
 use identifier_core::error::OutOfRange;
 use identifier_core::measurement::{LowPass, VelocityEstimate};
@@ -24,6 +25,15 @@ pub struct HoldingGains {
 }
 
 impl HoldingGains {
+    /// The gains of a loop's settings, if a PID closes it.
+    #[must_use]
+    pub fn of(settings: &Settings) -> Option<Self> {
+        settings.controller.map(|controller| Self {
+            controller,
+            cutoff: settings.cutoff,
+        })
+    }
+
     /// Those that were tuned.
     pub(super) fn tuned(tuning: &Tuning, limits: &Limits) -> Self {
         Self {

@@ -82,6 +82,19 @@ impl CommissionSettings {
         }
     }
 
+    /// Settings of the tuner for a largest command, command units, and a step, rad. Whatever delay there is was identified.
+    #[must_use]
+    pub fn tuning(&self, command: f64, step: f64) -> TuningSettings {
+        TuningSettings {
+            noise: self.noise,
+            goal: self.goal,
+            max_sensitivity: self.max_sensitivity,
+            notch: self.notch,
+            feed_forward: self.feed_forward,
+            ..TuningSettings::new(self.sample_time, self.resolution, command, step)
+        }
+    }
+
     /// Settings of the watch.
     pub(super) fn watch(&self) -> WatchSettings {
         WatchSettings {

@@ -308,10 +308,7 @@ fn prepare(
         command_delay: given.command_delay + stage.command_delay,
         ..*given
     };
-    let before = core.controller.map(|controller| HoldingGains {
-        controller,
-        cutoff: core.cutoff,
-    });
+    let before = HoldingGains::of(core);
     let brake = BrakeTimes::new(beside.brake.as_ref(), &units)?;
     let balance = known.map_or(0.0, |known| conversion::balance(known, limits.command));
     let isr = CommissionIsr::new(&settings, before.as_ref())?;

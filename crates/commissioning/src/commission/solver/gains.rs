@@ -36,23 +36,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             .ok_or(TuningError::NotKnown)
             .and_then(|servo| {
                 let settings = TuningSettings {
-                    sample_time: self.settings.sample_time,
-                    resolution: self.settings.resolution,
-                    noise: self.settings.noise,
-                    cutoff: None,
-                    command: self.command(&servo),
-                    command_delay: 0.0,
                     goal,
-                    max_sensitivity: self.settings.max_sensitivity,
                     max_noise: if self.evidence.may_hide_a_resonance() {
                         Self::UNSEEN
                     } else {
                         Self::NOISE
                     },
-                    step,
-                    resonance: None,
-                    notch: self.settings.notch,
-                    feed_forward: self.settings.feed_forward,
+                    ..self.settings.tuning(self.command(&servo), step)
                 };
                 let resonance = self.designed_resonance();
                 Tuner::for_response(&settings, &servo, resonance.as_ref())

@@ -89,7 +89,7 @@ impl Plan {
                 return Err(Fault::of_file(&self.file, text));
             }
         }
-        let gains_before = gains(settings);
+        let gains_before = HoldingGains::of(core);
         let mut planned = order;
         planned.command_delay += f64::from(status.command_delay);
         let machine =
@@ -104,15 +104,6 @@ impl Plan {
             gains_before,
         })
     }
-}
-
-/// The gains that a drive with these settings returns to.
-fn gains(settings: &Settings) -> Option<HoldingGains> {
-    let core = &settings.closed_loop.core;
-    core.controller.map(|controller| HoldingGains {
-        controller,
-        cutoff: core.cutoff,
-    })
 }
 
 /// Settings for a drive that is not configured: encoder and sample time of the commissioning, and its gains, if any.

@@ -4,7 +4,7 @@ use commissioning::Phase;
 use host_sim::commission::{FrequencyResponse, Outcome, Sample, StepResponse};
 use host_sim::scenario::Scenario;
 use identifier_core::parameters::ServoParameters;
-use identifier_core::tuning::{Tuner, TuningSettings};
+use identifier_core::tuning::Tuner;
 
 use super::Commissioned;
 use crate::present::sensitivity::sensitivity;
@@ -117,10 +117,7 @@ fn margins(scenario: &Scenario, outcome: &Outcome) -> Option<Figure> {
     let order = scenario.commission_settings().ok()?;
     let [least, most] = order.limits.command;
     let (command, step) = (most.min(-least), tuning.predicted_response.step);
-    let settings = TuningSettings {
-        max_sensitivity: order.max_sensitivity,
-        ..TuningSettings::new(order.sample_time, order.resolution, command, step)
-    };
+    let settings = order.tuning(command, step);
     let (lines, resonance) = match &outcome.response {
         Some(response) => (&response.lines[..], response.resonance.as_ref()),
         None => (&[][..], None),
