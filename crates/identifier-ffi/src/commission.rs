@@ -3,19 +3,17 @@
 use core::ffi::c_char;
 
 use commissioning::{
-    CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, CommissionSolver,
-    CommissionState, CommissionStep as Step, Decision as CoreDecision, HoldingGains, Limits, Phase,
-    RecordEvent,
+    CommissionError, CommissionInputs, CommissionIsr, CommissionSolver, CommissionState,
+    CommissionStep as Step, Decision as CoreDecision, HoldingGains, Phase, RecordEvent,
 };
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::IdentifiedServo as Servo;
 use identifier_core::reason::Reason;
-use identifier_core::tuning::TuningSettings;
 
 use crate::object::{
-    Content, Object, answered, check, content, fill, read, shared, storage, write,
+    Content, Object, answered, check, content, fill, given, read, shared, storage, write,
 };
-use crate::settings::{Settings, given, needed, needed_range, stated};
+use crate::settings::Settings;
 use crate::status::{self, Error, of_loop};
 use crate::tuner::Tuning;
 
@@ -135,37 +133,6 @@ impl Interrupt {
     }
 }
 
-impl Settings {
-    fn commission(&self) -> Result<CommissionSettings, Error> {
-        let limits = Limits {
-            travel: needed_range("travel", self.travel)?,
-            speed: needed("speed", self.speed)?,
-            command: needed_range("limit", self.limit)?,
-            duration: needed("duration", self.duration)?,
-        };
-        Ok(CommissionSettings {
-            command_delay: self.command_delay,
-            max_gain: stated(self.max_gain),
-            noise: self.noise,
-            goal: self.goal(),
-            max_sensitivity: stated(self.max_sensitivity)
-                .unwrap_or(TuningSettings::MAX_SENSITIVITY),
-            trial_step: stated(self.trial_step),
-            feed_forward: self.with_feed_forward != 0,
-            ..CommissionSettings::new(self.sample_time, self.count(), limits)
-        })
-    }
-
-    /// The PID that holds the servo before, if one does.
-    fn holding(&self) -> Option<HoldingGains> {
-        let settings = self.settings();
-        settings.controller.map(|controller| HoldingGains {
-            controller,
-            cutoff: settings.cutoff,
-        })
-    }
-}
-
 impl Error {
     fn commission(error: &CommissionError) -> Self {
         let (parameter, value, allowed) = match *error {
@@ -209,7 +176,7 @@ unsafe fn build(
     unsafe {
         let object = storage(commission, size)?;
         let given = given(settings)?;
-        let before = given.holding();
+        let before = HoldingGains::of(&given.settings());
         if !held.is_finite() {
             return Err(Error::of(status::COMMAND_NOT_FINITE));
         }

@@ -13,8 +13,8 @@ use identifier_core::{GaussNewton, Gradient};
 
 use crate::Prototype;
 use crate::constants::configuration;
-use crate::object::{Content, Object, content, fill, shared, storage, write};
-use crate::settings::{Settings, given};
+use crate::object::{Content, Object, content, fill, given, shared, storage, write};
+use crate::settings::Settings;
 use crate::status::{self, Error, of_step};
 
 /// Estimates for a, b, Coulomb friction and load, SI: `servo_id_estimates` in the header.

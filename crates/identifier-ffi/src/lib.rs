@@ -17,6 +17,7 @@ mod face;
 
 pub mod commission;
 mod constants;
+pub mod gamma;
 #[macro_use]
 pub mod identifier;
 pub mod judge;
@@ -24,7 +25,6 @@ pub mod names;
 pub mod object;
 #[cfg(feature = "library")]
 mod panic;
-pub mod parameter;
 pub mod servo_loop;
 pub mod settings;
 pub mod status;
@@ -35,7 +35,7 @@ use object::HasWords;
 
 /// All functions of the header.
 pub fn prototypes() -> impl Iterator<Item = &'static Prototype> {
-    [settings::FACE]
+    [gamma::FACE]
         .into_iter()
         .chain(identifier::FACES)
         .chain(servo_loop::FACES)

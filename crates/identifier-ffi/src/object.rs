@@ -2,6 +2,7 @@
 
 use core::mem::MaybeUninit;
 
+use crate::settings::Settings;
 use crate::status::{self, Error};
 
 /// The content of an object.
@@ -117,6 +118,18 @@ pub(crate) fn check<T>(address: *const T) -> Result<(), i32> {
     } else {
         Ok(())
     }
+}
+
+/// Settings that are complete.
+///
+/// # Safety
+/// As the header says.
+pub(crate) unsafe fn given<'a>(settings: *const Settings) -> Result<&'a Settings, Error> {
+    check(settings)?;
+    // SAFETY: guaranteed by the caller.
+    let settings = unsafe { &*settings };
+    settings.complete()?;
+    Ok(settings)
 }
 
 /// Writes a result.

@@ -9,8 +9,8 @@ use identifier_core::settings::FromSettings;
 use crate::Prototype;
 use crate::constants::configuration;
 use crate::identifier::{Identifies, NumberOfC, Readiness};
-use crate::object::{Content, Object, check, content, fill, storage};
-use crate::settings::{Settings, given};
+use crate::object::{Content, Object, check, content, fill, given, storage};
+use crate::settings::Settings;
 use crate::status::{self, Error, of_step};
 
 /// A loop, its state, and the sample of the controller that nothing was learnt from yet.

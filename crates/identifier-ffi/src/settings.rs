@@ -1,107 +1,120 @@
 //! Settings: a structure whose fields are zero where nothing is stated.
 
+use core::ffi::c_char;
+use core::ptr;
+
+use commissioning::{CommissionSettings, Limits};
 use identifier_core::Settings as CoreSettings;
 use identifier_core::control::FeedForwardSettings as FeedForward;
-use identifier_core::excitation::Prbs;
-use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{PerParameter as Each, Unknowns};
+use identifier_core::parameters::PerParameter as Each;
 use identifier_core::settings::{
-    ControllerSettings, ParameterRangeSettings as ServoRange, RangeSettings as SignalRanges,
-    SettingsError,
+    ControllerSettings, FromSettings, ParameterRangeSettings as ServoRange,
+    RangeSettings as SignalRanges, SettingsError,
 };
-
-use crate::object::{answered, check};
-use crate::status::{self, Error};
+use identifier_core::tuning::{Goal, TuningSettings};
 
 /// Lowest and highest: `servo_id_range` in the header.
 pub type Range = [f64; 2];
 
-/// Gains: `servo_id_gains` in the header.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct Gains {
-    /// Command units per rad.
-    pub kp: f64,
-    /// Command units per rad/s.
-    pub kd: f64,
-    /// Command units per rad s.
-    pub ki: f64,
+/// kp, kd and ki: `servo_id_gains` in the header.
+pub type Gains = [f64; 3];
+
+/// Declares a structure, and the names of its fields.
+macro_rules! named {
+    (
+        $(#[$meta:meta])*
+        pub struct $type:ident {
+            $(pub $field:ident: $of:ty $({ $($part:ident)* })?,)*
+        }
+    ) => {
+        $(#[$meta])*
+        pub struct $type {
+            $(pub $field: $of,)*
+        }
+
+        /// The names of the fields for refusals, each with a zero behind it. A name of a group is that of all of its fields.
+        pub const NAMES: &str = concat!($(
+            stringify!($field), "\0",
+            $($(stringify!($field), ".", stringify!($part), "\0",)*)?
+        )*);
+    };
 }
 
-/// `servo_id_settings` in the header, which documents the fields.
-#[allow(missing_docs, reason = "the header has them")]
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct Settings {
-    pub sample_time: f64,
-    pub counts_per_revolution: f64,
-    pub resolution: f64,
-    pub cutoff: f64,
-    pub kp: f64,
-    pub kd: f64,
-    pub ki: f64,
-    pub limit: Range,
-    pub reference_filter: f64,
-    pub notch: f64,
-    pub feed_forward: FeedForward,
-    pub initial: Each<f64>,
-    pub bounds: Each<Range>,
-    pub uncertainty: Each<f64>,
-    pub gamma: Each<f64>,
-    pub correction: Gains,
-    pub servo_range: ServoRange,
-    pub mu: f64,
-    pub bandwidth: f64,
-    pub start_time: f64,
-    pub memory: f64,
-    pub noise: f64,
-    pub max_speed: f64,
-    pub ranges: SignalRanges,
-    pub command: f64,
-    pub command_delay: f64,
-    pub response_time: f64,
-    pub loop_bandwidth: f64,
-    pub max_sensitivity: f64,
-    pub max_noise: f64,
-    pub step: f64,
-    pub resonance: f64,
-    pub travel: Range,
-    pub speed: f64,
-    pub duration: f64,
-    pub max_gain: f64,
-    pub trial_step: f64,
-    pub known: Each<i32>,
-    pub with_feed_forward: i32,
-    pub unused: i32,
+named! {
+    /// `servo_id_settings` in the header, which documents the fields.
+    #[allow(missing_docs, reason = "the header has them")]
+    #[derive(Debug, Clone, Copy, PartialEq, Default)]
+    #[repr(C)]
+    pub struct Settings {
+        pub sample_time: f64,
+        pub counts_per_revolution: f64,
+        pub resolution: f64,
+        pub cutoff: f64,
+        pub kp: f64,
+        pub kd: f64,
+        pub ki: f64,
+        pub limit: Range,
+        pub reference_filter: f64,
+        pub notch: f64,
+        pub feed_forward: FeedForward { bandwidth acceleration velocity coulomb coulomb_speed },
+        pub initial: Each<f64> { a b coulomb load },
+        pub bounds: Each<Range> { a b coulomb load },
+        pub uncertainty: Each<f64> { a b coulomb load },
+        pub gamma: Each<f64> { a b coulomb load },
+        pub correction: Gains { kp kd ki },
+        pub servo_range: ServoRange { a b },
+        pub mu: f64,
+        pub bandwidth: f64,
+        pub start_time: f64,
+        pub memory: f64,
+        pub noise: f64,
+        pub max_speed: f64,
+        pub ranges: SignalRanges { error velocity command },
+        pub command: f64,
+        pub command_delay: f64,
+        pub response_time: f64,
+        pub loop_bandwidth: f64,
+        pub max_sensitivity: f64,
+        pub max_noise: f64,
+        pub step: f64,
+        pub resonance: f64,
+        pub travel: Range,
+        pub speed: f64,
+        pub duration: f64,
+        pub max_gain: f64,
+        pub trial_step: f64,
+        pub known: Each<i32>,
+        pub with_feed_forward: i32,
+        pub unused: i32,
+    }
 }
 
-/// A value that was stated.
-pub(crate) fn stated(value: f64) -> Option<f64> {
-    (value != 0.0).then_some(value)
+/// The field of a parameter of the core; null for none.
+pub(crate) fn field(name: &str) -> *const c_char {
+    let name = match name {
+        "controller" => "kp",
+        "limit_low" | "limit_high" => "limit",
+        name => name,
+    };
+    let mut names = NAMES.split_inclusive('\0');
+    let found = names.find(|own| own.strip_suffix('\0') == Some(name));
+    found.map_or(ptr::null(), |own| own.as_ptr().cast())
 }
 
-/// The range that was stated.
-fn range(of: Range) -> Option<[f64; 2]> {
-    of.iter().any(|&end| end != 0.0).then_some(of)
+/// What was stated: something that is not zero.
+fn stated<T: Default + PartialEq>(value: T) -> Option<T> {
+    (value != T::default()).then_some(value)
 }
 
-/// A range that must be stated.
-pub(crate) fn needed_range(name: &str, of: Range) -> Result<[f64; 2], Error> {
-    range(of).ok_or(Error::not_given(name))
-}
-
-/// A value that must be stated.
-pub(crate) fn needed(name: &str, value: f64) -> Result<f64, Error> {
-    stated(value).ok_or(Error::not_given(name))
+/// What must be stated.
+fn needed<T: Default + PartialEq>(setting: &'static str, value: T) -> Result<T, SettingsError> {
+    stated(value).ok_or(SettingsError::NotGiven { setting })
 }
 
 impl Settings {
     /// A count, rad.
     pub(crate) fn count(&self) -> f64 {
-        match stated(self.resolution) {
-            Some(resolution) => resolution,
-            None => core::f64::consts::TAU / self.counts_per_revolution,
-        }
+        stated(self.resolution).unwrap_or(core::f64::consts::TAU / self.counts_per_revolution)
     }
 
     /// The settings of the core.
@@ -109,16 +122,16 @@ impl Settings {
         let mut settings = CoreSettings::new(self.sample_time, 1.0);
         settings.resolution = self.count();
         settings.cutoff = stated(self.cutoff).unwrap_or(settings.cutoff);
-        if [self.kp, self.kd, self.ki].iter().any(|&gain| gain != 0.0) {
-            let pid = ControllerSettings::pid(self.kp, self.kd, self.ki);
-            settings.controller = Some(ControllerSettings {
-                limit: range(self.limit).unwrap_or(pid.limit),
+        settings.controller = stated([self.kp, self.kd, self.ki]).map(|[kp, kd, ki]| {
+            let pid = ControllerSettings::pid(kp, kd, ki);
+            ControllerSettings {
+                limit: stated(self.limit).unwrap_or(pid.limit),
                 reference_filter: self.reference_filter,
                 notch: self.notch,
                 feed_forward: stated(self.feed_forward.bandwidth).map(|_| self.feed_forward),
                 ..pid
-            });
-        }
+            }
+        });
         let own = &mut settings.identifier;
         own.known = Each::from_fn(|one| self.known.get(one) != 0);
         let known = own.known;
@@ -127,123 +140,88 @@ impl Settings {
             let zero = known.get(one).then_some(0.0);
             stated(self.initial.get(one)).or(zero)
         });
-        own.bounds = Each::from_fn(|one| range(self.bounds.get(one)));
+        own.bounds = Each::from_fn(|one| stated(self.bounds.get(one)));
         own.uncertainty = Each::from_fn(|one| stated(self.uncertainty.get(one)));
-        own.gamma = (self.gamma != Each::default()).then_some(self.gamma);
-        let correction = &self.correction;
-        if *correction != Gains::default() {
-            own.correction = Some([correction.kp, correction.kd, correction.ki]);
-        }
-        let within = self.servo_range;
-        own.parameter_range = (within != ServoRange::default()).then_some(within);
+        own.gamma = stated(self.gamma);
+        own.correction = stated(self.correction);
+        own.parameter_range = stated(self.servo_range);
         own.mu = stated(self.mu);
         own.bandwidth = stated(self.bandwidth);
         own.start_time = stated(self.start_time);
         own.memory = stated(self.memory);
         own.noise = stated(self.noise);
         own.max_speed = stated(self.max_speed);
-        own.ranges = (self.ranges != SignalRanges::default()).then_some(self.ranges);
+        own.ranges = stated(self.ranges);
         settings
     }
 
     /// Sample time and resolution are stated; of the parameter range and the ranges of signals all or nothing.
-    fn complete(&self) -> Result<(), Error> {
-        let ranges = &self.ranges;
-        let [a, b] = [self.servo_range.a, self.servo_range.b].map(range);
-        let has_ranges = *ranges != SignalRanges::default();
-        let has_box = a.is_some() || b.is_some();
-        for (name, is_needed, is_stated) in [
-            ("sample_time", true, self.sample_time != 0.0),
-            (
-                "counts_per_revolution",
-                true,
-                self.counts_per_revolution != 0.0 || self.resolution != 0.0,
-            ),
-            ("servo_range.a", has_box, a.is_some()),
-            ("servo_range.b", has_box, b.is_some()),
-            ("ranges.error", has_ranges, ranges.error != 0.0),
-            ("ranges.velocity", has_ranges, ranges.velocity != 0.0),
-            ("ranges.command", has_ranges, ranges.command != 0.0),
-        ] {
-            if is_needed && !is_stated {
-                return Err(Error::not_given(name));
-            }
+    pub(crate) fn complete(&self) -> Result<(), SettingsError> {
+        needed("sample_time", self.sample_time)?;
+        if stated(self.resolution).is_none() {
+            needed("counts_per_revolution", self.counts_per_revolution)?;
+        }
+        if let Some(ServoRange { a, b }) = stated(self.servo_range) {
+            needed("servo_range.a", a)?;
+            needed("servo_range.b", b)?;
+        }
+        if let Some(ranges) = stated(self.ranges) {
+            needed("ranges.error", ranges.error)?;
+            needed("ranges.velocity", ranges.velocity)?;
+            needed("ranges.command", ranges.command)?;
         }
         Ok(())
     }
 
-    /// Builds a part of the core.
-    pub(crate) fn build<T: identifier_core::settings::FromSettings>(&self) -> Result<T, Error> {
-        let built = self.settings().build();
-        built.map_err(|error| Error::settings(&error))
+    /// The goal of gains: as stiff as the servo permits, unless another was given.
+    fn goal(&self) -> Goal {
+        match (stated(self.response_time), stated(self.loop_bandwidth)) {
+            (Some(time), _) => Goal::ResponseTime(time),
+            (None, Some(bandwidth)) => Goal::Bandwidth(bandwidth),
+            (None, None) => Goal::Stiffest,
+        }
     }
-}
 
-/// Settings that are complete.
-///
-/// # Safety
-/// As the header says.
-pub(crate) unsafe fn given<'a>(settings: *const Settings) -> Result<&'a Settings, Error> {
-    check(settings)?;
-    // SAFETY: guaranteed by the caller.
-    let settings = unsafe { &*settings };
-    settings.complete()?;
-    Ok(settings)
-}
+    /// The settings of a tuning.
+    pub(crate) fn tuning(&self) -> TuningSettings {
+        let command = stated(self.command).unwrap_or(f64::INFINITY);
+        let usual = TuningSettings::new(self.sample_time, self.count(), command, self.step);
+        TuningSettings {
+            noise: self.noise,
+            cutoff: stated(self.cutoff),
+            command_delay: self.command_delay,
+            goal: self.goal(),
+            max_sensitivity: stated(self.max_sensitivity).unwrap_or(usual.max_sensitivity),
+            max_noise: stated(self.max_noise).unwrap_or(usual.max_noise),
+            resonance: stated(self.resonance),
+            feed_forward: self.with_feed_forward != 0,
+            ..usual
+        }
+    }
 
-/// # Safety
-/// As the header says.
-unsafe fn choose_gamma(
-    settings: *mut Settings,
-    amplitude: f64,
-    hold: f64,
-    samples: u32,
-    with_coulomb: bool,
-) -> Result<i32, Error> {
-    // SAFETY: guaranteed by the caller.
-    let own = unsafe { given(settings) }?;
-    let chosen = if with_coulomb {
-        gamma::<Unknowns<3>, 3>(own, amplitude, hold, samples)
-    } else {
-        gamma::<Unknowns<2>, 2>(own, amplitude, hold, samples)
-    };
-    let chosen = Each {
-        load: 0.0,
-        ..chosen.map_err(|refused| Error::settings(&refused))?
-    };
-    // SAFETY: guaranteed by the caller; it was checked.
-    unsafe { (&raw mut (*settings).gamma).write(chosen) };
-    Ok(status::OK)
-}
+    /// The settings of a commissioning.
+    pub(crate) fn commission(&self) -> Result<CommissionSettings, SettingsError> {
+        let limits = Limits {
+            travel: needed("travel", self.travel)?,
+            speed: needed("speed", self.speed)?,
+            command: needed("limit", self.limit)?,
+            duration: needed("duration", self.duration)?,
+        };
+        let usual = CommissionSettings::new(self.sample_time, self.count(), limits);
+        Ok(CommissionSettings {
+            command_delay: self.command_delay,
+            max_gain: stated(self.max_gain),
+            noise: self.noise,
+            goal: self.goal(),
+            max_sensitivity: stated(self.max_sensitivity).unwrap_or(usual.max_sensitivity),
+            trial_step: stated(self.trial_step),
+            feed_forward: self.with_feed_forward != 0,
+            ..usual
+        })
+    }
 
-/// Γ for a model of P parameters.
-fn gamma<S, const P: usize>(
-    given: &Settings,
-    amplitude: f64,
-    hold: f64,
-    samples: u32,
-) -> Result<Each<f64>, SettingsError>
-where
-    S: identifier_core::parameters::ParameterSet<P>,
-{
-    /// Bits of the sequence's shift register.
-    const ORDER: u32 = 9;
-    let settings = given.settings();
-    let reference = Prbs::<f64>::new(&settings.units()?, amplitude, hold, ORDER)?;
-    settings.automatic_gamma::<LowPass<f64>, S, P>(&reference, samples)
-}
-
-face! {
-    /// Γ for a reference of an amplitude (rad) that changes after `hold` s at the soonest.
-    fn servo_id_settings_choose_gamma(
-        settings: *mut Settings,
-        amplitude: f64,
-        hold: f64,
-        samples: u32,
-        coulomb: i32,
-        error: *mut Error,
-    ) {
-        // SAFETY: the header's conditions.
-        unsafe { answered(error, choose_gamma(settings, amplitude, hold, samples, coulomb != 0)) }
+    /// Builds a part of the core.
+    pub(crate) fn build<T: FromSettings>(&self) -> Result<T, SettingsError> {
+        self.settings().build()
     }
 }

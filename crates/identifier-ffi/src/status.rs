@@ -7,7 +7,7 @@ use identifier_core::error::{Allowed, OutOfRange, StepError};
 use identifier_core::settings::{GainError, SettingsError};
 use identifier_core::tuning::TuningError;
 
-use crate::parameter::field;
+use crate::settings::field;
 
 /// A status: its constant in the header, its number, and a sentence.
 #[derive(Debug, Clone, Copy)]
@@ -157,29 +157,6 @@ impl Error {
         }
     }
 
-    /// Settings that cannot be built.
-    pub(crate) fn settings(error: &SettingsError) -> Self {
-        match *error {
-            SettingsError::Range(ref error) if error.parameter.starts_with("gamma.") => {
-                Self::about(GAMMA, error)
-            }
-            SettingsError::Range(ref error) => Self::about(OUT_OF_RANGE, error),
-            SettingsError::NotGiven { setting } => Self::not_given(setting),
-            SettingsError::NoGamma(GainError::AtRest) => Self::of(NO_MOTION),
-            SettingsError::NoGamma(_) => Self::of(LOOP_UNSTABLE),
-            SettingsError::Certificate(error) => Self::about(CERTIFICATE, &error.out_of_range()),
-            SettingsError::SampledLoop(sampled) => Self {
-                parameter: field("servo_range.b"),
-                value: sampled.b,
-                ..Self::of(LOOP_UNSTABLE)
-            },
-            SettingsError::Estimate(error) => Self::about(ESTIMATE_UNSTABLE, &error.out_of_range()),
-            SettingsError::NoSuchTerm { .. }
-            | SettingsError::NoAmplifier { .. }
-            | SettingsError::NotShaped { .. } => Self::of(NOT_SUPPORTED),
-        }
-    }
-
     /// Gains that cannot be found.
     pub(crate) fn tuning(error: &TuningError) -> Self {
         match *error {
@@ -208,6 +185,31 @@ pub(crate) fn of_loop(name: &'static str) -> &'static str {
         "loop_bandwidth"
     } else {
         name
+    }
+}
+
+impl From<SettingsError> for Error {
+    /// Settings that cannot be built.
+    fn from(error: SettingsError) -> Self {
+        match error {
+            SettingsError::Range(ref error) if error.parameter.starts_with("gamma.") => {
+                Self::about(GAMMA, error)
+            }
+            SettingsError::Range(ref error) => Self::about(OUT_OF_RANGE, error),
+            SettingsError::NotGiven { setting } => Self::not_given(setting),
+            SettingsError::NoGamma(GainError::AtRest) => Self::of(NO_MOTION),
+            SettingsError::NoGamma(_) => Self::of(LOOP_UNSTABLE),
+            SettingsError::Certificate(error) => Self::about(CERTIFICATE, &error.out_of_range()),
+            SettingsError::SampledLoop(sampled) => Self {
+                parameter: field("servo_range.b"),
+                value: sampled.b,
+                ..Self::of(LOOP_UNSTABLE)
+            },
+            SettingsError::Estimate(error) => Self::about(ESTIMATE_UNSTABLE, &error.out_of_range()),
+            SettingsError::NoSuchTerm { .. }
+            | SettingsError::NoAmplifier { .. }
+            | SettingsError::NotShaped { .. } => Self::of(NOT_SUPPORTED),
+        }
     }
 }
 

@@ -2,11 +2,11 @@
 
 use identifier_core::control::FeedForwardSettings as FeedForward;
 use identifier_core::parameters::{IdentifiedServo as Servo, ServoParameters};
-use identifier_core::tuning::{Cap, Goal, Tuner as CoreTuner, TunerState, TuningSettings};
+use identifier_core::tuning::{Cap, PredictedResponse, Tuner as CoreTuner, TunerState};
 
 use crate::identifier::Estimates;
-use crate::object::{Content, Object, answered, check, content, fill, read, storage, write};
-use crate::settings::{Settings, given, stated};
+use crate::object::{Content, Object, answered, check, content, fill, given, read, storage, write};
+use crate::settings::Settings;
 use crate::status::{self, Error};
 
 /// Gains and their predicted performance, SI: `servo_id_tuning` in the header.
@@ -29,24 +29,8 @@ pub struct Tuning {
     pub feed_forward: FeedForward,
     /// ω of the poles, rad/s.
     pub bandwidth: f64,
-    /// The step of the predicted response, rad.
-    pub step: f64,
-    /// From 10 to 90 % of it, s: nominal, fastest and slowest.
-    pub rise_time: [f64; 3],
-    /// Beyond the step, a part of it.
-    pub overshoot: f64,
-    /// Until it stays within 2 %, s.
-    pub settling_time: f64,
-    /// The largest sensitivity.
-    pub sensitivity: f64,
-    /// Factors by which the loop's gain may fall and rise.
-    pub gain_margin: [f64; 2],
-    /// The largest command of the step, as a part of the available one.
-    pub command_share: f64,
-    /// Standard deviation of the command from the encoder's rounding.
-    pub noise: f64,
-    /// rad per rad/s² of a step of the load.
-    pub compliance: f64,
+    /// The predicted response.
+    pub predicted_response: PredictedResponse,
     /// The limit that keeps it from being faster: [`CAPS`].
     pub cap: i32,
     /// For eight bytes.
@@ -78,37 +62,8 @@ impl Content for Working {
     const WORDS: usize = 328;
 }
 
-impl Settings {
-    /// The goal of gains: as stiff as the servo permits, unless another was given.
-    pub(crate) fn goal(&self) -> Goal {
-        match (stated(self.response_time), stated(self.loop_bandwidth)) {
-            (Some(time), _) => Goal::ResponseTime(time),
-            (None, Some(bandwidth)) => Goal::Bandwidth(bandwidth),
-            (None, None) => Goal::Stiffest,
-        }
-    }
-
-    fn tuning(&self) -> TuningSettings {
-        let command = stated(self.command).unwrap_or(f64::INFINITY);
-        let usual = TuningSettings::new(self.sample_time, self.count(), command, self.step);
-        TuningSettings {
-            noise: self.noise,
-            cutoff: stated(self.cutoff),
-            command_delay: self.command_delay,
-            goal: self.goal(),
-            max_sensitivity: stated(self.max_sensitivity).unwrap_or(usual.max_sensitivity),
-            max_noise: stated(self.max_noise).unwrap_or(usual.max_noise),
-            resonance: stated(self.resonance),
-            notch: true,
-            feed_forward: self.with_feed_forward != 0,
-            ..usual
-        }
-    }
-}
-
 impl From<identifier_core::tuning::Tuning> for Tuning {
     fn from(found: identifier_core::tuning::Tuning) -> Self {
-        let predicted_response = found.predicted_response;
         Self {
             kp: found.kp,
             kd: found.kd,
@@ -118,19 +73,7 @@ impl From<identifier_core::tuning::Tuning> for Tuning {
             notch: found.notch,
             feed_forward: found.feed_forward.unwrap_or_default(),
             bandwidth: found.bandwidth,
-            step: predicted_response.step,
-            rise_time: [
-                predicted_response.rise_time,
-                predicted_response.quickest_rise_time,
-                predicted_response.slowest_rise_time,
-            ],
-            overshoot: predicted_response.overshoot,
-            settling_time: predicted_response.settling_time,
-            sensitivity: predicted_response.sensitivity,
-            gain_margin: predicted_response.gain_margins,
-            command_share: predicted_response.command_share,
-            noise: predicted_response.noise,
-            compliance: predicted_response.compliance,
+            predicted_response: found.predicted_response,
             cap: match found.cap {
                 None => 0,
                 Some(Cap::Delay) => 1,

@@ -4,9 +4,10 @@ use commissioning::Phase;
 use identifier_ffi::commission::CONDITIONS;
 use identifier_ffi::judge::STATES;
 use identifier_ffi::object::Object;
+use identifier_ffi::settings::NAMES;
 use identifier_ffi::status::ALLOWED;
 use identifier_ffi::tuner::CAPS;
-use identifier_ffi::{Prototype, parameter, status};
+use identifier_ffi::{Prototype, status};
 use std::collections::BTreeSet;
 
 const HEADER: &str = include_str!("../include/servo_id.h");
@@ -135,9 +136,12 @@ const SOURCES: [&str; 10] = [
 /// A field of Rust as C has it.
 fn field(line: &str) -> Option<String> {
     let (name, of) = line
-        .strip_prefix("    pub ")?
+        .trim_start()
+        .strip_prefix("pub ")?
         .strip_suffix(',')?
         .split_once(": ")?;
+    // The names of the parts, for refusals.
+    let (of, _) = of.split_once(" {").unwrap_or((of, ""));
     let mut parts = of.trim_start_matches('[').split([';', ']']);
     let of = in_c(parts.next()?);
     let sizes: String = parts
@@ -155,26 +159,40 @@ const OF_EACH: [(&str, &str); 3] = [
     ("choice", "i32"),
 ];
 
+/// The fields of the core's predicted response, which C has in a tuning.
+fn predicted_response() -> String {
+    const SOURCE: &str = include_str!("../../../identifier-core/src/tuning/predicted_response.rs");
+    let (_, fields) =
+        (SOURCE.split_once("#[repr(C)]\npub struct PredictedResponse {")).expect("it");
+    let (fields, _) = fields.split_once("\n}").expect("an end");
+    let fields: Vec<_> = fields.lines().filter_map(field).collect();
+    let times = "time; double quickest_rise_time; double slowest_rise_time;";
+    let fields = fields.join(" ").replace(times, "time[3];");
+    fields.replace("gain_margins", "gain_margin")
+}
+
 /// The fields are the same in the same order. As they are not padded, so are their places where the size is.
 #[test]
 fn structures_have_the_same_fields() {
     let code = code();
     let mut found = 0;
     let mut compare = |name: &str, fields: &str| {
-        let end = fields.find("\n}").expect("an end");
-        let fields: Vec<_> = fields[..end].lines().filter_map(field).collect();
+        let lines = fields.lines().take_while(|line| line.trim() != "}");
+        let fields: Vec<_> = lines.filter_map(field).collect();
         // C has no structure of its own for what is stored in an object.
         if fields.is_empty() || name.contains('<') {
             return;
         }
-        let fields = fields.join(" ");
+        let of_core = "servo_id_predicted_response predicted_response;";
+        let fields = fields.join(" ").replace(of_core, &predicted_response());
         let declared = format!("typedef struct servo_id_{name} {{ {fields} }} servo_id_{name};");
         assert!(code.contains(&declared), "{declared}");
         found += 1;
     };
     for structure in SOURCES
         .iter()
-        .flat_map(|of| of.split("#[repr(C)]\npub struct ").skip(1))
+        .flat_map(|of| of.split("#[repr(C)]\n").skip(1))
+        .filter_map(|of| of.trim_start().strip_prefix("pub struct "))
     {
         match structure.split_once(" {\n").expect("fields") {
             ("PerParameter<T>", fields) => OF_EACH
@@ -192,7 +210,8 @@ fn structures_have_the_same_fields() {
             (name, fields) => compare(&snake_case(name), fields),
         }
     }
-    compare("range", "    pub low: f64,\n    pub high: f64,\n}");
+    compare("range", "pub low: f64,\npub high: f64,");
+    compare("gains", "pub kp: f64,\npub kd: f64,\npub ki: f64,");
     let of_objects = code.matches("uint64_t words[").count();
     assert_eq!(found, code.matches("typedef struct").count() - of_objects);
 }
@@ -225,11 +244,15 @@ fn fields() -> Vec<String> {
     all
 }
 
+/// Ends of a range and what is chosen are named by their whole field.
 #[test]
 fn a_refusal_names_a_field_of_the_header() {
+    let whole = ["limit.", "travel.", "known."];
+    let is_named = |field: &&String| !whole.iter().any(|of| field.starts_with(of));
     let fields = fields();
-    for field in parameter::NAMES {
-        let field = field.to_str().expect("text");
-        assert!(fields.iter().any(|own| own == field), "{field}");
-    }
+    let fields: BTreeSet<&str> = fields.iter().filter(is_named).map(String::as_str).collect();
+    assert_eq!(
+        NAMES.split_terminator('\0').collect::<BTreeSet<_>>(),
+        fields
+    );
 }

@@ -27,9 +27,10 @@ pub struct Tuning {
     pub predicted_response: PredictedResponse,
 }
 
-/// Predicted behaviour of a loop, for the identified servo and the worst within its uncertainty.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Predicted behaviour of a loop, for the identified servo and the worst within its uncertainty. Laid out as C does.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct PredictedResponse {
     /// The step of the reference that it is for, rad.
     pub step: f64,
