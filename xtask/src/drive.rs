@@ -124,13 +124,13 @@ fn operate(drive: &mut Driven) -> Result<(), Box<dyn Error>> {
             .ok_or("the drive has not run for 30 s")?;
         let b = learnt.estimates.servo.b;
         if !(250.0..266.0).contains(&b) {
-            return Err(format!("{law}: b is {b} where the servo has 257.7").into());
+            return Err(format!("{law:?}: b is {b} where the servo has 257.7").into());
         }
         drive.stop()?;
         let status = drive.status()?;
         expect("how it ended", status.ended, Some(Ended::Stopped))?;
         expect("late samples", status.overruns, 0)?;
-        println!("{law}: b {b:.1} after 30 s, stopped");
+        println!("{law:?}: b {b:.1} after 30 s, stopped");
     }
     drive.ask(Command::Save)?;
 

@@ -2,11 +2,7 @@ use core::fmt;
 
 use commissioning::CommissionError;
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::parameters::{Parameter, PerParameter};
-use identifier_core::settings::{
-    ControllerSettings, GainError, IdentifierSettings, ParameterRangeSettings, RangeSettings,
-    SettingsError,
-};
+use identifier_core::settings::{GainError, SettingsError};
 use serde::{Deserialize, Serialize};
 
 use crate::guidance::{Homing, TargetSource};
@@ -142,123 +138,11 @@ impl Protection {
     };
 }
 
-impl fmt::Display for Estimator {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Gradient { friction: false } => "gradient estimator of a and b",
-            Self::Gradient { friction: true } => "gradient estimator of a, b and Coulomb friction",
-            Self::GaussNewton => "Gauss-Newton estimator of a, b, Coulomb friction and load",
-        })
-    }
-}
-
-impl fmt::Display for LoopSettings {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { core, law } = self;
-        writeln!(
-            f,
-            "sample time {} s, a count is {} rad, velocity cut-off {} rad/s",
-            core.sample_time, core.resolution, core.cutoff
-        )?;
-        if let Some(controller) = core.controller {
-            let ControllerSettings {
-                kp,
-                kd,
-                ki,
-                limit: [low, high],
-                reference_filter,
-                notch,
-                feed_forward,
-            } = controller;
-            write!(f, "kp {kp}, kd {kd}, ki {ki}, command {low} to {high}")?;
-            if reference_filter > 0.0 {
-                write!(f, ", reference filter {reference_filter} s")?;
-            }
-            if notch > 0.0 {
-                write!(f, ", notch {notch} rad/s")?;
-            }
-            if let Some(led) = feed_forward {
-                write!(f, ", feed-forward at {} rad/s", led.bandwidth)?;
-            }
-            writeln!(f)?;
-        }
-        write!(f, "{law}")?;
-        learning(&core.identifier, f)
-    }
-}
-
-/// Settings of an identifier that are given.
-fn learning(given: &IdentifierSettings, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-    match given.parameter_range {
-        Some(ParameterRangeSettings {
-            a: [a_min, a_max],
-            b: [b_min, b_max],
-        }) => write!(
-            f,
-            ", certified for a from {a_min} to {a_max}, b from {b_min} to {b_max}"
-        )?,
-        None => f.write_str(", not certified")?,
-    }
-    for parameter in Parameter::ALL {
-        let name = parameter.name();
-        if let Some(initial) = given.initial.get(parameter) {
-            write!(f, "\n{name} starts at {initial}")?;
-        }
-        if let Some([min, max]) = given.bounds.get(parameter) {
-            write!(f, "\n{name} stays within {min} to {max}")?;
-        }
-        if let Some(deviation) = given.uncertainty.get(parameter) {
-            write!(
-                f,
-                "\n{name} has a standard deviation of {deviation} at the start"
-            )?;
-        }
-        if given.known.get(parameter) {
-            write!(f, "\n{name} is known and stays fixed")?;
-        }
-    }
-    if let Some(PerParameter {
-        a,
-        b,
-        coulomb,
-        load,
-    }) = given.gamma
-    {
-        write!(f, "\ngamma a {a}, b {b}, coulomb {coulomb}, load {load}")?;
-    }
-    if let Some([kp, kd, ki]) = given.correction {
-        write!(f, "\ncorrection kp {kp}, kd {kd}, ki {ki}")?;
-    }
-    for (name, value, unit) in [
-        ("mu", given.mu, "1/s"),
-        ("bandwidth", given.bandwidth, "rad/s"),
-        ("start time", given.start_time, "s"),
-        ("memory", given.memory, "s"),
-        ("noise", given.noise, "rad"),
-        ("largest speed", given.max_speed, "rad/s"),
-    ] {
-        if let Some(value) = value {
-            write!(f, "\n{name} {value} {unit}")?;
-        }
-    }
-    if let Some(RangeSettings {
-        error,
-        velocity,
-        command,
-    }) = given.ranges
-    {
-        write!(
-            f,
-            "\nfixed point represents {error} rad of error, {velocity} rad/s, a command of {command}"
-        )?;
-    }
-    Ok(())
-}
-
+/// All but the loop, whose settings are the keys of a scenario.
 impl fmt::Display for Settings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
-            closed_loop,
+            closed_loop: _,
             dither,
             protection,
             homing,
@@ -266,7 +150,6 @@ impl fmt::Display for Settings {
             servo_changes,
             brake,
         } = self;
-        writeln!(f, "{closed_loop}")?;
         writeln!(
             f,
             "dither of {} rad, every {} s",

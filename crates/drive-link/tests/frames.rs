@@ -261,20 +261,6 @@ fn a_record_is_whole_after_messages_that_all_fit() {
     assert!(beyond.blocks.is_empty());
 }
 
-#[test]
-fn settings_are_decoded_as_given() {
-    let mut settings = filled(&mut || 1.5, u32::MAX, 3);
-    let all = settings.to_string();
-    assert!(all.contains("b starts at 1.5"), "{all}");
-    assert!(all.contains("gradient estimator of a, b and Coulomb friction"));
-    settings.closed_loop.core.identifier = IdentifierSettings::UNSTATED;
-    let few = settings.to_string();
-    assert!(
-        !few.contains("starts at") && few.contains("not certified"),
-        "{few}"
-    );
-}
-
 fn request() -> impl Strategy<Value = Request> {
     let command = prop_oneof![
         Just(Command::Hello),

@@ -1,7 +1,10 @@
-//! From a scenario to the settings that a drive builds its loop from.
+//! From a scenario to the settings that a drive builds its loop from, and back.
+
+use std::f64::consts::TAU;
 
 use drive_link::{Estimator as LinkEstimator, HoldingBrake, LoopSettings};
-use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Scenario, Velocity};
+use host_sim::scenario::{Arithmetic, Estimator, Fault, ModelSet, Options, Scenario, Velocity};
+use identifier_core::parameters::Parameter;
 
 /// The holding brake of a scenario as a drive's setting.
 #[must_use]
@@ -60,6 +63,26 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
     // Refuses with the scenario's key what the drive would refuse with its own.
     scenario.identifiable_with(&core)?;
     Ok(LoopSettings { core, law })
+}
+
+/// The settings of a drive's loop as the tables of a scenario that sends them, where they differ from the defaults.
+#[must_use]
+pub fn tables_of(of: &LoopSettings) -> String {
+    let parameters = match of.law {
+        LinkEstimator::Gradient { friction: false } => &Parameter::ALL[..2],
+        LinkEstimator::Gradient { friction: true } => &Parameter::ALL[..3],
+        LinkEstimator::GaussNewton => &Parameter::ALL,
+    };
+    let mut options = Options::blank();
+    options.identifier.set_estimator(match of.law {
+        LinkEstimator::Gradient { .. } => Estimator::Gradient,
+        LinkEstimator::GaussNewton => Estimator::GaussNewton,
+    });
+    options.identifier.parameters = parameters.to_vec();
+    options.stated = of.core;
+    // To the last digits but one, those of a quotient.
+    options.set_encoder((1e6 * TAU / of.core.resolution).round() / 1e6);
+    options.text()
 }
 
 #[cfg(test)]

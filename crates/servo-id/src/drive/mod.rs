@@ -13,7 +13,7 @@ use drive_link::{BoardTest, Command, Outcome, Refusal, Report, Request, Settings
 use host_sim::commission::Recorded;
 
 pub use self::driven::{AtEnd, Driven};
-pub use self::loop_settings::{holding_brake, loop_settings};
+pub use self::loop_settings::{holding_brake, loop_settings, tables_of};
 pub use self::results::{DriveCommissioningResult, DriveStatus, commissioning_outcome};
 pub use self::silence::Silence;
 use crate::port::{Port, PortError};

@@ -2,7 +2,7 @@
 
 use host_sim::scenario::{Fault, Purpose, Scenario};
 use identifier_core::parameters::{Term, Terms};
-use servo_id::drive::loop_settings;
+use servo_id::drive::{loop_settings, tables_of};
 
 /// The settings for a scenario of this text.
 fn settings_of(text: &str) -> Result<drive_link::LoopSettings, Fault> {
@@ -22,6 +22,27 @@ fn required_terms_and_a_declared_amplifier_are_sent() {
     let terms = &sent.core.identifier.terms;
     let declared = [terms.delay, terms.dead_band, terms.current_loop].map(f64::to_bits);
     assert_eq!(declared, [1e-3, 0.1, 2e-3_f64].map(f64::to_bits));
+}
+
+#[test]
+fn the_status_shows_the_tables_that_send_the_same_settings() {
+    let plant = "[plant]\na = 0.5\nb = 250.0\n";
+    let certified = "[encoder]\ncounts_per_rev = 4096\n[amplifier]\nlimit = [-2.0, 3.0]\n\
+                     [controller]\nkp = 8.0\nkd = 0.2\nki = 3.0\nsample_time = 5e-4\nnotch = 300.0\n\
+                     reference_filter = 0.01\nfeed_forward = { bandwidth = 60.0, acceleration = 0.005 }\n\
+                     velocity_filter = { kind = \"low-pass\", cutoff = 400.0 }\n\
+                     [identifier]\nlaw = \"gradient\"\nparameters = [\"a\", \"b\", \"coulomb\"]\nmu = 3.0\n\
+                     initial = { a = 1.0, b = 200.0, coulomb = 2.0 }\nbounds = { b = [90.0, 1100.0] }\n\
+                     servo_range = { a = [0.0, 50.0], b = [110.0, 1000.0] }\ngamma = [2.0, 3e3, 4.0]\n\
+                     correction = { kp = 7.0, kd = 0.3, ki = 2.0 }\nmax_speed = 90.0\n";
+    let fitting = "[amplifier]\ndelay = 1e-3\n[identifier]\nlaw = \"gauss-newton\"\nmemory = 5.0\n\
+                   parameters = [\"a\", \"b\", \"coulomb\", \"load\"]\nrequired_terms = [\"delay\"]\n\
+                   noise = 1e-3\nstart_time = 0.5\nbandwidth = 20.0\n";
+    for text in ["", certified, fitting] {
+        let sent = settings_of(&format!("{plant}{text}")).expect("the firmware has it");
+        let shown = tables_of(&sent);
+        assert_eq!(settings_of(&format!("{plant}{shown}")), Ok(sent), "{shown}");
+    }
 }
 
 #[test]

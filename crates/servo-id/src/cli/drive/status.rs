@@ -11,7 +11,7 @@ use crate::SIDES;
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
 use crate::cli::standard_output::show;
-use crate::drive::{Client, DriveStatus};
+use crate::drive::{Client, DriveStatus, tables_of};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
@@ -174,5 +174,12 @@ fn print(status: &Status, settings: &Settings) -> Result<(), Fault> {
         "{:.1} µs from the reading of the encoder to the change of the output",
         1e6 * status.command_delay
     )?;
+    let core = &settings.closed_loop.core;
+    show!(
+        "sample time {} s, a count is {} rad; its loop where a scenario's defaults do not hold:",
+        core.sample_time,
+        core.resolution
+    )?;
+    show!("{}", tables_of(&settings.closed_loop))?;
     show!("{settings}")
 }
