@@ -1,5 +1,6 @@
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use drive_link::{Homing, Refusal, ServoChanges, Settings, TargetSource};
 use host_sim::scenario::{ExcitationKind, Purpose, Scenario, key_of_loop};
 
@@ -7,7 +8,7 @@ use super::fault;
 use crate::cli::fault::Fault;
 use crate::drive::{Client, DriveError, holding_brake, loop_settings};
 
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The scenario: controller, amplifier, encoder and identifier. The excitation `prbs` becomes the dither,
     /// `none` disables it; any other is refused.
@@ -179,20 +180,9 @@ fn refused(error: DriveError) -> Fault {
 
 /// The option or the key that states a setting, by its name on the line.
 fn place_of(setting: &str) -> Option<String> {
-    /// The options, as [`Arguments`] has them.
-    const OPTIONS: [&str; 10] = [
-        "following_error",
-        "travel",
-        "pace",
-        "speed",
-        "breakaway",
-        "stall_time",
-        "duration",
-        "link_timeout",
-        "stop_time",
-        "servo_changes",
-    ];
-    if OPTIONS.contains(&setting) {
+    let options = Arguments::augment_args(clap::Command::new("configure"));
+    let mut options = options.get_arguments();
+    if options.any(|option| option.get_id() == setting) {
         return Some(format!("--{}", setting.replace('_', "-")));
     }
     let key = match setting {
