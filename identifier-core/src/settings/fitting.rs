@@ -1,5 +1,4 @@
-use super::gradient::{LARGEST, allowed};
-use super::parameter_range::SMALLEST_GAIN;
+use super::parameter_range::{LARGEST, SMALLEST_GAIN, allowed};
 use super::terms::TermConfig;
 use super::{Settings, SettingsError};
 use crate::error::Allowed;

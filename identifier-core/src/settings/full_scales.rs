@@ -1,4 +1,4 @@
-use super::parameter_range::{SMALLEST_GAIN, parameter_range};
+use super::parameter_range::{SMALLEST_GAIN, allowed, parameter_range};
 use super::{RangeSettings, Settings, SettingsError};
 use crate::control::{Gains, per_error, sum_exponent};
 use crate::error::{Allowed, OutOfRange};
@@ -150,12 +150,7 @@ impl FullScales {
             let given = bounds(settings, parameter)?;
             let [low, high] = given.unwrap_or([0.0; 2]);
             let largest = libm::fabs(low).max(libm::fabs(high));
-            let name = match parameter {
-                Parameter::A => "bounds.a",
-                Parameter::B => "bounds.b",
-                Parameter::Coulomb => "bounds.coulomb",
-                Parameter::Load => "bounds.load",
-            };
+            let (_, name, _) = allowed(parameter, &units);
             Allowed::Finite.check(name, largest)?;
             Ok::<_, SettingsError>(exponent_above(largest * parameter.scale(&units)))
         };

@@ -2,7 +2,7 @@ use core::marker::PhantomData;
 
 use super::automatic_gamma::gamma_by_limit;
 use super::full_scales::{bounded, bounds, full_scales};
-use super::parameter_range::{SMALLEST_GAIN, nominal_range, parameter_range};
+use super::parameter_range::{LARGEST, SMALLEST_GAIN, allowed, nominal_range, parameter_range};
 use super::{FromSettings, Settings, SettingsError};
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
@@ -44,32 +44,6 @@ enum Decay {
     /// Without a parameter range: this per b̂. It is half of k_d, so that it still holds for an estimate twice too
     /// large.
     PerGain(f64),
-}
-
-/// The largest b̂, ĉ and |d̂|, SI. They are far beyond any servo, and keep the model loop in the range of single
-/// precision.
-pub(crate) const LARGEST: f64 = Gains::LARGEST;
-
-/// The range of an estimate, and the names of bounds and initial value.
-pub(crate) fn allowed(
-    parameter: Parameter,
-    units: &Units,
-) -> (Allowed, &'static str, &'static str) {
-    let fastest = ZeroOrderHoldStep::<f64>::LARGEST_RATE / units.rate();
-    match parameter {
-        Parameter::A => (Allowed::Within(-fastest, fastest), "bounds.a", "initial.a"),
-        Parameter::B => (Allowed::PositiveUpTo(LARGEST), "bounds.b", "initial.b"),
-        Parameter::Coulomb => (
-            Allowed::Within(0.0, LARGEST),
-            "bounds.coulomb",
-            "initial.coulomb",
-        ),
-        Parameter::Load => (
-            Allowed::Within(-LARGEST, LARGEST),
-            "bounds.load",
-            "initial.load",
-        ),
-    }
 }
 
 /// What a gradient identifier needs whatever its parameters are, as checked. One copy serves every set of parameters.

@@ -1,4 +1,4 @@
-use super::gradient::LARGEST;
+use super::parameter_range::LARGEST;
 use super::{SettingsError, TermSettings};
 use crate::error::Allowed;
 use crate::measurement::angle::AngleSettings;
