@@ -28,8 +28,8 @@ Law: TypeAlias = Literal["fit", "gauss-newton", "gradient"]
 
 _ROLES = ("time", "position", "command", "reference", "goal", "velocity", "known_torque")
 
-_OF_LOOP = {"kp": "kp", "kd": "kd", "limit": "limit", "loop_time": "sample_time", "integrator": "integrator", "cutoff": "cutoff"}
-"""Keywords of a servo's own loop, and their keys of ``[inner]``."""
+_OF_LOOP = {"kp", "kd", "limit", "loop_time", "integrator", "cutoff"}
+"""Keywords of a servo's own loop."""
 
 _BATCH = 200
 """Servos of a batch: seconds of work, so that its way to a worker costs nothing beside it."""
@@ -69,7 +69,7 @@ def identify(
         text, findings = _scenario.read(scenario), ()
         source = _source(log, joint, {})
     elif _has_roles(log, joint, options):
-        scenario_of_columns(log, {}, options)
+        _check_roles(log, options)
         source = _in_memory(log)
         text, findings = _recognised(source, {role: role for role in log} | options, estimator)
     else:
@@ -260,39 +260,16 @@ def tune(
     return Gains(text, tuple(assumptions))
 
 
-def scenario_of_columns(log: Collection[str], estimator: Mapping[str, Any], options: Mapping[str, Any]) -> dict[str, Any]:
-    """The scenario of columns of a ``log`` by their names, which are those of their quantities."""
-    stated = dict(options)
-    loop = {key: _number(stated.pop(name)) for name, key in _OF_LOOP.items() if name in stated}
+def _check_roles(log: Collection[str], options: Mapping[str, Any]) -> None:
+    """Refuses columns with the names of their quantities that are none of a log, or lack one."""
     has_goal = "goal" in log
-    for role in ("position", "goal" if loop or has_goal else "command"):
+    for role in ("position", "goal" if has_goal or _OF_LOOP & options.keys() else "command"):
         if role not in log:
             raise ValueError(f"the log has no {role}: it has {', '.join(log) or 'nothing'}")
     if has_goal and ("command" in log or "reference" in log):
         raise ValueError("goal: a log has either a goal, or a command and a reference; leave out the others")
-    unknown = set(log) - set(_ROLES)
-    if unknown:
-        raise ValueError(f"{', '.join(sorted(unknown))}: not a column: it must be one of {', '.join(_ROLES)}")
-    if "time" not in log and "sample_time" not in stated:
+    if "time" not in log and "sample_time" not in options:
         raise ValueError("sample_time is missing: state the time from one sample to the next, s, or a column time")
-    # Zero is an encoder that nothing is known of: the log's own steps count then.
-    encoder = {"counts_per_rev": float(stated.pop("counts_per_rev", 0.0))}
-    units = {name: _number(stated.pop(name)) for name in ("torque_constant", "inertia", "command_unit") if name in stated}
-    gaps = {"bridge_gaps": int(stated.pop("bridge_gaps"))} if "bridge_gaps" in stated else {}
-    numbers = {name: _number(value) for name, value in stated.items()}
-    columns_of_log = {"reference" if role == "goal" else role: role for role in log}
-    tables = {"encoder": encoder, "identifier": dict(estimator), "log": columns_of_log | numbers | gaps}
-    if has_goal:
-        # With an unknown gain the command is the distance from the goal.
-        tables["inner"] = {"kp": 1.0, **loop}
-    if units:
-        tables["physical"] = units
-    return tables
-
-
-def _number(value: Any) -> Any:
-    """A number as float, which TOML distinguishes; texts and lists unchanged."""
-    return value if isinstance(value, str) or np.ndim(value) > 0 else float(value)
 
 
 def _of_joint(stated: Mapping[str, Any], number: int, count: int) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native, _scenario
-from ._experiments import estimator_of, float_columns, scenario_of_columns
+from ._experiments import estimator_of, float_columns
 from ._keywords import PositionUnit
 
 
@@ -34,14 +34,16 @@ class Identifier:
         law: Literal["gauss-newton", "gradient"] | str = "gauss-newton",
         identifier: Mapping[str, Any] | None = None,
     ) -> None:
-        options = {
+        log = {
+            "position": "position",
+            "command": "command",
             "sample_time": sample_time,
-            "counts_per_rev": counts_per_rev,
             "position_unit": position_unit,
             "position_scale": position_scale,
             "command_scale": command_scale,
         }
-        scenario = scenario_of_columns(("position", "command"), estimator_of(law, identifier), options)
+        encoder = {"counts_per_rev": counts_per_rev}
+        scenario = {"encoder": encoder, "identifier": estimator_of(law, identifier), "log": log}
         self._native = _native.Online(*_scenario.read(scenario))
 
     def learn(self, position: npt.ArrayLike, command: npt.ArrayLike) -> None:
