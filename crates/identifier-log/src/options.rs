@@ -35,22 +35,28 @@ macro_rules! options {
     (
         $(#[$meta:meta])*
         pub struct $type:ident {
-            $($(#[$doc:meta])* $name:ident: $value:ty = $shown:literal $({ $($setting:tt)* })?,)*
+            $($(#[doc = $about:literal])* $name:ident: $value:ty = $shown:literal $({ $($setting:tt)* })?,)*
         }
-        more { $($(#[$of_other:meta])* pub $other:ident: $of:ty,)* }
+        more { $($(#[doc = $of_other:literal])* #[cfg_attr($($clap:tt)*)] pub $other:ident: $of:ty,)* }
     ) => {
         $(#[$meta])*
         #[cfg_attr(feature = "clap", derive(clap::Args), command(allow_negative_numbers = true))]
         pub struct $type {
             $(
-                $(#[$doc])*
+                $(#[doc = $about])*
                 #[cfg_attr(feature = "clap", arg(long, value_name = $shown $(, $($setting)*)?))]
                 pub $name: Option<$value>,
             )*
-            $($(#[$of_other])* pub $other: $of,)*
+            $($(#[doc = $of_other])* #[cfg_attr($($clap)*)] pub $other: $of,)*
         }
 
         impl $type {
+            /// All options by their names, and what they are.
+            pub const HELP: &'static [(&'static str, &'static str)] = &[
+                $((stringify!($name), concat!($($about),*)),)*
+                $((stringify!($other), concat!($($of_other),*)),)*
+            ];
+
             /// Takes the value of an option by its name, as the answer to a question is one.
             ///
             /// # Errors

@@ -40,4 +40,8 @@ mod _native {
 
     #[pymodule_export]
     const VERSION: &str = servo_id::VERSION;
+    #[pymodule_export]
+    const LOG_OPTIONS: &[(&str, &str)] = identifier_log::recognise::LogOptions::HELP;
+    #[pymodule_export]
+    const CONDITIONS: &[(&str, &str)] = identifier_log::tune::Conditions::HELP;
 }

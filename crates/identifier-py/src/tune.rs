@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use identifier_core::tuning::Goal;
 use identifier_log::result::KeptResult;
 use identifier_log::tune::{Conditions, Form, IdentifiedResult, KnownConditions, NoGains, Tuned};
 use pyo3::prelude::*;
@@ -31,34 +30,21 @@ pub(crate) fn tune(
                 "{reservation}: its gains would be a guess; correct that first, or pass accept_unconverged=True"
             )));
         }
-        let (goal, mut conditions) = stated(&conditions)?;
+        let mut stated = Conditions::default();
+        for (name, value) in conditions {
+            let taken = stated.answer(&name, &value.to_string());
+            taken.map_err(|why| value_error(format!("{name}: {why}")))?;
+        }
         let form = form.map(str::parse::<Form>).transpose();
-        conditions.form = form.map_err(|names| value_error(format!("form must be {names}")))?;
+        stated.form = form.map_err(|names| value_error(format!("form must be {names}")))?;
         let known = KnownConditions::of_result(&kept, identified.has_delay);
-        let settings = conditions.settings(goal, &identified, &known);
+        let settings = stated.settings(stated.goal(), &identified, &known);
         let settings = settings.map_err(value_error)?;
-        let tuned = Tuned::of_conditions(&identified, &known, &conditions, &settings);
+        let tuned = Tuned::of_conditions(&identified, &known, &stated, &settings);
         let tuned = tuned.map_err(|error| refusal(&error))?;
         let json = serde_json::to_string(&tuned.result()).map_err(value_error)?;
-        Ok((json, conditions.assumptions(&known)))
+        Ok((json, stated.assumptions(&known)))
     })
-}
-
-/// The goal and the conditions of their names.
-fn stated(named: &BTreeMap<String, f64>) -> PyResult<(Goal, Conditions)> {
-    let mut conditions = Conditions::default();
-    let mut goal = Goal::Stiffest;
-    for (name, &value) in named {
-        match name.as_str() {
-            "response_time" => goal = Goal::ResponseTime(value),
-            "bandwidth" => goal = Goal::Bandwidth(value),
-            name => {
-                let taken = conditions.answer(name, &value.to_string());
-                taken.map_err(|why| value_error(format!("{name}: {why}")))?;
-            }
-        }
-    }
-    Ok((goal, conditions))
 }
 
 fn refusal(error: &NoGains) -> PyErr {

@@ -68,7 +68,7 @@ options! {
         /// Largest number of missing samples in a row that are interpolated linearly.
         #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
         pub bridge_gaps: Option<u32>,
-        /// A range of the log's time that is left out, s, FROM:TO. May be repeated.
+        /// A range of the log's time that is left out, s; there may be several.
         #[cfg_attr(feature = "clap", arg(long, value_name = "FROM:TO", value_parser = range, allow_hyphen_values = true))]
         pub cut: Vec<[f64; 2]>,
     }

@@ -10,9 +10,13 @@ use crate::result::KeptResult;
 use crate::scenario::{CommandUnit, Options};
 
 options! {
-    /// The conditions of the gains, SI, as options. The rest comes from the scenario or the result, or has a default.
+    /// Goal and conditions of the gains, SI, as options. The rest comes from the scenario or the result, or has a default.
     #[derive(Debug, Clone, Copy, PartialEq, Default)]
     pub struct Conditions {
+        /// Goal: time from 10 to 90 % of a step, s.
+        response_time: f64 = "S" { group = "goal", conflicts_with = "feed_forward" },
+        /// Goal: ω of the loop's poles, rad/s.
+        bandwidth: f64 = "W" { group = "goal" },
         /// Sample time of the loop, s; the result's by default.
         sample_time: f64 = "T",
         /// Counts of the encoder per revolution; 0 for an ideal sensor.
@@ -82,6 +86,16 @@ pub enum ConditionError {
 impl Conditions {
     /// The step of the prediction if none is stated, rad.
     pub const STEP: f64 = 0.1;
+
+    /// The goal: the stiffest gains, unless another is stated.
+    #[must_use]
+    pub fn goal(&self) -> Goal {
+        match (self.response_time, self.bandwidth) {
+            (Some(time), _) => Goal::ResponseTime(time),
+            (None, Some(bandwidth)) => Goal::Bandwidth(bandwidth),
+            (None, None) => Goal::Stiffest,
+        }
+    }
 
     /// The tuner's settings for a goal.
     ///

@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 VERSION: str
+LOG_OPTIONS: Sequence[tuple[str, str]]
+CONDITIONS: Sequence[tuple[str, str]]
 
 _Columns: TypeAlias = dict[str, bytes]
 _Path: TypeAlias = "str | PathLike[str]"

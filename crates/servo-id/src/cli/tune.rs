@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use host_sim::scenario::{Purpose, Scenario};
 use identifier_core::error::{Allowed, OutOfRange};
-use identifier_core::tuning::{Goal, TuningError};
+use identifier_core::tuning::TuningError;
 use identifier_log::tune::{Conditions, IdentifiedResult, KnownConditions, NoGains, Tuned};
 
 use super::fault::Fault;
@@ -15,26 +15,14 @@ use crate::present;
 pub(super) struct Arguments {
     /// The result that `run` or `identify` wrote with --json.
     result: PathBuf,
-    /// Goal: time from 10 to 90 % of a step, s.
-    #[arg(
-        long,
-        value_name = "S",
-        group = "goal",
-        conflicts_with = "feed_forward",
-        allow_negative_numbers = true
-    )]
-    response_time: Option<f64>,
-    /// Goal: ω of the loop's poles, rad/s.
-    #[arg(long, value_name = "W", group = "goal", allow_negative_numbers = true)]
-    bandwidth: Option<f64>,
+    #[command(flatten)]
+    conditions: Conditions,
     /// Goal: as stiff as the servo allows (the default).
     #[arg(long, group = "goal")]
     stiffest: bool,
     /// The scenario for encoder, limit and declared delay; that of the result by default.
     #[arg(long, value_name = "SCENARIO.toml")]
     scenario: Option<PathBuf>,
-    #[command(flatten)]
-    conditions: Conditions,
     /// Tune even for a result that has not converged; the predicted response is then uncertain.
     #[arg(long)]
     accept_unconverged: bool,
@@ -70,7 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
         None => KnownConditions::of_result(&kept, result.has_delay),
     };
     let settings = conditions
-        .settings(arguments.goal(), &result, &known)
+        .settings(conditions.goal(), &result, &known)
         .map_err(|error| of_result(&error))?;
     let tuned = Tuned::of_conditions(&result, &known, &conditions, &settings)
         .map_err(|error| Fault::Input(arguments.refusal(&error, settings.step)))?;
@@ -116,25 +104,21 @@ fn check(conditions: &Conditions) -> Result<(), Fault> {
 }
 
 impl Arguments {
-    /// The goal; `stiffest` is what holds without the other two.
-    fn goal(&self) -> Goal {
-        match (self.response_time, self.bandwidth) {
-            (Some(time), _) => Goal::ResponseTime(time),
-            (None, Some(bandwidth)) => Goal::Bandwidth(bandwidth),
-            (None, None) => Goal::Stiffest,
-        }
-    }
-
     /// Why there are no gains, with a possible goal.
     fn refusal(&self, error: &NoGains, step: f64) -> String {
         let result = self.result.display();
+        let Conditions {
+            response_time,
+            bandwidth,
+            ..
+        } = self.conditions;
         match *error {
             NoGains::TooFast {
                 cap,
                 most,
                 rise_time,
             } => {
-                let (asked, instead) = match (self.response_time, self.bandwidth, rise_time) {
+                let (asked, instead) = match (response_time, bandwidth, rise_time) {
                     (Some(time), _, Some(least)) => (
                         format!("--response-time {time}"),
                         // Response times are met to a hundredth.
