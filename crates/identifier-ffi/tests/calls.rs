@@ -1,18 +1,23 @@
 //! Calls of all kinds, right and wrong: each has a status, and nothing is touched that was not passed.
 
 use std::collections::BTreeMap;
+use std::ffi::CStr;
+use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 
+use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::identifier::GradientIdentifier;
 use identifier_core::measurement::LowPass;
-use identifier_core::parameters::{IdentifiedServo as Servo, PerParameter as Each, Unknowns};
+use identifier_core::parameters::{
+    IdentifiedServo as Servo, PerParameter as Each, ServoParameters, Unknowns,
+};
 use identifier_core::settings::ParameterRangeSettings as ServoRange;
 use identifier_ffi::commission::{CommissionResult, CommissionStep};
 use identifier_ffi::identifier::Estimates;
 use identifier_ffi::judge::Verdict;
 use identifier_ffi::settings::Settings;
 use identifier_ffi::status::{self, Error};
-use identifier_ffi::tuner::Tuning;
+use identifier_ffi::tuner::{Tuning, servo_id_tuner_init};
 use identifier_ffi::{Argument, objects, prototypes};
 
 /// Settings that every estimator accepts.
@@ -363,4 +368,61 @@ fn whatever_is_called_has_a_status() {
     let [taken, refused] = [0, 1].map(|place| answers.iter().map(|own| own[place]).sum::<u64>());
     let some = number_of_calls() / 20;
     assert!(taken > some && refused > some, "{taken}, {refused}");
+}
+
+/// The number of a range's kind and its ends as the core's.
+fn allowed(refused: &Error) -> Allowed {
+    match refused.allowed {
+        2 => Allowed::Above(refused.low),
+        3 => Allowed::AtLeast(refused.low),
+        6 => Allowed::Between(refused.low, refused.high),
+        7 => Allowed::Within(refused.low, refused.high),
+        8 => Allowed::PositiveUpTo(refused.high),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn a_tuning_is_refused_with_what_the_core_says() {
+    let servo = Servo::known(ServoParameters::new(0.5, 200.0, 0.0, 0.0), 1e-3);
+    for sentence in include_str!("../../../identifier-core/tests/tuning/refusals.txt").lines() {
+        let (name, rest) = sentence.split_once(" = ").expect("a value");
+        let mut given = settings();
+        let field = match name {
+            "bandwidth" => &mut given.loop_bandwidth,
+            "command_delay" => &mut given.command_delay,
+            "cutoff" => &mut given.cutoff,
+            "max_noise" => &mut given.max_noise,
+            "max_sensitivity" => &mut given.max_sensitivity,
+            "resonance" => &mut given.resonance,
+            "response_time" => &mut given.response_time,
+            "sample_time" => &mut given.sample_time,
+            other => panic!("{other}"),
+        };
+        *field = rest
+            .split(' ')
+            .next()
+            .expect("a word")
+            .parse()
+            .expect("a number");
+        let (mut words, mut error) = ([0_u64; 328], MaybeUninit::<Error>::uninit());
+        let (tuner, size) = (words.as_mut_ptr().cast(), size_of_val(&words) as u32);
+        // SAFETY: as the header says.
+        let (status, refused) = unsafe {
+            let status = servo_id_tuner_init(
+                tuner,
+                size,
+                &raw const given,
+                &raw const servo,
+                error.as_mut_ptr(),
+            );
+            (status, error.assume_init())
+        };
+        assert_eq!(status, status::OUT_OF_RANGE, "{sentence}");
+        // SAFETY: a refusal of a setting names a field.
+        let field = unsafe { CStr::from_ptr(refused.parameter) };
+        let field = field.to_str().expect("text").trim_start_matches("loop_");
+        let told = OutOfRange::new(field, refused.value, allowed(&refused));
+        assert_eq!(told.to_string(), sentence);
+    }
 }

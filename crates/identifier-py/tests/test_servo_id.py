@@ -16,11 +16,12 @@ import time
 import tomllib
 import unittest
 from pathlib import Path
-from typing import get_args
+from typing import get_args, get_type_hints
 
 import numpy as np
 
 import servo_id
+from servo_id import _keywords, _native
 
 ROOT = Path(__file__).resolve().parents[3]
 LOG = ROOT / "host-sim/logs/simulated-servo.csv.gz"
@@ -274,6 +275,7 @@ class Identification(unittest.TestCase):
         self.assertEqual(shown["counts_per_rev"].annotation, float)
         self.assertIn("deg", get_args(shown["position_unit"].annotation))
         self.assertNotIn("options", shown)
+        self.assertIn("wrap: Period after which the position wraps", servo_id.identify.__doc__)
         for call, arguments, near in [
             (servo_id.identify, (LOG,), {"position_units": "rad"}),
             (servo_id.tune, (None,), {"respons_time": 0.1}),
@@ -281,6 +283,14 @@ class Identification(unittest.TestCase):
         ]:
             with self.assertRaisesRegex(TypeError, "position_unit|response_time|colour"):
                 call(*arguments, **near)
+
+    def test_keywords_are_the_options_of_the_program(self):
+        for typed, options in [
+            (_keywords.LogOptions, _native.LOG_OPTIONS),
+            (_keywords.JointOptions, _native.LOG_OPTIONS),
+            (_keywords.Conditions, _native.CONDITIONS),
+        ]:
+            self.assertEqual(set(get_type_hints(typed)), set(dict(options)) - {"form", "feed_forward"})
 
     def test_estimator_and_cuts_are_stated_of_a_file_too(self):
         of_file = servo_id.identify(LOG, law="gauss-newton", counts_per_rev=10000, cut=[[2.0, 3.0]])
@@ -406,6 +416,10 @@ class OtherVerbs(unittest.TestCase):
             servo_id.tune(result, response_time=1e-5)
         with self.assertRaisesRegex(ValueError, "two goals"):
             servo_id.tune(result, response_time=0.05, bandwidth=10.0)
+        for sentence in (ROOT / "identifier-core/tests/tuning/refusals.txt").read_text().splitlines():
+            name, _, value, *_ = sentence.split()
+            with self.assertRaisesRegex(ValueError, re.escape(sentence)):
+                servo_id.tune(result, **{name: float(value)})
 
     def test_an_unconverged_result_is_not_built_on(self):
         result = servo_id.simulate(dict(SERVO, identifier={"law": "gauss-newton"}, excitation={"kind": "none"}))

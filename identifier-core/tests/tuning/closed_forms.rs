@@ -247,36 +247,62 @@ fn settings_out_of_range_are_refused_by_name() {
         ..settings(Goal::Stiffest)
     };
     assert!(Tuner::new(&good, &servo).is_ok());
-    type Change = fn(&mut TuningSettings);
-    let changes: [(&str, Change); 12] = [
-        ("sample_time", |s| s.sample_time = 0.0),
-        ("resolution", |s| s.resolution = -1.0),
-        ("cutoff", |s| s.cutoff = Some(4000.0)),
-        ("command", |s| s.command = 0.0),
-        ("command", |s| s.command = f64::NAN),
-        ("command_delay", |s| s.command_delay = -1e-3),
-        ("response_time", |s| s.goal = Goal::ResponseTime(0.0)),
-        ("bandwidth", |s| s.goal = Goal::Bandwidth(f64::INFINITY)),
-        ("max_sensitivity", |s| s.max_sensitivity = 1.0),
-        ("max_noise", |s| s.max_noise = 0.0),
-        ("resonance", |s| s.resonance = Some(0.0)),
-        ("step", |s| s.step = 0.009),
+    type Change = fn(&mut TuningSettings, f64);
+    let changes: [(&str, Change); 11] = [
+        ("sample_time", |s, to| s.sample_time = to),
+        ("resolution", |s, to| s.resolution = to),
+        ("cutoff", |s, to| s.cutoff = Some(to)),
+        ("command", |s, to| s.command = to),
+        ("command_delay", |s, to| s.command_delay = to),
+        ("response_time", |s, to| s.goal = Goal::ResponseTime(to)),
+        ("bandwidth", |s, to| s.goal = Goal::Bandwidth(to)),
+        ("max_sensitivity", |s, to| s.max_sensitivity = to),
+        ("max_noise", |s, to| s.max_noise = to),
+        ("resonance", |s, to| s.resonance = Some(to)),
+        ("step", |s, to| s.step = to),
     ];
-    let refused = changes.map(|(name, change)| {
+    let refused = |name: &str, value| {
         let mut bad = good;
-        change(&mut bad);
+        let (_, change) = changes
+            .iter()
+            .find(|(of, _)| *of == name)
+            .expect("a setting");
+        change(&mut bad, value);
         let Err(TuningError::OutOfRange(refused)) = Tuner::new(&bad, &servo) else {
             panic!("{name}");
         };
-        assert_eq!(refused.parameter, name);
         refused
-    });
+    };
+    for (name, _) in changes {
+        for value in [f64::NAN, -1.0] {
+            assert_eq!(refused(name, value).parameter, name);
+        }
+    }
+    for (name, value) in [
+        ("sample_time", 0.0),
+        ("command", 0.0),
+        ("response_time", 0.0),
+        ("bandwidth", f64::INFINITY),
+        ("max_noise", 0.0),
+        ("resonance", 0.0),
+    ] {
+        assert_eq!(refused(name, value).parameter, name);
+    }
+    // Those of every door: the command line, Python and C have them too.
+    for sentence in include_str!("refusals.txt").lines() {
+        let (name, rest) = sentence.split_once(" = ").expect("a value");
+        let value = rest.split(' ').next().expect("a word").parse();
+        assert_eq!(
+            refused(name, value.expect("a number")).to_string(),
+            sentence
+        );
+    }
     let few = OutOfRange {
         parameter: "step",
         value: 0.009,
         allowed: Allowed::AtLeast(0.01),
     };
-    assert!(refused.contains(&few), "{refused:?}");
+    assert_eq!(refused("step", 0.009), few);
 }
 
 #[test]

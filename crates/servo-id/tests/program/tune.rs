@@ -156,12 +156,7 @@ tune result.json --counts 10000 --limit -3 | --limit = -3
 tune result.json --counts 10000 --limit NaN | --limit = NaN
 tune result.json --limit 10 --counts -3 | --counts = -3
 tune result.json --limit 10 --counts NaN | --counts = NaN
-TUNE --bandwidth -1 | --bandwidth =
 TUNE --sample-time 0 | --sample-time =
-TUNE --max-sensitivity 1 | --max-sensitivity =
-TUNE --max-noise 2 | --max-noise =
-TUNE --cutoff 1e6 | --cutoff =
-TUNE --command-delay -0.1 | --command-delay =
 TUNE --resonance 0 | --resonance =
 TUNE --step 0.001 | --step =
 TUNE --step NaN | --step =
@@ -175,7 +170,15 @@ TUNE --for odrive --response-time 0.002 | --response-time 0.002:
 
 #[test]
 fn what_is_missing_impossible_or_out_of_its_range_is_refused_by_name() {
-    with(&result()).assert_refused(&REFUSED.replace("TUNE", TUNE));
+    let folder = with(&result());
+    folder.assert_refused(&REFUSED.replace("TUNE", TUNE));
+    for sentence in include_str!("../../../../identifier-core/tests/tuning/refusals.txt").lines() {
+        let (name, told) = sentence.split_once(" = ").expect("a value");
+        let (value, _) = told.split_once(' ').expect("a sentence");
+        let option = format!("--{}", name.replace('_', "-"));
+        let message = folder.refused(&format!("{TUNE} {option} {value}"));
+        assert!(message.contains(&format!("{option} = {told}")), "{message}");
+    }
 }
 
 #[test]
