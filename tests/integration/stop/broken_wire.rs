@@ -2,7 +2,7 @@
 
 use drive_link::{Command, Fault, Refusal, State};
 
-use super::host::Host;
+use super::host::{DONE, Host};
 use super::machine::BYTE;
 use super::{LIMIT, settings};
 
@@ -15,29 +15,9 @@ const REQUEST: usize = 8;
 /// Bytes of a start with its zero: one more, the version.
 const START: usize = REQUEST + 1;
 
-/// Time in which a request is done, ns.
-const DONE: u64 = 5_000_000;
-
-/// A drive that is configured, with a link timeout, s.
-fn configured(link_timeout: f64) -> Host {
-    let mut settings = settings(RATE);
-    settings.protection.link_timeout = link_timeout;
-    let mut host = Host::new(RATE);
-    host.request(Command::Configure(settings));
-    host.pass(50_000_000);
-    assert_eq!(host.refusals(), []);
-    host
-}
-
-fn running(host: &mut Host) {
-    host.request(Command::Start);
-    host.pass(DONE);
-    assert_eq!((host.refusals(), host.is_driven()), (Vec::new(), true));
-}
-
 #[test]
 fn an_order_with_a_break_behind_it_is_refused_by_name_and_one_with_it_inside_is_none() {
-    let mut host = configured(0.0);
+    let mut host = Host::configured(RATE, 0.0);
     for time in [BYTE, 3 * BYTE, 200 * BYTE] {
         host.request(Command::Start);
         host.break_wire(time);
@@ -54,14 +34,14 @@ fn an_order_with_a_break_behind_it_is_refused_by_name_and_one_with_it_inside_is_
         assert_eq!(host.refusals(), Vec::from_iter(expected), "{place}");
         assert!(!host.is_driven());
     }
-    running(&mut host);
+    host.start();
 }
 
 #[test]
 fn a_break_ends_no_run_and_the_stop_behind_it_is_obeyed() {
-    let mut host = configured(0.0);
+    let mut host = Host::configured(RATE, 0.0);
     for place in 0..=REQUEST {
-        running(&mut host);
+        host.start();
         host.break_wire(3 * BYTE);
         host.pass(DONE);
         assert!(host.is_driven());
@@ -79,17 +59,21 @@ fn a_break_ends_no_run_and_the_stop_behind_it_is_obeyed() {
 #[test]
 fn a_wire_that_stays_broken_ends_the_run_by_name() {
     const TIMEOUT: f64 = 0.1;
-    let mut host = configured(TIMEOUT);
-    running(&mut host);
-    let broken = host.now();
-    // It closes once in a while, which is no sign of life.
-    for _ in 0..100 {
-        host.break_wire(10_000_000);
+    for place in [0, 3, REQUEST] {
+        let mut host = Host::configured(RATE, TIMEOUT);
+        host.start();
+        let broken = host.now();
+        host.cut(Command::KeepAlive, place);
+        // It closes once in a while, and noise is heard, which is no sign of life.
+        for _ in 0..100 {
+            host.break_wire(10_000_000);
+            host.flood();
+        }
+        let stop_time = settings(RATE).protection.stop_time;
+        host.pass(((TIMEOUT + stop_time) * 1e9) as u64 + DONE);
+        assert_eq!(host.state(), State::Faulted(Fault::LinkLost), "{place}");
+        assert!(!host.is_driven());
+        let taken = 1e-9 * (host.last_driven() - broken) as f64;
+        assert!(taken > 0.9 * TIMEOUT - 1e-9 * DONE as f64, "{taken} s");
     }
-    let stop_time = settings(RATE).protection.stop_time;
-    host.pass(((TIMEOUT + stop_time) * 1e9) as u64 + DONE);
-    assert_eq!(host.state(), State::Faulted(Fault::LinkLost));
-    assert!(!host.is_driven());
-    let taken = 1e-9 * (host.last_driven() - broken) as f64;
-    assert!(taken > 0.9 * TIMEOUT - 1e-9 * DONE as f64, "{taken} s");
 }

@@ -21,6 +21,9 @@ const SLICE: u64 = 600_000;
 /// Duration of building a loop or a commissioning, before its order is given, ns.
 const BUILD: u64 = 400_000;
 
+/// Time in which a request is done, ns.
+pub(super) const DONE: u64 = 5_000_000;
+
 /// The background's end of the line, and the figures of a turn.
 struct Timed {
     line: serial::Line<'static, &'static Machine>,
@@ -110,6 +113,24 @@ impl Host {
             },
             id: 0,
         }
+    }
+
+    /// One that is configured, with a link timeout, s.
+    pub(super) fn configured(rate: u32, link_timeout: f64) -> Self {
+        let mut settings = settings(rate);
+        settings.protection.link_timeout = link_timeout;
+        let mut host = Self::new(rate);
+        host.request(Command::Configure(settings));
+        host.pass(50_000_000);
+        assert_eq!(host.refusals(), []);
+        host
+    }
+
+    /// Starts a run.
+    pub(super) fn start(&mut self) {
+        self.request(Command::Start);
+        self.pass(DONE);
+        assert_eq!((self.refusals(), self.is_driven()), (Vec::new(), true));
     }
 
     /// Refusals since the last time; the first time none.

@@ -180,6 +180,27 @@ fn stops() -> u32 {
 }
 
 #[test]
+fn requests_without_a_pause_do_not_hide_a_stop() {
+    let mut host = Host::configured(4_000, 0.0);
+    for flood in [100, 300, 1000, 3000] {
+        host.start();
+        // More than all the queues hold, each with a long answer.
+        for _ in 0..flood {
+            host.request(Command::Show);
+        }
+        let began = host.stop();
+        for _ in 0..100 {
+            host.request(Command::Show);
+        }
+        host.run_to(began + LIMIT);
+        assert!(host.was_driven() && !host.is_driven(), "{flood} before it");
+        host.pass(4_000_000_000);
+        assert!(!host.is_driven());
+        host.refusals();
+    }
+}
+
+#[test]
 fn a_stop_at_any_moment_turns_the_output_off_within_two_milliseconds() {
     let found = campaign(stops());
     for (rate, tally) in &found {

@@ -295,6 +295,9 @@ fn a_result_is_saved_once_and_no_run_afterwards_writes_to_the_flash() {
     over(&mut drive);
     drive.pass(100);
     run(&mut drive);
+    // A record has the gains before, which are no result of it.
+    drive.done(Command::Save);
+    assert!(!outcome(&mut drive).kept);
 }
 
 #[test]

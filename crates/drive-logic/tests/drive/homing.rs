@@ -144,18 +144,19 @@ fn the_switch_is_left_and_approached_slowly_and_without_dither() {
     let mut wanted = homed_by(HOMING);
     wanted.dither.amplitude = 0.05;
     let (mut drive, bench) = running(wanted, -6.0..-3.0);
-    let (mut fastest, mut nearest, mut has_left) = (0.0_f64, f64::INFINITY, false);
+    let (mut fastest, mut nearest, mut has_left) = ([0.0_f64; 2], f64::INFINITY, false);
     home_while(&mut drive, |drive| {
         let now = drive.position();
         nearest = nearest.min(now);
-        if has_left {
-            fastest = fastest.max(bench.plant.borrow().velocity.abs());
-        }
+        let fastest = &mut fastest[usize::from(has_left)];
+        *fastest = fastest.max(bench.plant.borrow().velocity.abs());
         // Once it goes slowly off the switch.
         has_left |= nearest < -3.0 && now > -3.0;
     });
     assert_eq!(drive.status().home, Home::Known);
-    assert!(has_left && fastest < 0.5, "{fastest}");
+    assert!(has_left && fastest[1] < 0.3, "{fastest:?}");
+    let sought = fastest[0] / HOMING.seek.abs();
+    assert!((0.9..1.5).contains(&sought), "{fastest:?}");
     // The dither is back.
     drive.pass(100);
     let mut moved = 0.0_f64;

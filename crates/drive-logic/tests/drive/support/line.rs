@@ -17,18 +17,13 @@ pub(crate) const ROOM: usize = 2047;
 pub(crate) struct Wires {
     pub(crate) heard: VecDeque<u8>,
     pub(crate) to_say: VecDeque<u8>,
-    /// Bytes received and frames sent since these were last set to zero.
-    pub(crate) bytes: u64,
-    pub(crate) frames: u64,
 }
 
 impl Line for Wires {
     fn listen(&mut self) {}
 
     fn receive(&mut self) -> Option<u8> {
-        let byte = self.heard.pop_front();
-        self.bytes += u64::from(byte.is_some());
-        byte
+        self.heard.pop_front()
     }
 
     fn room(&self) -> usize {
@@ -38,7 +33,6 @@ impl Line for Wires {
     fn send(&mut self, bytes: &[u8]) {
         assert!(bytes.len() <= self.room());
         self.to_say.extend(bytes);
-        self.frames += 1;
     }
 }
 
