@@ -47,24 +47,13 @@ fn standard_errors_cover_the_truth() {
     let runs = 40 * factor::<usize>();
     let scenarios = scenarios(runs, 50.0, "coulomb = 10.0");
     let summaries = in_parallel(&scenarios, run);
-    let found = [
-        Parameter::A,
-        Parameter::B,
-        Parameter::Coulomb,
-        Parameter::Load,
-    ]
-    .map(|parameter| (parameter.name(), covered(&summaries, parameter)));
+    let found = Parameter::ALL.map(|parameter| (parameter.name(), covered(&summaries, parameter)));
     println!("of {runs}: {found:?}");
     // They are on the safe side: up to four times as large as the errors turn out to be.
     for (name, covered) in found {
         assert!(10 * covered >= 9 * runs, "{name}: {covered} of {runs}");
     }
-    for parameter in [
-        Parameter::A,
-        Parameter::B,
-        Parameter::Coulomb,
-        Parameter::Load,
-    ] {
+    for parameter in Parameter::ALL {
         let square = summaries.iter().map(|summary| {
             let estimate = summary.estimate(parameter).expect("estimated");
             let error = estimate.last - summary.truth.expect("known").get(parameter);

@@ -1,14 +1,10 @@
-//! Many random servos: the paper's claim as numbers, and a sweep that any number of threads does
-//! alike.
-
-use std::sync::atomic::AtomicBool;
+//! Many random servos: the paper's claim as numbers.
 
 use host_sim::compare::with_estimator;
-use host_sim::result::SweepRun;
 use host_sim::scenario::{Estimator, Scenario};
-use host_sim::sweep::sweep;
+use host_sim::sweep::draw;
 use identifier_core::parameters::Parameter;
-use integration_tests::{environment, parse, servo};
+use integration_tests::{environment, in_parallel, parse, run, servo};
 
 const BOX: &str = "
 [plant]
@@ -35,62 +31,29 @@ duration = 30.0
 /// Servos of a sweep, times `CAMPAIGN`.
 const SERVOS: u32 = 7;
 
-fn swept(scenario: &Scenario, runs: u32) -> Vec<SweepRun> {
-    sweep(scenario, 0..runs, 7, &AtomicBool::new(false), &|| ()).expect("it can be built")
-}
-
 /// By how much a load of 20 rad/s² moves the estimates of each servo, in ascending order: |Δb̂|/b in
 /// per cent and |Δâ| in 1/s.
 fn moved_by_a_load(law: Estimator) -> [Vec<f64>; 2] {
     let servos = SERVOS * environment("CAMPAIGN").unwrap_or(1);
-    let mut scenario = parse(BOX);
+    let mut scenario = with_estimator(&parse(BOX), law);
     scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
-    let mut scenario = with_estimator(&scenario, law);
-    scenario.identifier.parameters = vec![Parameter::A, Parameter::B];
-    let without = swept(&scenario, servos);
-    // A load that is drawn would differ from servo to servo; this one is the same for all.
-    let with: Vec<SweepRun> = {
-        let drawn: Vec<Scenario> = (0..servos)
-            .map(|index| {
-                let chosen = scenario.clone().with_gamma_chosen();
-                let mut drawn = host_sim::sweep::draw(&chosen, 7, index);
-                servo(&mut drawn).load = 20.0;
-                drawn
-            })
-            .collect();
-        integration_tests::in_parallel(&drawn, |drawn| {
-            let summary = integration_tests::run(drawn);
-            SweepRun {
-                index: 0,
-                truth: drawn.plant.expect("a servo"),
-                status: summary.status(),
-                found: identifier_core::parameters::ServoParameters {
-                    a: summary.estimates.a.value,
-                    b: summary.estimates.b.value,
-                    coulomb: 0.0,
-                    load: 0.0,
-                },
-                settling_a: None,
-                settling_b: None,
-            }
-        })
-    };
-    let moved = |relative: bool| {
-        let mut moved: Vec<f64> = without
-            .iter()
-            .zip(&with)
-            .map(|(without, with)| {
-                if relative {
-                    100.0 * (with.found.b - without.found.b).abs() / without.truth.b
-                } else {
-                    (with.found.a - without.found.a).abs()
-                }
-            })
-            .collect();
-        moved.sort_by(f64::total_cmp);
-        moved
-    };
-    [moved(true), moved(false)]
+    let scenario = scenario.with_gamma_chosen();
+    let drawn: Vec<Scenario> = (0..servos).map(|place| draw(&scenario, 7, place)).collect();
+    let moved = in_parallel(&drawn, |drawn| {
+        let [without, with] = [0.0, 20.0].map(|load| {
+            let mut drawn = drawn.clone();
+            servo(&mut drawn).load = load;
+            run(&drawn).estimates
+        });
+        let b = drawn.plant.expect("a servo").b;
+        let moved_b = 100.0 * (with.b.value - without.b.value).abs() / b;
+        [moved_b, (with.a.value - without.a.value).abs()]
+    });
+    [0, 1].map(|of| {
+        let mut sorted: Vec<f64> = moved.iter().map(|moved| moved[of]).collect();
+        sorted.sort_by(f64::total_cmp);
+        sorted
+    })
 }
 
 #[test]

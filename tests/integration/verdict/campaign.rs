@@ -68,29 +68,18 @@ pub(crate) const KINDS: [Kind; 3] = [
 ];
 
 impl Kind {
-    /// A run of it, with further lines of its plant, encoder and identifier.
-    pub(super) fn run(&self, seed: u32, plant: &str, encoder: &str, identifier: &str) -> Scenario {
+    /// The tables of its encoder, which may have further lines, and of its loop.
+    pub(super) fn control_loop(&self, encoder: &str) -> String {
         let Self {
             sample_time,
-            a,
-            b,
-            coulomb,
             counts,
             gains: [kp, kd, ki],
             limit,
-            noise: [power, hold],
-            duration,
             ..
         } = self;
         let cutoff = 0.5 / sample_time;
-        parse(&format!(
-            "
-[plant]
-a = {a:?}
-b = {b:?}
-coulomb = {coulomb:?}
-{plant}
-[encoder]
+        format!(
+            "[encoder]
 counts_per_rev = {counts:?}
 {encoder}
 [amplifier]
@@ -101,7 +90,29 @@ kd = {kd:?}
 ki = {ki:?}
 sample_time = {sample_time:?}
 velocity_filter = {{ kind = \"low-pass\", cutoff = {cutoff:?} }}
-[excitation]
+"
+        )
+    }
+
+    /// A run of it, with further lines of its plant, encoder and identifier.
+    pub(super) fn run(&self, seed: u32, plant: &str, encoder: &str, identifier: &str) -> Scenario {
+        let Self {
+            a,
+            b,
+            coulomb,
+            noise: [power, hold],
+            duration,
+            ..
+        } = self;
+        let control_loop = self.control_loop(encoder);
+        parse(&format!(
+            "
+[plant]
+a = {a:?}
+b = {b:?}
+coulomb = {coulomb:?}
+{plant}
+{control_loop}[excitation]
 kind = \"band-limited-white-noise\"
 power = {power:?}
 sample_time = {hold:?}

@@ -140,12 +140,7 @@ fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
                 (summary.residual, &summary.cause)
             );
         }
-        for parameter in [
-            Parameter::A,
-            Parameter::B,
-            Parameter::Coulomb,
-            Parameter::Load,
-        ] {
+        for parameter in Parameter::ALL {
             let estimate = summary.estimate(parameter).expect("estimated");
             let error = (estimate.last - summary.truth.expect("known").get(parameter)).abs();
             all += 1;
@@ -222,5 +217,33 @@ fn a_coarse_encoder_is_not_taken_for_a_resonance() {
             assert_ne!(summary.status(), Status::Unexplained, "{}", summary.reason);
             assert!(summary.cause.is_none(), "{}", summary.reason);
         }
+    }
+}
+
+#[test]
+fn a_declared_amplifier_is_no_lack_of_the_model() {
+    let [paper, ..] = KINDS;
+    for (effect, declare) in [
+        ("current_loop = 0.002", [0.0, 0.0, 0.002]),
+        ("delay = 0.0023", [0.0023, 0.0, 0.0]),
+        ("dead_band = 0.2", [0.0, 0.2, 0.0]),
+        ("current_loop = 0.002\ndead_band = 0.2", [0.0, 0.2, 0.002]),
+    ] {
+        let mut scenario = paper.run(7, effect, "", ALL_FOUR);
+        let hidden = run(&scenario);
+        assert_ne!(hidden.status(), Status::Converged, "{effect}");
+        let terms = &mut scenario.stated.identifier.terms;
+        [terms.delay, terms.dead_band, terms.current_loop] = declare;
+        let declared = run(&scenario);
+        assert_eq!(
+            declared.status(),
+            Status::Converged,
+            "{effect}: {}",
+            declared.reason
+        );
+        let off = declared.estimates.b.last / 257.7 - 1.0;
+        assert!(off.abs() < 0.005, "{effect}: {off}");
+        let off = declared.estimates.coulomb.last / 5.0 - 1.0;
+        assert!(off.abs() < 0.05, "{effect}: {off}");
     }
 }

@@ -5,43 +5,25 @@ use std::collections::BTreeMap;
 use host_sim::scenario::{Purpose, Scenario};
 use host_sim::simulate;
 use identifier_core::parameters::Parameter;
-use identifier_log::log::Log;
 use identifier_log::result::Summary;
 use identifier_log::verdict::Status;
 use integration_tests::{Random, factor, in_parallel};
 use servo_id::csv;
 
 use super::campaign::{ALL_FOUR, KINDS, Kind};
+use super::logs::identify::LogFile;
 
 /// The scenario of a replay that takes gains and counts for this; without the recorded command the
 /// declared controller computes one.
 fn declared(kind: &Kind, with_command: bool) -> Scenario {
-    let Kind {
-        sample_time,
-        counts,
-        gains: [kp, kd, ki],
-        limit,
-        ..
-    } = kind;
-    let cutoff = 0.5 / sample_time;
+    let control_loop = kind.control_loop("");
     let command = if with_command {
         "command = \"command\""
     } else {
         ""
     };
     let text = format!(
-        "
-[encoder]
-counts_per_rev = {counts:?}
-[amplifier]
-limit = {limit:?}
-[controller]
-kp = {kp:?}
-kd = {kd:?}
-ki = {ki:?}
-sample_time = {sample_time:?}
-velocity_filter = {{ kind = \"low-pass\", cutoff = {cutoff:?} }}
-[identifier]
+        "{control_loop}[identifier]
 {ALL_FOUR}
 [log]
 time = \"time_s\"
@@ -54,20 +36,14 @@ position = \"position_rad\"
 }
 
 /// Runs a servo, writes its log, and replays that with the declarations.
-fn replayed(number: usize, kind: &Kind, seed: u32, taken_for: &Scenario) -> Summary {
+fn replayed(kind: &Kind, seed: u32, taken_for: &Scenario) -> Summary {
     let scenario = kind.run(seed, "", "", ALL_FOUR);
     let mut trace = Vec::new();
     simulate::run(&scenario, &mut |sample| trace.push(*sample)).expect("it runs");
-    let name = format!("misdeclared-{}-{number}.csv", std::process::id());
-    let path = std::env::temp_dir().join(name);
-    let file = std::fs::File::create(&path).expect("a file");
-    csv::trace(file, &trace).expect("written");
-    let log = Log::read(&path, &taken_for.log_columns(), Some(kind.sample_time)).expect("a log");
-    let found =
-        host_sim::identify_logs(taken_for.clone(), &[log], &[], 1, &|| true, &mut |_, _| {});
-    let summary = found.expect("it can be replayed").summary;
-    std::fs::remove_file(&path).expect("it was there");
-    summary
+    let mut text = Vec::new();
+    csv::trace(&mut text, &trace).expect("written");
+    let found = LogFile::of(&text).replayed(taken_for.clone());
+    found.expect("it can be replayed")
 }
 
 /// True if b is off by more than 5 %, or friction by more than a fifth and a hundredth of the
@@ -123,9 +99,8 @@ fn a_wrong_result_of_a_wrong_declaration_is_not_called_converged() {
             ]
         })
         .collect();
-    let numbered: Vec<_> = cases.iter().enumerate().collect();
-    let found = in_parallel(&numbered, |(number, (kind, _, seed, scenario))| {
-        let summary = replayed(*number, kind, *seed, scenario);
+    let found = in_parallel(&cases, |(kind, _, seed, scenario)| {
+        let summary = replayed(kind, *seed, scenario);
         let wrong = is_wrong(&summary, kind);
         (summary, wrong)
     });

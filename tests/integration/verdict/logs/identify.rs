@@ -1,7 +1,7 @@
 //! Identification of a drawn log as a user does it: from a file with time, position and command.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use host_sim::scenario::{Purpose, Scenario};
 use identifier_log::log::Log;
@@ -28,18 +28,12 @@ pub(super) const FIT: Settings = Settings {
     identifier: |_| "law = \"fit\"".to_owned(),
 };
 
-/// A drawn log as a file, deleted with the value.
-pub(super) struct LogFile(PathBuf);
+/// A log as a file, deleted with the value.
+pub(in crate::verdict) struct LogFile(PathBuf);
 
 impl LogFile {
-    /// Writes the log.
-    pub(super) fn write(log: &RecordedLog) -> Self {
-        let mut text = String::from("time_s,position_rad,command\n");
-        for (sample, command) in log.commands.iter().enumerate() {
-            let time = sample as f64 * log.setup.sample_time;
-            let position = log.position(sample);
-            writeln!(text, "{time},{position},{command}").expect("a String takes all");
-        }
+    /// Writes the text of a log.
+    pub(in crate::verdict) fn of(text: impl AsRef<[u8]>) -> Self {
         // Tests run at the same time, and so do their threads.
         let thread = std::thread::current().id();
         let name = format!("drawn-{}-{thread:?}.csv", std::process::id());
@@ -48,7 +42,18 @@ impl LogFile {
         Self(path)
     }
 
-    /// Replays the log.
+    /// Writes a drawn log.
+    pub(super) fn write(log: &RecordedLog) -> Self {
+        let mut text = String::from("time_s,position_rad,command\n");
+        for (sample, command) in log.commands.iter().enumerate() {
+            let time = sample as f64 * log.setup.sample_time;
+            let position = log.position(sample);
+            writeln!(text, "{time},{position},{command}").expect("a String takes all");
+        }
+        Self::of(text)
+    }
+
+    /// Replays a drawn log.
     ///
     /// # Errors
     /// The refusal of the log or the scenario.
@@ -64,7 +69,18 @@ impl LogFile {
             (settings.identifier)(log)
         );
         let scenario = Scenario::parse("drawn", &text, Purpose::Replay).expect("valid settings");
-        identify(&self.0, scenario)
+        self.replayed(scenario)
+    }
+
+    /// Replays the log by a scenario.
+    ///
+    /// # Errors
+    /// The refusal of the log.
+    pub(in crate::verdict) fn replayed(&self, scenario: Scenario) -> Result<Summary, String> {
+        let log = Log::read(&self.0, &scenario.log_columns(), scenario.log_sample_time())
+            .map_err(|error| error.to_string())?;
+        let found = host_sim::identify_logs(scenario, &[log], &[], 1, &|| true, &mut |_, _| {});
+        Ok(found.map_err(|error| error.to_string())?.summary)
     }
 }
 
@@ -73,11 +89,4 @@ impl Drop for LogFile {
         // A file that is left in a directory for temporary files does no harm.
         let _ = std::fs::remove_file(&self.0);
     }
-}
-
-fn identify(path: &Path, scenario: Scenario) -> Result<Summary, String> {
-    let log = Log::read(path, &scenario.log_columns(), scenario.log_sample_time())
-        .map_err(|error| error.to_string())?;
-    let found = host_sim::identify_logs(scenario, &[log], &[], 1, &|| true, &mut |_, _| {});
-    Ok(found.map_err(|error| error.to_string())?.summary)
 }

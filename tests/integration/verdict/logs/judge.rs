@@ -12,13 +12,6 @@ use integration_tests::logs::{Effect, LoopSetup, RecordedLog, drawn_with};
 use super::identify::{LogFile, Settings};
 use super::truth::truth;
 
-const PARAMETERS: [Parameter; 4] = [
-    Parameter::A,
-    Parameter::B,
-    Parameter::Coulomb,
-    Parameter::Load,
-];
-
 /// The judgement on one log under some settings.
 #[derive(Debug, Clone)]
 pub(super) struct Judgement {
@@ -99,9 +92,9 @@ fn judgement(log: &RecordedLog, result: Result<Summary, String>, seconds: f64) -
         Ok(summary) => summary,
         Err(reason) => return Judgement { reason, ..refused },
     };
-    let errors: Option<Vec<Error>> = PARAMETERS
-        .iter()
-        .map(|&parameter| Error::of(parameter, &summary, log))
+    let errors: Option<Vec<Error>> = Parameter::ALL
+        .into_iter()
+        .map(|parameter| Error::of(parameter, &summary, log))
         .collect();
     let has = |name: &str| setup.present.iter().any(|&effect| is_name_of(name, effect));
     // An effect beside which another explains the log nearly as well has no name.

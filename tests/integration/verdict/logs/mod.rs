@@ -6,7 +6,7 @@
 //!
 //! `DETAIL=1` prints a line per log.
 
-mod identify;
+pub(super) mod identify;
 mod judge;
 mod ridge;
 mod table;
