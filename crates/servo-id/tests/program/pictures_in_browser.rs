@@ -157,12 +157,10 @@ fn pictures_and_reports_have_no_cut_text_no_overlap_and_no_empty_figure() {
             browser.open(&picture);
             assert_faultless(&browser, FAULTS_OF_PICTURE, &picture);
         }
-        let [width, height] = PHONE;
-        for [width, height, scale] in [[1280, 1000, 1], [width, height, 2]] {
-            let screen = json!({ "width": width, "height": height, "deviceScaleFactor": scale, "mobile": scale > 1 });
-            browser.emulate("setDeviceMetricsOverride", &screen);
+        for (screen, dots) in [([1280, 1000], 1), (PHONE, 2)] {
+            browser.show_on(screen, dots);
             browser.open(&report);
-            let of = format!("{report} at {width}");
+            let of = format!("{report} on {screen:?}");
             if browser.ask("return typeof plots") == "object" {
                 assert_faultless(&browser, FAULTS_OF_PLOTS, &of);
             }
@@ -171,7 +169,7 @@ fn pictures_and_reports_have_no_cut_text_no_overlap_and_no_empty_figure() {
         if name == "run" {
             let ends: Vec<Value> =
                 serde_json::from_value(browser.ask(TRUTH_AND_ERROR)).expect("two");
-            let are_seen = |end: &Value| end.as_f64().is_some_and(|end| end <= f64::from(height));
+            let are_seen = |end: &Value| end.as_f64().is_some_and(|end| end <= f64::from(PHONE[1]));
             assert!(ends.iter().all(are_seen), "{ends:?}");
         }
     }

@@ -1,10 +1,11 @@
 //! The playground in a browser, from its file: its bits are the program's, its verdicts true, its figures drawn.
 
 use std::fs;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-use crate::support::browser::Browser;
+use crate::support::browser::{Browser, SEEN, number};
 use crate::support::pages::root;
 use crate::support::{argument, folder, printed, printed_json, servo_id};
 use serde_json::{Value, json};
@@ -27,18 +28,14 @@ const FINGERPRINTS: &str = "
     });
     return prints;";
 
-/// Canvases, with fewer than four colours, that are shown.
-const EMPTY: &str = "
-    return [...document.querySelectorAll('canvas')].filter((canvas) => {
-        if (!canvas.width || !canvas.clientHeight) return true;
-        const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
-        copy.drawImage(canvas, 0, 0);
-        const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
-        const seen = new Set();
-        for (let i = 0; i < data.length; i += 4)
-            if (data[i + 3] > 200) seen.add(data.slice(i, i + 3).join());
-        return seen.size < 4;
-    }).map((canvas) => canvas.getAttribute('aria-label') ?? canvas.id);";
+/// Asserts that every canvas has four colours or more, and is shown.
+fn assert_drawn(browser: &Browser, of: &str) {
+    let empty = "
+    return [...document.querySelectorAll('canvas')]
+        .filter((canvas) => !canvas.width || !canvas.clientHeight || seen(canvas).length < 4)
+        .map((canvas) => canvas.getAttribute('aria-label') ?? canvas.id);";
+    assert_eq!(browser.ask(&format!("{SEEN}{empty}")), json!([]), "{of}");
+}
 
 /// Texts that are wider than their place or beyond the window.
 const CUT: &str = "
@@ -54,7 +51,7 @@ const CUT: &str = "
     return cut;";
 
 /// The file of the page; `None` where it was not built: the test then reports itself as skipped. CI must have it.
-fn page() -> Option<PathBuf> {
+fn built() -> Option<PathBuf> {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent();
     let file = target
         .expect("a target folder")
@@ -79,35 +76,81 @@ fn page() -> Option<PathBuf> {
     Some(file)
 }
 
-/// A browser with the page, at an address behind its `#`.
-fn opened(file: &Path, settings: &str) -> Option<Browser> {
-    let browser = Browser::start()?;
+/// The page in a browser.
+struct Page {
+    browser: Browser,
+    file: PathBuf,
+}
+
+impl Deref for Page {
+    type Target = Browser;
+
+    fn deref(&self) -> &Browser {
+        &self.browser
+    }
+}
+
+impl Page {
+    /// Loads it at an address behind its `#`.
+    fn load(&self, settings: &str) {
+        // Another address of the same page would not load it again.
+        self.open("about:blank");
+        self.open(&format!("file://{}#{settings}", self.file.display()));
+        let loaded = "return typeof loaded === 'number' && loaded > 0";
+        wait(self, "the first frame", loaded);
+    }
+}
+
+/// The page at an address behind its `#`.
+fn opened(settings: &str) -> Option<Page> {
+    let (file, browser) = (built()?, Browser::start()?);
     prefer(&browser, "light");
-    open(&browser, file, settings);
-    Some(browser)
+    let page = Page { browser, file };
+    page.load(settings);
+    Some(page)
 }
 
 /// A reader with a preference for some colours, and for figures that stand: they would be drawn for a second of every run.
 fn prefer(browser: &Browser, scheme: &str) {
-    let features = json!([
-        { "name": "prefers-color-scheme", "value": scheme },
-        { "name": "prefers-reduced-motion", "value": "reduce" },
+    browser.prefer(&[
+        ["prefers-color-scheme", scheme],
+        ["prefers-reduced-motion", "reduce"],
     ]);
-    browser.emulate(
-        "setEmulatedMedia",
-        &json!({ "media": "", "features": features }),
-    );
 }
 
-fn open(browser: &Browser, file: &Path, settings: &str) {
-    // Another address of the same page would not load it again.
-    browser.open("about:blank");
-    browser.open(&format!("file://{}#{settings}", file.display()));
-    wait(
-        browser,
-        "the first frame",
-        "return typeof loaded === 'number' && loaded > 0",
+/// Screens of a phone, a tablet and a desk.
+const SCREENS: [[u32; 2]; 3] = [[360, 740], [768, 1024], [1280, 1000]];
+
+/// Asserts that a page fits a screen.
+fn assert_fits(browser: &Browser, screen: [u32; 2], of: &str) {
+    browser.show_on(screen, 1);
+    std::thread::sleep(Duration::from_millis(200));
+    assert_eq!(browser.ask(CUT), json!([]), "{of} on {screen:?}");
+    assert_drawn(browser, of);
+}
+
+/// Asserts that every control and figure has a name.
+fn assert_named(browser: &Browser) {
+    let unnamed = browser.ask(
+        "return [...document.querySelectorAll('input, select, button, canvas')].filter((part) =>
+            !(part.labels?.length || part.textContent.trim() || part.getAttribute('aria-label'))).map((part) => part.outerHTML);",
     );
+    assert_eq!(unnamed, json!([]));
+}
+
+/// Has the page take a log, and waits until it is looked at: what it says.
+fn take(browser: &Browser, body: &str) -> String {
+    browser.ask(&format!(
+        "window.taken = false; (async () => {{ {body} }})().then(() => {{ window.taken = true; }});"
+    ));
+    wait(browser, body, "return window.taken");
+    text_of(browser)
+}
+
+/// The same of a file with a text.
+fn take_text(browser: &Browser, text: &str) -> String {
+    let body = format!("await take(new File([{}], 'log.csv'));", json!(text));
+    take(browser, &body)
 }
 
 /// Waits until a condition holds.
@@ -141,12 +184,6 @@ fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_else(|| panic!("no text: {value}"))
 }
 
-fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("no number: {value}"))
-}
-
 /// The fingerprints of the columns of a run's CSV, and its last row.
 fn fingerprints(csv: &str) -> Vec<u32> {
     let mut prints = Vec::new();
@@ -176,19 +213,15 @@ fn the_page_loads_at_once_and_follows_a_slider_frame_by_frame() {
     /// Time to the first frame, and of a frame at 60 a second, ms.
     const LOADED: f64 = 1000.0;
     const FRAME: f64 = 1000.0 / 60.0;
-    let Some(file) = page() else { return };
-    let Some(browser) = Browser::start() else {
-        return;
-    };
-    open(&browser, &file, "paper");
+    let Some(page) = opened("paper") else { return };
     // Other tests use the cores, too: the best of some is the page's own time.
-    let mut loaded = number(&browser.ask("return loaded"));
+    let mut loaded = number(&page.ask("return loaded"));
     for _ in 0..4 {
         if loaded <= LOADED {
             break;
         }
-        open(&browser, &file, "paper");
-        loaded = loaded.min(number(&browser.ask("return loaded")));
+        page.load("paper");
+        loaded = loaded.min(number(&page.ask("return loaded")));
     }
     if loaded > LOADED && is_busy() {
         eprintln!(
@@ -198,14 +231,14 @@ fn the_page_loads_at_once_and_follows_a_slider_frame_by_frame() {
         assert!(loaded <= LOADED, "{loaded} ms");
     }
 
-    wait_for_verdict(&browser);
-    browser.ask("document.getElementById('set-b').focus(); frames.length = 0;");
-    let before = number(&browser.ask("return settings.b"));
+    wait_for_verdict(&page);
+    page.ask("document.getElementById('set-b').focus(); frames.length = 0;");
+    let before = number(&page.ask("return settings.b"));
     let mut best = f64::INFINITY;
     for _ in 0..100 {
-        browser.press(&[RIGHT]);
-        wait(&browser, "a frame", "return frames.length > 0 && !running");
-        let frame = browser.ask(
+        page.press(&[RIGHT]);
+        wait(&page, "a frame", "return frames.length > 0 && !running");
+        let frame = page.ask(
             "const { computed, drawn } = frames.pop(); frames.length = 0; return computed + drawn;",
         );
         best = best.min(number(&frame));
@@ -216,10 +249,10 @@ fn the_page_loads_at_once_and_follows_a_slider_frame_by_frame() {
     println!("loaded in {loaded:.0} ms; a frame takes {best:.1} ms");
     assert!(best <= FRAME || is_busy(), "{best} ms");
     assert!(
-        number(&browser.ask("return settings.b")) > before,
+        number(&page.ask("return settings.b")) > before,
         "the arrow key moves the slider"
     );
-    assert_eq!(browser.console(), Vec::<String>::new());
+    page.assert_silent();
 }
 
 /// More programs want to run than this machine has cores.
@@ -232,29 +265,26 @@ fn is_busy() -> bool {
 
 #[test]
 fn a_run_of_the_page_has_the_bits_of_the_program() {
-    let Some(file) = page() else { return };
-    let Some(browser) = opened(&file, "paper") else {
-        return;
-    };
+    let Some(page) = opened("paper") else { return };
     let folder = folder("playground-bits");
     let changed = [
         "paper&coulomb=10&load_step=30&reference=2&period=0.8",
         "joint&delay=0.0023&counts=2000",
     ];
     for settings in PRESETS.into_iter().chain(changed) {
-        open(&browser, &file, settings);
+        page.load(settings);
         // Two seconds are enough for any difference.
-        browser.ask("settings.duration = 2; changed();");
+        page.ask("settings.duration = 2; changed();");
         wait(
-            &browser,
+            &page,
             "a run",
             "return !running && rows?.length === COLUMNS * Math.round(2 / settings.sample_time)",
         );
-        let prints = browser.ask(FINGERPRINTS);
-        browser.ask("window.scenario = null; judge.ask({ request: 'scenario', values: values() }).then((answer) => { window.scenario = answer.scenario; });");
-        wait(&browser, "a scenario", "return window.scenario !== null");
+        let prints = page.ask(FINGERPRINTS);
+        page.ask("window.scenario = null; judge.ask({ request: 'scenario', values: values() }).then((answer) => { window.scenario = answer.scenario; });");
+        wait(&page, "a scenario", "return window.scenario !== null");
         let scenario = folder.join("playground.toml");
-        fs::write(&scenario, text(&browser.ask("return window.scenario"))).expect("written");
+        fs::write(&scenario, text(&page.ask("return window.scenario"))).expect("written");
         let scenario = argument(&scenario);
         let csv = printed(&servo_id(&["run", &scenario, "--csv", "-"]));
         let native = fingerprints(&csv);
@@ -270,92 +300,77 @@ fn a_run_of_the_page_has_the_bits_of_the_program() {
 
 #[test]
 fn the_presets_are_what_they_say_and_every_figure_is_drawn() {
-    let Some(file) = page() else { return };
-    let Some(browser) = opened(&file, "paper") else {
-        return;
-    };
+    let Some(page) = opened("paper") else { return };
     for preset in PRESETS {
-        choose(&browser, preset);
-        let verdict = browser.ask("return verdict");
-        let title = browser.ask("return document.getElementById('verdict').textContent");
+        choose(&page, preset);
+        let verdict = page.ask("return verdict");
+        let title = page.ask("return document.getElementById('verdict').textContent");
         let of = format!("{preset}: {title}: {verdict}");
         if preset == "belt" {
             assert_ne!(verdict["status"], "converged", "{of}");
             assert_eq!(verdict["effects"][0][0], "resonance", "{of}");
             assert!(
-                text(&browser.ask("return document.getElementById('reason').textContent"))
+                text(&page.ask("return document.getElementById('reason').textContent"))
                     .contains("a resonance of two masses")
             );
             assert!(
-                text(&browser.ask("return document.getElementById('gains').textContent"))
+                text(&page.ask("return document.getElementById('gains').textContent"))
                     .starts_with("Not tuned")
             );
         } else {
             assert_eq!(verdict["status"], "converged", "{of}");
             for name in ["a", "b", "coulomb", "load"] {
-                let truth = number(&browser.ask(&format!("return truth('{name}')")));
+                let truth = number(&page.ask(&format!("return truth('{name}')")));
                 let found = &verdict["estimates"][name];
                 let off = number(&found["value"]) - truth;
                 assert!(off.abs() <= 2.0 * number(&found["error"]), "{name} of {of}");
             }
             // The tuned servo arrives, and sooner than before.
-            let rises = browser.ask(
+            let rises = page.ask(
                 "const { rows: both, step: [size] } = steps, count = both.length / 2;
                  return [0, count].map((from) => both.slice(from, from + count).findIndex((q) => q > 0.9 * size));",
             );
             assert!(number(&rises[1]) > 0.0, "{of}: {rises}");
         }
-        assert_eq!(browser.ask(EMPTY), json!([]), "{preset}");
+        assert_drawn(&page, preset);
     }
-    assert_eq!(browser.console(), Vec::<String>::new());
+    page.assert_silent();
 }
 
 #[test]
 fn the_page_fits_a_phone_and_the_dark_and_names_its_controls() {
-    let Some(file) = page() else { return };
-    let Some(browser) = opened(&file, "paper") else {
-        return;
-    };
-    wait_for_verdict(&browser);
+    let Some(page) = opened("paper") else { return };
+    wait_for_verdict(&page);
     let colours = |scheme: &str| {
-        prefer(&browser, scheme);
-        assert_eq!(browser.ask(EMPTY), json!([]), "{scheme}");
-        browser.ask("return [getComputedStyle(document.body).backgroundColor, document.getElementById('motion').toDataURL()];")
+        prefer(&page, scheme);
+        assert_drawn(&page, scheme);
+        page.ask("return [getComputedStyle(document.body).backgroundColor, document.getElementById('motion').toDataURL()];")
     };
     let (light, dark) = (colours("light"), colours("dark"));
     assert_ne!(light[0], dark[0]);
     assert_ne!(light[1], dark[1], "the figures are drawn in other colours");
 
     for preset in ["paper", "belt"] {
-        choose(&browser, preset);
-        for [width, height] in [[360, 740], [768, 1024], [1280, 1000]] {
-            let screen = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 800 });
-            browser.emulate("setDeviceMetricsOverride", &screen);
-            std::thread::sleep(Duration::from_millis(200));
-            assert_eq!(browser.ask(CUT), json!([]), "{preset} at {width}");
-            assert_eq!(browser.ask(EMPTY), json!([]), "{preset} at {width}");
+        choose(&page, preset);
+        for screen in SCREENS {
+            assert_fits(&page, screen, preset);
         }
     }
-    let unnamed = browser.ask(
-        "return [...document.querySelectorAll('input, select, button, canvas')].filter((part) =>
-            !(part.labels?.length || part.textContent.trim() || part.getAttribute('aria-label'))).map((part) => part.outerHTML);",
-    );
-    assert_eq!(unnamed, json!([]));
+    assert_named(&page);
 }
 
 #[test]
 fn a_link_carries_the_settings_and_nonsense_in_it_does_no_harm() {
-    let Some(file) = page() else { return };
-    let Some(browser) = opened(&file, "hobby&b=444&reference=2&load_step=-12.5&seed=9") else {
+    let Some(page) = opened("hobby&b=444&reference=2&load_step=-12.5&seed=9") else {
         return;
     };
-    let values = browser.ask("return values()");
-    let link = browser.ask("return link()");
-    assert_eq!(browser.ask("return settings.b"), json!(444));
-    open(&browser, &file, "belt");
-    assert_ne!(browser.ask("return values()"), values);
-    open(&browser, &file, text(&link).trim_start_matches('#'));
-    assert_eq!(browser.ask("return values()"), values);
+    let values = page.ask("return values()");
+    let link = page.ask("return link()");
+    assert_eq!(page.ask("return settings.b"), json!(444));
+    page.load("belt");
+    assert_ne!(page.ask("return values()"), values);
+    page.load(text(&link).trim_start_matches('#'));
+    assert_eq!(page.ask("return values()"), values);
     for nonsense in [
         "",
         "%",
@@ -363,36 +378,26 @@ fn a_link_carries_the_settings_and_nonsense_in_it_does_no_harm() {
         "paper&sample_time=7&__proto__=1",
         "paper&reference=NaN&duration=1e9",
     ] {
-        open(&browser, &file, nonsense);
-        wait_for_verdict(&browser);
-        let finite = browser.ask("return values().every(Number.isFinite) && settings.duration <= 20 && settings.b <= 5000");
+        page.load(nonsense);
+        wait_for_verdict(&page);
+        let finite = page.ask("return values().every(Number.isFinite) && settings.duration <= 20 && settings.b <= 5000");
         assert_eq!(finite, true, "{nonsense}");
     }
-    assert_eq!(browser.console(), Vec::<String>::new());
+    page.assert_silent();
 }
 
 #[test]
 fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_sentence() {
-    let Some(file) = page() else { return };
-    let Some(browser) = opened(&file, "paper") else {
-        return;
-    };
-    wait_for_verdict(&browser);
-    let said = || text_of(&browser);
-    let take = |body: &str| {
-        browser.ask(&format!("window.taken = false; (async () => {{ {body} }})().then(() => {{ window.taken = true; }});"));
-        wait(&browser, body, "return window.taken");
-    };
+    let Some(page) = opened("paper") else { return };
+    wait_for_verdict(&page);
+    let said = || text_of(&page);
     let log = crate::support::committed_log();
     let folder = folder("playground-log");
     let path = folder.join("log.csv");
     fs::write(&path, &log).expect("written");
     let native = printed_json(&servo_id(&["identify", &argument(&path), "--json", "-"]));
-    take(&format!(
-        "await take(new File([{}], 'log.csv'));",
-        json!(log)
-    ));
-    let found = browser.ask("return recording");
+    take_text(&page, &log);
+    let found = page.ask("return recording");
     assert_eq!(found["status"], native["status"], "{}", said());
     for name in ["a", "b", "coulomb", "load"] {
         let (here, there) = (&found["estimates"][name], &native["estimates"][name]);
@@ -407,12 +412,12 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
             "{name}: {here} and {there}"
         );
     }
-    assert_eq!(browser.ask(EMPTY), json!([]));
+    assert_drawn(&page, "a log");
     assert!(said().contains("model, free for "), "{}", said());
     // The model runs beside the measurement: what it leaves is below a count, of 10 000 a revolution.
     let left = "const all = [...recording.rows].filter((_, i) => i % 3 === 2 && Number.isFinite(recording.rows[i]));
         return [all.length, Math.sqrt(all.reduce((sum, one) => sum + one * one, 0) / all.length)];";
-    let left = browser.ask(left);
+    let left = page.ask(left);
     assert!(
         number(&left[0]) > 7000.0 && (1e-5..6e-4).contains(&number(&left[1])),
         "{left}"
@@ -432,7 +437,7 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
     let sensitivity = number(&tuned["predicted_response"]["sensitivity"]);
     assert!((number(&found["margins"][0]) / sensitivity - 1.0).abs() <= 1e-2);
     let arrives = "return recording.response.at(-1) / recording.step[0]";
-    assert!((number(&browser.ask(arrives)) - 1.0).abs() < 0.05);
+    assert!((number(&page.ask(arrives)) - 1.0).abs() < 0.05);
     assert!(said().contains("Tuned: kp "), "{}", said());
     // A log that does not determine the servo has none, and the reason.
     let short: String = log
@@ -440,11 +445,8 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
         .take(102)
         .map(|line| format!("{line}\n"))
         .collect();
-    take(&format!(
-        "await take(new File([{}], 'short.csv'));",
-        json!(short)
-    ));
-    assert!(said().contains("Not tuned: "), "{}", said());
+    let answer = take_text(&page, &short);
+    assert!(answer.contains("Not tuned: "), "{answer}");
 
     for (what, sentence) in [
         (
@@ -456,23 +458,23 @@ fn a_dropped_log_is_identified_as_the_program_does_and_anything_else_is_a_senten
             "not text",
         ),
     ] {
-        take(&format!("await take({what});"));
-        let answer = said();
+        let answer = take(&page, &format!("await take({what});"));
         assert!(
             answer.contains("cannot be used") && answer.contains(sentence),
             "{what}: {answer}"
         );
         let ways = "return document.querySelectorAll('#found button').length";
-        assert_eq!(browser.ask(ways), json!(1), "{what} is a dead end");
+        assert_eq!(page.ask(ways), json!(1), "{what} is a dead end");
     }
-    take(
+    let answer = take(
+        &page,
         "takeDropped({ items: [{ webkitGetAsEntry: () => ({ isDirectory: true }) }], files: [new File([], 'logs')] });",
     );
-    assert!(said().contains("folder"), "{}", said());
+    assert!(answer.contains("folder"), "{answer}");
     // Nothing was lost by any of it.
-    assert_eq!(browser.ask("return verdict.status"), "converged");
-    choose(&browser, "linear");
-    assert_eq!(browser.ask("return verdict.status"), "converged");
+    assert_eq!(page.ask("return verdict.status"), "converged");
+    choose(&page, "linear");
+    assert_eq!(page.ask("return verdict.status"), "converged");
 }
 
 /// Answers the form of a log as a person does, and returns what is found then.
@@ -494,19 +496,8 @@ fn state(browser: &Browser, answers: &[(&str, &str)]) -> Value {
 
 #[test]
 fn columns_units_and_signs_of_any_log_can_be_chosen() {
-    let Some(file) = page() else { return };
-    let Some(browser) = opened(&file, "paper") else {
-        return;
-    };
-    wait_for_verdict(&browser);
-    let take = |text: &str| {
-        browser.ask(&format!(
-            "window.taken = false; take(new File([{}], 'bench.csv')).then(() => {{ window.taken = true; }});",
-            json!(text)
-        ));
-        wait(&browser, "a log", "return window.taken");
-        text_of(&browser)
-    };
+    let Some(page) = opened("paper") else { return };
+    wait_for_verdict(&page);
     let rows = |heading: &str, row: &dyn Fn(f64, f64) -> String| {
         let lines = crate::support::committed_log();
         let lines = lines.lines().skip(1).map(|line| {
@@ -519,42 +510,42 @@ fn columns_units_and_signs_of_any_log_can_be_chosen() {
         lines.fold(format!("{heading}\n"), |text, line| text + &line + "\n")
     };
     let known = |found: &Value| {
-        assert_eq!(found["status"], "converged", "{}", text_of(&browser));
+        assert_eq!(found["status"], "converged", "{}", text_of(&page));
         let b = number(&found["estimates"]["b"]["value"]);
         assert!((b / 257.7 - 1.0).abs() < 5e-3, "{b}");
     };
     // Without time or names that say anything: the question stands at its field.
     let bare = rows("p,w", &|position, command| format!("{position},{command}"));
-    let said = take(&bare);
+    let said = take_text(&page, &bare);
     assert!(said.contains("does not show everything"), "{said}");
     let asked =
         "return [...document.querySelectorAll('[data-asked]')].map((one) => one.dataset.asked)";
-    assert_eq!(browser.ask(asked), json!(["sample-time"]));
+    assert_eq!(page.ask(asked), json!(["sample-time"]));
     // Its name takes w for a velocity; what was taken wrong is chosen.
-    let wrong = state(&browser, &[("sample-time", "0.001")]);
+    let wrong = state(&page, &[("sample-time", "0.001")]);
     assert_ne!(wrong["status"], "converged");
-    known(&state(&browser, &[("position", "p"), ("command", "w")]));
+    known(&state(&page, &[("position", "p"), ("command", "w")]));
     // Degrees the other way round, in numbered columns beside one of words.
     let turned = rows("1,2,3", &|position, command| {
         format!("{},{command},on", -position.to_degrees())
     });
-    take(&turned);
+    take_text(&page, &turned);
     let refused = state(
-        &browser,
+        &page,
         &[
             ("sample-time", "0.001"),
             ("position", "3"),
             ("command", "2"),
         ],
     );
-    assert_eq!(refused, Value::Null, "{}", text_of(&browser));
+    assert_eq!(refused, Value::Null, "{}", text_of(&page));
     assert!(
-        text_of(&browser).contains("Choose other columns"),
+        text_of(&page).contains("Choose other columns"),
         "{}",
-        text_of(&browser)
+        text_of(&page)
     );
     known(&state(
-        &browser,
+        &page,
         &[
             ("position", "1"),
             ("position-unit", "deg"),
@@ -563,14 +554,14 @@ fn columns_units_and_signs_of_any_log_can_be_chosen() {
     ));
     // What was stated stays, and how the rest was taken is shown.
     let kept = "return [document.getElementById('take-position-unit').value, document.getElementById('take-command').options[0].textContent]";
-    assert_eq!(browser.ask(kept), json!(["deg", "found: column 2"]));
+    assert_eq!(page.ask(kept), json!(["deg", "found: column 2"]));
     // A servo with a goal in place of a command.
     let goals = rows("angle,target", &|position, command| {
         format!("{position},{}", position + command / 20.0)
     });
-    take(&goals);
+    take_text(&page, &goals);
     known(&state(
-        &browser,
+        &page,
         &[
             ("sample-time", "0.001"),
             ("position", "angle"),
@@ -580,25 +571,17 @@ fn columns_units_and_signs_of_any_log_can_be_chosen() {
     ));
 
     // On a phone the estimates are beside the picture.
-    for [width, height] in [[360, 740], [768, 1024], [1280, 1000]] {
-        let screen = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 800 });
-        browser.emulate("setDeviceMetricsOverride", &screen);
-        browser.ask("document.querySelector('.choices').open = true");
-        std::thread::sleep(Duration::from_millis(200));
-        assert_eq!(browser.ask(CUT), json!([]), "{width}");
-        assert_eq!(browser.ask(EMPTY), json!([]), "{width}");
-        let beside = browser.ask(
+    for screen in SCREENS {
+        page.ask("document.querySelector('.choices').open = true");
+        assert_fits(&page, screen, "the choices");
+        let beside = page.ask(
             "const [text, picture] = ['.estimates', '#log-motion'].map((one) => document.querySelector(one).getBoundingClientRect());
              return text.right <= picture.left && picture.right <= innerWidth && picture.top < text.bottom && text.top < picture.bottom;",
         );
-        assert_eq!(beside, true, "{width}");
+        assert_eq!(beside, true, "{screen:?}");
     }
-    let unnamed = browser.ask(
-        "return [...document.querySelectorAll('#found :is(input, select, button, canvas)')].filter((part) =>
-            !(part.labels?.length || part.textContent.trim() || part.getAttribute('aria-label'))).map((part) => part.outerHTML);",
-    );
-    assert_eq!(unnamed, json!([]));
-    assert_eq!(browser.console(), Vec::<String>::new());
+    assert_named(&page);
+    page.assert_silent();
 }
 
 fn text_of(browser: &Browser) -> String {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::support::browser::Browser;
+use crate::support::browser::{Browser, SEEN, number};
 use crate::support::{folder, scenario, servo_id, standard_error};
 use serde_json::{Value, json};
 
@@ -21,29 +21,17 @@ fn report(test: &str, words: &[&str]) -> String {
     format!("file://{report}")
 }
 
-/// Colours of the canvas of each plot that are seen at all.
-const COLOURS: &str = "
-    return plots.map(({ chart }) => {
-        const { width, height } = chart.ctx.canvas;
-        const copy = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
-        copy.drawImage(chart.ctx.canvas, 0, 0);
-        const { data } = copy.getImageData(0, 0, width, height);
-        const seen = new Set();
-        for (let i = 0; i < data.length; i += 4)
-            if (data[i + 3] > 200) seen.add(data.slice(i, i + 3).join());
-        return [...seen];
-    });";
+/// Colours of each plot that are seen at all.
+fn colours(browser: &Browser) -> Value {
+    let all = "return plots.map(({ chart }) => seen(chart.ctx.canvas));";
+    browser.ask(&format!("{SEEN}{all}"))
+}
 
 /// The visible range of the first plot's abscissa.
 const SHOWN: &str = "const { min, max } = plots[0].chart.scales.x; return max - min;";
 
-fn assert_silent(browser: &Browser, when: &str) {
-    let messages = browser.console();
-    assert!(messages.is_empty(), "{when}: {messages:?}");
-}
-
 fn assert_drawn(browser: &Browser, plots: usize) {
-    let colours = browser.ask(COLOURS);
+    let colours = colours(browser);
     let colours = colours.as_array().expect("a list");
     assert_eq!(colours.len(), plots);
     for (place, seen) in colours.iter().enumerate() {
@@ -52,19 +40,13 @@ fn assert_drawn(browser: &Browser, plots: usize) {
     }
 }
 
-fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("no number: {value}"))
-}
-
 #[test]
 fn a_report_is_drawn_and_answers_keys_and_pointer() {
     let Some(browser) = Browser::start() else {
         return;
     };
     browser.open(&report("browser-run", &["run", &scenario("friction.toml")]));
-    assert_silent(&browser, "at first");
+    browser.assert_silent();
     assert_drawn(&browser, 7);
     // The last value of the first trace of the second plot is b.
     let b = browser
@@ -117,7 +99,7 @@ fn a_report_is_drawn_and_answers_keys_and_pointer() {
     browser.drag(at(0.25), at(0.5));
     let zoomed = number(&browser.ask(SHOWN));
     assert!((zoomed - whole / 4.0).abs() < 0.1, "{zoomed}");
-    assert_silent(&browser, "after keys and pointer");
+    browser.assert_silent();
 }
 
 #[test]
@@ -132,13 +114,9 @@ fn a_report_fits_dark_light_phone_and_paper() {
     assert_drawn(&browser, 6);
     let paper = "return getComputedStyle(document.body).backgroundColor;";
     let in_scheme = |scheme: &str| {
-        let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
-        browser.emulate(
-            "setEmulatedMedia",
-            &json!({ "media": "", "features": features }),
-        );
+        browser.prefer(&[["prefers-color-scheme", scheme]]);
         assert_drawn(&browser, 6);
-        (browser.ask(paper), browser.ask(COLOURS))
+        (browser.ask(paper), colours(&browser))
     };
     let light = in_scheme("light");
     assert_eq!(light.0, "rgb(255, 255, 255)");
@@ -154,8 +132,7 @@ fn a_report_fits_dark_light_phone_and_paper() {
     assert_ne!(light.0, dark.0);
     assert!(light.1 != dark.1, "the plots are drawn in the same colours");
 
-    let phone = json!({ "width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": true });
-    browser.emulate("setDeviceMetricsOverride", &phone);
+    browser.show_on([390, 844], 2);
     std::thread::sleep(Duration::from_millis(300));
     let widths = browser.ask(
         "return [document.documentElement.scrollWidth, ...plots.map(({ chart }) => chart.width)];",
@@ -170,5 +147,5 @@ fn a_report_fits_dark_light_phone_and_paper() {
          return [shown('.drawing'), shown('.uplot'), shown('.toolbar')];",
     );
     assert_eq!(printed, json!(["block", "none", "none"]));
-    assert_silent(&browser, "in any look");
+    browser.assert_silent();
 }

@@ -25,6 +25,24 @@ fn with_port(mut driver: Child) -> Option<(Child, String)> {
     Some((driver, port?))
 }
 
+/// Colours of a canvas that are seen at all.
+pub(crate) const SEEN: &str = "
+    const seen = (canvas) => {
+        const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+        copy.drawImage(canvas, 0, 0);
+        const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
+        const colours = new Set();
+        for (let i = 0; i < data.length; i += 4)
+            if (data[i + 3] > 200) colours.add(data.slice(i, i + 3).join());
+        return [...colours];
+    };";
+
+/// A number of a page.
+pub(crate) fn number(value: &Value) -> f64 {
+    let number = value.as_f64();
+    number.unwrap_or_else(|| panic!("no number: {value}"))
+}
+
 /// A browser with one page.
 pub(crate) struct Browser {
     driver: Child,
@@ -111,14 +129,24 @@ impl Browser {
         self.call("goog/cdp/execute", &command);
     }
 
-    /// Messages at the console since the last call.
-    pub(crate) fn console(&self) -> Vec<String> {
-        let entries = self.call("se/log", &json!({ "type": "browser" }));
-        let entries = entries.as_array().cloned().unwrap_or_default();
-        entries
-            .iter()
-            .map(|entry| entry["message"].to_string())
-            .collect()
+    /// Has a screen of these points, each of some dots.
+    pub(crate) fn show_on(&self, [width, height]: [u32; 2], dots: u32) {
+        let screen = json!({ "width": width, "height": height, "deviceScaleFactor": dots, "mobile": width < 800 });
+        self.emulate("setDeviceMetricsOverride", &screen);
+    }
+
+    /// Has features of media: their names and values.
+    pub(crate) fn prefer(&self, features: &[[&str; 2]]) {
+        let feature = |[name, value]: &[&str; 2]| json!({ "name": name, "value": value });
+        let features: Vec<Value> = features.iter().map(feature).collect();
+        let media = json!({ "media": "", "features": features });
+        self.emulate("setEmulatedMedia", &media);
+    }
+
+    /// Asserts that nothing was said at the console since the last call.
+    pub(crate) fn assert_silent(&self) {
+        let said = self.call("se/log", &json!({ "type": "browser" }));
+        assert_eq!(said, json!([]));
     }
 
     fn call(&self, command: &str, body: &Value) -> Value {
