@@ -42,7 +42,6 @@ pub(crate) const ENCODER_FILTER: f64 = 24.0 / 84e6;
 pub(crate) const PVD: Interrupt = Interrupt::PVD;
 /// Sectors.
 pub(crate) const PAGES_OF_AREAS_2_AND_3: &[u8] = &[2, 3];
-pub(crate) const PAGES_OF_AREAS_1_AND_2: &[u8] = &[1, 2];
 /// Bytes that the flash writes at once.
 pub(crate) const WORD: usize = 4;
 /// Bits of the errors in its status: protected, misaligned, wrong width, wrong order, and any other.

@@ -49,8 +49,6 @@ pub(crate) const PVD: Interrupt = Interrupt::PVD_PVM;
 pub(crate) const PAGES_OF_AREAS_2_AND_3: &[u8] = &[
     16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31,
 ];
-pub(crate) const PAGES_OF_AREAS_1_AND_2: &[u8] =
-    &[8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23];
 /// Bytes that the flash writes at once.
 pub(crate) const WORD: usize = 8;
 /// Bits of the errors in its status: RM0440, FLASH.

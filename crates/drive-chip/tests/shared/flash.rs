@@ -1,7 +1,7 @@
 use drive_chip::flash::FlashError;
 use embedded_storage::nor_flash::{NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
-use crate::facts::{FLASH_ERRORS, FLASH_FLAGS, PAGES_OF_AREAS_1_AND_2, WORD};
+use crate::facts::{FLASH_ERRORS, FLASH_FLAGS, WORD};
 use crate::model::Chip;
 use crate::{healthy, wired};
 
@@ -58,13 +58,6 @@ fn bytes_are_read_at_any_alignment() {
     assert_eq!(bytes, [3, 4, 5, 6, 7]);
     flash.read(AREA - 3, &mut bytes).expect("inside");
     assert_eq!(bytes, [6, 7, 8, 1, 2]);
-}
-
-#[test]
-fn both_areas_are_erased_one_after_the_other() {
-    let chip = written();
-    assert_eq!(wired(&chip).flash.erase(0, 2 * AREA), Ok(()));
-    assert_eq!(*chip.memory.erased.borrow(), PAGES_OF_AREAS_1_AND_2);
 }
 
 #[test]

@@ -37,13 +37,9 @@ fn a_duty_is_the_high_part_of_twenty_kilohertz() {
     }
     let processor = chip.clocks.frequencies().high_timers;
     assert!((processor / f64::from(STEPS) - 20e3).abs() < 1e-6);
-}
-
-#[test]
-fn without_a_crystal_it_has_fewer_steps_and_the_same_frequency() {
-    let chip = slow();
-    let wired = wired(&chip);
-    assert_eq!(wired.pwm.max_duty_cycle(), 800);
+    // Without a crystal it has fewer steps.
+    let slow = slow();
+    assert_eq!(crate::wired(&slow).pwm.max_duty_cycle(), 800);
 }
 
 #[test]

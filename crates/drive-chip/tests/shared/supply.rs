@@ -70,19 +70,6 @@ fn nothing_is_written_to_the_flash_below_the_threshold() {
 }
 
 #[test]
-fn a_sag_during_a_step_fails_it() {
-    let chip = healthy();
-    let mut flash = wired(&chip).flash;
-    chip.in_a_step(|chip| chip.supply.set(2.5));
-    assert_eq!(flash.write(0, &[1; 16]), Err(FlashError::SupplyLow));
-    assert_eq!(
-        chip.memory.bytes(0x0800_4008, 8),
-        [0xff; 8],
-        "no further word"
-    );
-}
-
-#[test]
 fn a_sag_that_is_over_before_the_step_ends_fails_it_all_the_same() {
     let chip = healthy();
     let mut wired = wired(&chip);
