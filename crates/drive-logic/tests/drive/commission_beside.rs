@@ -3,7 +3,7 @@
 
 use crate::support::commission::{
     HARMS, ORDER, PHASES, SERVO, commission, commission_until, cut_anywhere, cut_short, ended,
-    link_falls_silent, outcome, over, until,
+    outcome, over, until,
 };
 use crate::support::drive::{Drive, snapshots};
 use crate::support::harms::Harm;
@@ -355,23 +355,6 @@ fn no_command_of_it_is_beyond_the_order_s_limits() {
         let command = f64::from(held(&drive));
         let [low, high] = order.limits.command;
         assert!((low..=high).contains(&command), "{command} in {sample}");
-    }
-}
-
-#[test]
-fn a_silent_host_ends_it_as_it_ends_a_run() {
-    let mut listening = still();
-    listening.protection.link_timeout = 0.05;
-    for phase in PHASES {
-        let (mut drive, bench) = Drive::on_bench(&LOADED);
-        drive.run(listening);
-        for _ in 0..200 {
-            drive.ask(Command::KeepAlive);
-            drive.pass(10);
-        }
-        commission_until(&mut drive, ORDER, phase);
-        link_falls_silent(&mut drive, bench, phase);
-        assert_eq!(drive.shown(), listening, "{phase:?}");
     }
 }
 

@@ -2,10 +2,10 @@
 
 use crate::support::commission::{
     HARMS, ORDER, PHASES, SERVO, aborted, commission, commission_until, cut_anywhere, cut_short,
-    ended, link_falls_silent, outcome, over, ready,
+    ended, outcome, over, ready,
 };
 use crate::support::drive::{Drive, snapshots};
-use crate::support::{Bench, Flash, settings};
+use crate::support::{Bench, Flash, settings, still};
 use commissioning::{CommissionIsr, Phase};
 use drive_link::{Command, Commissioning, Fault, MotionRecord, Origin, Progress, Report, State};
 use identifier_core::reason::Reason;
@@ -319,15 +319,23 @@ fn a_flash_that_fails_is_tried_again_with_the_end_of_a_run_and_not_all_the_time(
 }
 
 #[test]
-fn a_silent_host_ends_it_in_any_phase() {
-    let mut listening = settings();
-    listening.protection.link_timeout = 0.01;
-    for phase in PHASES {
-        let (mut drive, bench) = Drive::on_bench(&SERVO);
-        drive.done(Command::Configure(listening));
-        commission_until(&mut drive, ORDER, phase);
-        link_falls_silent(&mut drive, bench, phase);
-        assert_eq!(drive.shown(), listening, "{phase:?}");
+fn a_silent_host_ends_it_in_any_phase_from_rest_and_beside_a_run() {
+    for beside in [false, true] {
+        let mut listening = still();
+        listening.protection.link_timeout = if beside { 0.05 } else { 0.01 };
+        for phase in PHASES {
+            let (mut drive, bench) = Drive::on_bench(&SERVO);
+            drive.done(Command::Configure(listening));
+            if beside {
+                drive.order(Command::Start, 10);
+            }
+            commission_until(&mut drive, ORDER, phase);
+            let reason = ended(&mut drive).commissioning.reason;
+            assert_eq!(bench.held.get(), None, "{phase:?}");
+            assert_eq!(drive.state(), State::Faulted(Fault::LinkLost), "{phase:?}");
+            assert_eq!(reason, Some(Reason::LinkLost), "{phase:?}");
+            assert_eq!(drive.shown(), listening, "{phase:?}");
+        }
     }
 }
 

@@ -549,35 +549,33 @@ fn a_start_or_a_commissioning_acts_once_and_never_late() {
         (50, commission),
     ] {
         let id = |k: u8| first.wrapping_add(k);
-        {
-            assert_eq!(answer(&mut drive, id(0), Command::Hello), Ok(()));
-            assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
-            // Repeated while it is under way, it is done already.
-            assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
-            assert_eq!(answer(&mut drive, id(3), Command::Stop), Ok(()));
-            drive.pass(500);
-            assert_eq!(drive.state(), disabled);
-            assert_eq!(answer(&mut drive, id(2), begin), late);
-            assert_eq!(drive.state(), disabled);
-            assert_eq!(answer(&mut drive, id(4), begin), Ok(()));
-            // It ends by itself.
-            bench.lines.set(Lines {
-                low_switch: false,
-                ..Lines::HEALTHY
-            });
-            drive.pass(500);
-            bench.lines.set(Lines::HEALTHY);
-            assert_eq!(answer(&mut drive, id(5), Command::Clear), Ok(()));
-            for old in [4, 2] {
-                assert_eq!(answer(&mut drive, id(old), begin), late);
-            }
-            // After many others its number is a new one.
-            for k in 6..=200 {
-                assert_eq!(answer(&mut drive, id(k), Command::Hello), Ok(()));
-            }
-            assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
-            assert_eq!(answer(&mut drive, id(3), Command::Stop), Ok(()));
-            drive.pass(500);
+        assert_eq!(answer(&mut drive, id(0), Command::Hello), Ok(()));
+        assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
+        // Repeated while it is under way, it is done already.
+        assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
+        assert_eq!(answer(&mut drive, id(3), Command::Stop), Ok(()));
+        drive.pass(500);
+        assert_eq!(drive.state(), disabled);
+        assert_eq!(answer(&mut drive, id(2), begin), late);
+        assert_eq!(drive.state(), disabled);
+        assert_eq!(answer(&mut drive, id(4), begin), Ok(()));
+        // It ends by itself.
+        bench.lines.set(Lines {
+            low_switch: false,
+            ..Lines::HEALTHY
+        });
+        drive.pass(500);
+        bench.lines.set(Lines::HEALTHY);
+        assert_eq!(answer(&mut drive, id(5), Command::Clear), Ok(()));
+        for old in [4, 2] {
+            assert_eq!(answer(&mut drive, id(old), begin), late);
         }
+        // After many others its number is a new one.
+        for k in 6..=200 {
+            assert_eq!(answer(&mut drive, id(k), Command::Hello), Ok(()));
+        }
+        assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
+        assert_eq!(answer(&mut drive, id(3), Command::Stop), Ok(()));
+        drive.pass(500);
     }
 }

@@ -122,14 +122,6 @@ pub(crate) const fn aborted(reason: Reason) -> Commissioning {
     }
 }
 
-/// Sends nothing more: the stage is disabled, and state and outcome give the reason.
-pub(crate) fn link_falls_silent(drive: &mut Drive, bench: &Bench, phase: Phase) {
-    let reason = ended(drive).commissioning.reason;
-    assert_eq!(bench.held.get(), None, "{phase:?}");
-    assert_eq!(drive.state(), State::Faulted(Fault::LinkLost), "{phase:?}");
-    assert_eq!(reason, Some(Reason::LinkLost), "{phase:?}");
-}
-
 /// Outcome of the last commissioning.
 pub(crate) fn outcome(drive: &mut Drive) -> Outcome {
     match drive.ask(Command::Outcome) {
