@@ -4,6 +4,8 @@ use host_sim::scenario::{Fault, Purpose, Scenario};
 use identifier_core::parameters::{Term, Terms};
 use servo_id::drive::{loop_settings, tables_of};
 
+use crate::support::table;
+
 /// The settings for a scenario of this text.
 fn settings_of(text: &str) -> Result<drive_link::LoopSettings, Fault> {
     loop_settings(&Scenario::parse("s.toml", text, Purpose::Run).expect("a PC can"))
@@ -23,6 +25,15 @@ fn required_terms_and_a_declared_amplifier_are_sent() {
     let declared = [terms.delay, terms.dead_band, terms.current_loop].map(f64::to_bits);
     assert_eq!(declared, [1e-3, 0.1, 2e-3_f64].map(f64::to_bits));
 }
+
+/// What is changed in the paper's scenario, to what, and the key that the answer names.
+const LACKING: &str = r#"
+kind = "low-pass", cutoff = 500.0 | kind = "difference" | controller.velocity_filter
+counts_per_rev = 10000 | counts_per_rev = 0 | encoder.counts_per_rev
+arithmetic = "f32" | arithmetic = "f64" | identifier.arithmetic
+law = "gradient" | law = "pd-gradient" | identifier.law
+arithmetic = "f32" | arithmetic = "fixed" | identifier.arithmetic
+"#;
 
 #[test]
 fn the_status_shows_the_tables_that_send_the_same_settings() {
@@ -48,36 +59,10 @@ fn the_status_shows_the_tables_that_send_the_same_settings() {
 #[test]
 fn a_loop_that_the_firmware_lacks_is_refused() {
     let paper = include_str!("../../../../host-sim/scenarios/paper.toml");
-    for (from, to, key) in [
-        (
-            "kind = \"low-pass\", cutoff = 500.0",
-            "kind = \"difference\"",
-            "controller.velocity_filter",
-        ),
-        (
-            "counts_per_rev = 10000",
-            "counts_per_rev = 0",
-            "encoder.counts_per_rev",
-        ),
-        (
-            "arithmetic = \"f32\"",
-            "arithmetic = \"f64\"",
-            "identifier.arithmetic",
-        ),
-        (
-            "law = \"gradient\"",
-            "law = \"pd-gradient\"",
-            "identifier.law",
-        ),
-        (
-            "arithmetic = \"f32\"",
-            "arithmetic = \"fixed\"",
-            "identifier.arithmetic",
-        ),
-    ] {
-        let changed = paper.replace(from, to);
-        assert_ne!(changed, paper, "{from}");
-        let fault = settings_of(&changed).expect_err(key);
-        assert!(fault.to_string().starts_with(key), "{fault}");
+    for row in table(LACKING) {
+        let changed = paper.replace(&row[0], &row[1]);
+        assert_ne!(changed, paper, "{row:?}");
+        let fault = settings_of(&changed).expect_err(&row[2]);
+        assert!(fault.to_string().starts_with(&row[2]), "{fault}");
     }
 }

@@ -13,64 +13,31 @@ use drive_link::Estimator;
 use rayon::prelude::*;
 
 /// Commands that are not run here, each with the reason. One that no page shows any more is an error.
-const ELSEWHERE: [(&str, &str); 10] = [
-    (
-        "cargo install",
-        "builds everything anew; what it installs is run here",
-    ),
-    (
-        "(cd firmware-stm32 && cargo",
-        "is for a board: CI builds it and boots it in an emulator",
-    ),
-    (
-        "mdbook build",
-        "takes mdBook: a test reads the book's contents",
-    ),
-    (
-        "servo-id identify emps_train",
-        "takes the measured log: its tests run where it is",
-    ),
-    ("pip install", "builds the package: its own tests do"),
-    (
-        "python -m servo_id",
-        "takes the package: its own tests run it",
-    ),
-    ("cargo test", "runs every test: CI does"),
-    ("cargo xtask", "takes an emulator: CI does"),
-    (
-        "servo-id drive simulate",
-        "runs until it is interrupted: the tests of the monitor run it",
-    ),
-    (
-        "servo-id drive --port tcp:127.0.0.1:5760 monitor",
-        "takes a terminal: the tests of the monitor type into one",
-    ),
-];
+const ELSEWHERE: &str = "
+cargo install | builds everything anew; what it installs is run here
+(cd firmware-stm32 && cargo | is for a board: CI builds it and boots it in an emulator
+mdbook build | takes mdBook: a test reads the book's contents
+servo-id identify emps_train | takes the measured log: its tests run where it is
+pip install | builds the package: its own tests do
+python -m servo_id | takes the package: its own tests run it
+cargo test | runs every test: CI does
+cargo xtask | takes an emulator: CI does
+servo-id drive simulate | runs until it is interrupted: the tests of the monitor run it
+servo-id drive --port tcp:127.0.0.1:5760 monitor | takes a terminal: the tests of the monitor type into one";
 
 /// Files that a reader has: their names on a page, and the commands that make them.
-const READERS: [(&str, &str); 6] = [
-    ("axis.toml", "cp host-sim/scenarios/friction.toml axis.toml"),
-    (
-        "monday.csv",
-        "servo-id run axis.toml --quiet --csv monday.csv",
-    ),
-    (
-        "tuesday.csv",
-        "servo-id run axis.toml --quiet --csv tuesday.csv",
-    ),
-    (
-        "wednesday.csv",
-        "servo-id run axis.toml --quiet --csv wednesday.csv",
-    ),
-    (
-        "result.json",
-        "servo-id run axis.toml --quiet --json result.json",
-    ),
-    (
-        "my-servo.toml",
-        "cp host-sim/scenarios/drive.toml my-servo.toml",
-    ),
-];
+const READERS: &str = "
+axis.toml | cp host-sim/scenarios/friction.toml axis.toml
+monday.csv | servo-id run axis.toml --quiet --csv monday.csv
+tuesday.csv | servo-id run axis.toml --quiet --csv tuesday.csv
+wednesday.csv | servo-id run axis.toml --quiet --csv wednesday.csv
+result.json | servo-id run axis.toml --quiet --json result.json
+my-servo.toml | cp host-sim/scenarios/drive.toml my-servo.toml";
+
+/// The two cells of each row.
+fn rows(table: &'static str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    table.lines().filter_map(|row| row.split_once(" | "))
+}
 
 /// The blocks of one language of a page, as they are printed; those without a language are output.
 fn blocks(page: &Path, language: &str) -> Vec<String> {
@@ -95,7 +62,7 @@ fn blocks(page: &Path, language: &str) -> Vec<String> {
 /// The lines of a block that are run here; lines that are shown and not run are noted.
 fn runnable(block: &str, shown: &mut Vec<&str>) -> String {
     let is_run = |line: &&str| {
-        let elsewhere = ELSEWHERE.iter().find(|(begin, _)| line.starts_with(begin));
+        let elsewhere = rows(ELSEWHERE).find(|(begin, _)| line.starts_with(begin));
         shown.extend(elsewhere.map(|(begin, _)| begin));
         elsewhere.is_none()
     };
@@ -201,7 +168,7 @@ fn follow(page: &Path) -> Followed {
                 "configure my-servo.toml --link-timeout 20",
             );
         // Files that a block reads but does not write are made for it.
-        for (file, make) in READERS {
+        for (file, make) in rows(READERS) {
             if commands.contains(file)
                 && !commands.contains(&format!("> {file}"))
                 && !commands.contains(&format!("--json {file}"))
@@ -252,7 +219,7 @@ fn every_command_of_readme_and_pages_works_as_it_is_printed() {
     let run: usize = all.iter().map(|page| page.run).sum();
     let compared: usize = all.iter().map(|page| page.compared).sum();
     assert!(run > 60 && compared > 0, "{run} lines, {compared} outputs");
-    for (begin, why) in ELSEWHERE {
+    for (begin, why) in rows(ELSEWHERE) {
         assert!(
             all.iter().any(|page| page.shown.contains(&begin)),
             "no page shows {begin}, which is left out: {why}"

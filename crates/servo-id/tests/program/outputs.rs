@@ -49,25 +49,12 @@ fn long(test: &str) -> Folder {
     folder
 }
 
-#[test]
-fn an_existing_file_requires_force() {
-    let folder = with_scenario("force", "1.0");
-    assert_refused(
-        &folder,
-        "run scenario.toml --json old | --force
-        compare scenario.toml --json old | --force
-        sweep --runs 1 scenario.toml --json old | --force",
-    );
-    folder.done("run scenario.toml --json old --force");
-    let text = folder.read("old");
-    assert!(text.starts_with('{') && text.ends_with("}\n"), "{text}");
-    assert_eq!(folder.names(), ["old", "scenario.toml"]);
-}
-
 /// Calls that are refused before any work: a place that cannot be written, an output that is an input under any name, and
 /// two outputs that are one file.
 const REFUSED: &str = "
 run scenario.toml --csv new --json old | --force
+compare scenario.toml --json old | --force
+sweep --runs 1 scenario.toml --json old | --force
 run scenario.toml --json no/such/place | no such folder
 run scenario.toml --json old/place | is a file
 run scenario.toml --json . | a folder
@@ -113,6 +100,7 @@ fn a_link_is_followed_and_permissions_are_kept() {
         let found = fs::symlink_metadata(folder.join(link)).expect("there");
         assert!(found.is_symlink(), "{link}");
     }
+    assert!(folder.read("sub/old").starts_with('{'));
     let mode = |name: &str| fs::metadata(folder.join(name)).expect("there").mode() & 0o777;
     assert_eq!(mode("sub/old"), 0o640);
     // A new file has the permissions of any new file.

@@ -1,7 +1,7 @@
 //! Files that are no scenario are refused: with place and remedy, and within bounds.
 
 use crate::support::readable::assert_readable;
-use crate::support::{own_folder, standard_error};
+use crate::support::{own_folder, standard_error, table};
 use host_sim::scenario::{Purpose, Scenario};
 
 const PLANT: &str = "[plant]\na = 0.5\nb = 200.0\n";
@@ -55,24 +55,17 @@ fn a_misspelt_key_is_answered_with_the_nearest_name() {
     assert!(!unlike.contains('?'), "{unlike}");
 }
 
-/// A message about a default names the key to state and the default.
+/// A table below the servo, and the key to state and the default that the message names.
+const DEFAULTS: &str = r#"
+[excitation]; kind = "none" | s.toml:5: excitation.kind |
+[controller]; sample_time = 0.3 | sample_time = 0.1 | 0.6
+[excitation]; kind = "square"; amplitude = 0.1; period = 0.001 | 0.002 |
+"#;
+
 #[test]
 fn messages_name_a_default_as_such() {
-    for (table, parts) in [
-        (
-            "[excitation]\nkind = \"none\"",
-            ["s.toml:5: excitation.kind", ""],
-        ),
-        (
-            "[controller]\nsample_time = 0.3",
-            ["sample_time = 0.1", "0.6"],
-        ),
-        (
-            "[excitation]\nkind = \"square\"\namplitude = 0.1\nperiod = 0.001",
-            ["0.002", ""],
-        ),
-    ] {
-        assert_names(&format!("{PLANT}{table}\n"), &parts);
+    for row in table(DEFAULTS) {
+        assert_names(&format!("{PLANT}{}\n", row[0]), &[&row[1], &row[2]]);
     }
 }
 
