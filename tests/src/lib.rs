@@ -3,6 +3,7 @@
 pub mod logs;
 
 use std::io::Write;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use host_sim::identify_run;
 use host_sim::scenario::{Purpose, Scenario};
@@ -102,15 +103,19 @@ pub fn run(scenario: &Scenario) -> Summary {
 /// Does independent work on all cores, the results in order.
 pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let chunk = items.len().div_ceil(threads).max(1);
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = items
-            .chunks(chunk)
-            .map(|chunk| scope.spawn(|| chunk.iter().map(&work).collect::<Vec<_>>()))
-            .collect();
-        workers
-            .into_iter()
-            .flat_map(|worker| worker.join().expect("no panic in the work"))
-            .collect()
-    })
+    let next = AtomicUsize::new(0);
+    // Some take many times as long as others: each core has the next one that is left.
+    let share = || {
+        let places = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        let done = places.map_while(|place| Some((place, work(items.get(place)?))));
+        done.collect::<Vec<_>>()
+    };
+    let mut done = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(share)).collect();
+        let shares = workers.into_iter();
+        let shares = shares.flat_map(|worker| worker.join().expect("no panic in the work"));
+        shares.collect::<Vec<_>>()
+    });
+    done.sort_by_key(|(place, _)| *place);
+    done.into_iter().map(|(_, result)| result).collect()
 }

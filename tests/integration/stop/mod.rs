@@ -10,12 +10,9 @@ mod machine;
 #[path = "../../../crates/drive-logic/tests/drive/support/mod.rs"]
 mod support;
 
-use std::sync::Mutex;
-use std::thread;
-
 use commissioning::CommissionSettings;
 use drive_link::{Command, Settings};
-use integration_tests::environment;
+use integration_tests::{environment, in_parallel};
 
 use host::Host;
 use machine::BYTE;
@@ -149,29 +146,18 @@ fn campaign(stops: u32) -> Vec<(u32, Tally)> {
         .into_iter()
         .flat_map(|rate| ACTIVITIES.map(|activity| (rate, activity)))
         .collect();
-    let left = Mutex::new(cases.into_iter());
-    let found = Mutex::new(Vec::new());
-    let next = || left.lock().expect("no panic").next();
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(|| {
-                while let Some((rate, activity)) = next() {
-                    let tally = stop_again_and_again(rate, activity, each);
-                    println!(
-                        "{:>2} kHz, {activity:?}: {} stops, {} of a driven servo, \
-                         {} late, worst {:.3} ms",
-                        rate / 1000,
-                        tally.stops,
-                        tally.driven,
-                        tally.late,
-                        tally.worst as f64 * 1e-6
-                    );
-                    found.lock().expect("no panic").push((rate, tally));
-                }
-            });
-        }
-    });
-    found.into_inner().expect("no panic")
+    in_parallel(&cases, |&(rate, activity)| {
+        let tally = stop_again_and_again(rate, activity, each);
+        println!(
+            "{:>2} kHz, {activity:?}: {} stops, {} of a driven servo, {} late, worst {:.3} ms",
+            rate / 1000,
+            tally.stops,
+            tally.driven,
+            tally.late,
+            tally.worst as f64 * 1e-6
+        );
+        (rate, tally)
+    })
 }
 
 /// Number of stops: `STOPS`, or as many as take some seconds.
