@@ -234,8 +234,11 @@ mod tests {
         Units::new(1e-3, 1.0).expect("valid")
     }
 
-    /// Settled response to a ramp must be its slope.
+    /// Settled response to a ramp must be its slope, and that of its transfer function.
     fn ramp_response<V: VelocityEstimate<f64>>(estimate: V) -> f64 {
+        let Transfer { numerator, pole } = estimate.transfer();
+        let gain = numerator.iter().sum::<f64>() / (1.0 - pole);
+        assert!((gain - 1.0).abs() < 1e-12, "{gain}");
         let mut state = V::State::default();
         let velocities = (0..1000).map(|_| estimate.process(&mut state, 0.25));
         velocities.last().expect("samples")
