@@ -1,6 +1,7 @@
 //! Reliability of the verdict and of the named causes, over many runs.
 
 pub(crate) mod campaign;
+mod effects;
 mod honesty;
 mod logs;
 mod misdeclared;
