@@ -49,7 +49,8 @@ pub struct PredictedResponse {
     pub settling_time: f64,
     /// Mₛ, the largest sensitivity, at the worst corner.
     pub sensitivity: f64,
-    /// The factors by which the loop's gain may fall (zero for any) and rise (searched up to 50), at the worst corner.
+    /// The factors by which the loop's gain may fall (zero for any to a thousandth) and rise (searched up to 50), at the
+    /// worst corner.
     pub gain_margins: [f64; 2],
     /// The largest command of the step, as a part of the available command.
     pub command_share: f64,

@@ -339,12 +339,10 @@ fn the_value_that_a_refusal_names_is_accepted() {
     }
 }
 
-/// Runs a loop over any samples: setpoint, offset, count and a command from outside. Rounding may change the limit by
-/// `room`.
+/// Runs a loop over any samples: setpoint, offset, count and a command from outside.
 fn nothing_wraps<V, S, const P: usize>(
     settings: &Settings,
     samples: &[(i32, i32, i32, Option<i32>)],
-    room: f64,
 ) -> Result<(), TestCaseError>
 where
     V: VelocityEstimate<Word>,
@@ -352,8 +350,17 @@ where
 {
     let words: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>, Shaped<Word>> =
         (settings.build()).map_err(|refused| TestCaseError::reject(refused.to_string()))?;
-    let [low, high] = settings.controller.expect("it has one").limit;
+    let ControllerSettings { kp, kd, limit, .. } = settings.controller.expect("it has one");
+    let [low, high] = limit;
     let identifier = words.identifier();
+    // A limit is rounded to the terms' last bit, at most four times what one of the error, velocity or command demands.
+    let controller = words.controller();
+    let per_count = f64::from(controller.error(1, I16F16::ZERO, 0).to_bits());
+    let per_sample = controller.velocity(Word::from_bits(1)) / settings.sample_time;
+    let room = 2.0
+        * (kp * settings.resolution / per_count)
+            .max(kd * settings.resolution * per_sample)
+            .max(controller.command(Word::from_bits(1)));
     let mut state = words.start(0);
     for &(setpoint, offset, count, command) in samples {
         let offset = I16F16::from_bits(offset);
@@ -422,16 +429,16 @@ proptest! {
         reference_filter in reference_filters(),
     ) {
         let mut settings = filtered(reference_filter);
-        nothing_wraps::<LowPass<Word>, Unknowns<2>, 2>(&settings, &samples, 1e-6)?;
-        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples, 1e-6)?;
-        nothing_wraps::<AveragedDifference<Word>, Unknowns<3>, 3>(&settings, &samples, 1e-6)?;
-        nothing_wraps::<BackwardDifference, AbLoad, 3>(&settings, &samples, 1e-6)?;
+        nothing_wraps::<LowPass<Word>, Unknowns<2>, 2>(&settings, &samples)?;
+        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples)?;
+        nothing_wraps::<AveragedDifference<Word>, Unknowns<3>, 3>(&settings, &samples)?;
+        nothing_wraps::<BackwardDifference, AbLoad, 3>(&settings, &samples)?;
         // Steps that are large, and a guard that follows b̂.
         settings.identifier.gamma = Some(PerParameter::new(400.0, 30_000.0, 400.0, 400.0));
         settings.identifier.parameter_range = None;
         settings.identifier.bounds.b = Some([0.1, 2000.0]);
         settings.identifier.mu = Some(10.0);
-        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples, 1e-6)?;
+        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples)?;
     }
 
     /// The same for any servo, gains, limit, rate and encoder that are taken.
@@ -470,7 +477,7 @@ proptest! {
             gamma * omega / (limit * limit),
             gamma * omega,
             gamma * omega));
-        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples, 1e-4 * limit)?;
+        nothing_wraps::<LowPass<Word>, Unknowns<4>, 4>(&settings, &samples)?;
     }
 
     /// The words' controller is the numbers' controller, also where the counter wraps.

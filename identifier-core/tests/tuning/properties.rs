@@ -125,7 +125,7 @@ proptest! {
         }
     }
 
-    /// At the gain margins L is −1 over the factor.
+    /// At the gain margins L is −1 over the factor. One below a thousandth may be given as zero.
     #[test]
     fn gain_margins_are_where_the_loop_crosses(case in case()) {
         let known = IdentifiedServo { covariance: [[0.0; 5]; 5], ..case.0 };
@@ -145,7 +145,8 @@ proptest! {
                 }
             }
             let [fall, rise] = tuning.predicted_response.gain_margins;
-            prop_assert!((fall - lower).abs() < 0.02 * lower + 1e-9, "{fall} {lower} {tuning:?}");
+            let is_any = fall.max(lower) < 1e-3;
+            prop_assert!(is_any || (fall - lower).abs() < 0.02 * lower, "{fall} {lower} {tuning:?}");
             prop_assert!((rise - upper).abs() < 0.02 * upper, "{rise} {upper} {tuning:?}");
         }
     }
