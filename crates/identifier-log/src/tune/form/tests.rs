@@ -79,6 +79,19 @@ fn textbook([kp, ki, kd]: [f64; 3], time: f64) -> Controller {
     })
 }
 
+/// The same with the rate of the position.
+fn rate_of_position(
+    [kp, ki, kd]: [f64; 3],
+    mut velocity: impl FnMut(f64) -> f64 + 'static,
+    time: f64,
+) -> Controller {
+    let mut sum = 0.0;
+    Box::new(move |target, position| {
+        sum += (target - position) * time;
+        kp * (target - position) + ki * sum - kd * velocity(position)
+    })
+}
+
 fn cascade(
     [kx, kv, kvi]: [f64; 3],
     mut velocity: impl FnMut(f64) -> f64 + 'static,
@@ -125,13 +138,8 @@ fn cases() -> [Case; 12] {
             "pid",
             |_| {},
             |of, time| {
-                let (kp, ki, kd) = (of("kp"), of("ki"), of("kd"));
-                let mut velocity = filtered_difference(1.0 - (-of("cutoff") * time).exp(), time);
-                let mut sum = 0.0;
-                Box::new(move |target, position| {
-                    sum += (target - position) * time;
-                    kp * (target - position) + ki * sum - kd * velocity(position)
-                })
+                let velocity = filtered_difference(1.0 - (-of("cutoff") * time).exp(), time);
+                rate_of_position(["kp", "ki", "kd"].map(of), velocity, time)
             },
         ),
         Case::of(
@@ -139,7 +147,7 @@ fn cases() -> [Case; 12] {
             |_| {},
             |of, time| {
                 let velocity = filtered_difference(1.0 - (-of("cutoff") * time).exp(), time);
-                cascade([of("Kx"), of("Kv"), of("Kvi")], velocity, time)
+                cascade(["Kx", "Kv", "Kvi"].map(of), velocity, time)
             },
         ),
         Case::of(
@@ -173,11 +181,9 @@ fn cases() -> [Case; 12] {
                 case.conditions.torque_constant = Some(0.04);
             },
             |of, time| {
-                let (pos_gain, vel_gain, integrator_gain) = (
-                    of("controller.config.pos_gain"),
-                    of("controller.config.vel_gain"),
-                    of("controller.config.vel_integrator_gain"),
-                );
+                let [pos_gain, vel_gain, integrator_gain] =
+                    ["pos_gain", "vel_gain", "vel_integrator_gain"]
+                        .map(|name| of(&format!("controller.config.{name}")));
                 let pll_kp = 2.0 * of("encoder.config.bandwidth");
                 let pll_ki = 0.25 * pll_kp * pll_kp;
                 let (mut pos, mut vel, mut integrator) = (0.0, 0.0, 0.0);
@@ -200,11 +206,8 @@ fn cases() -> [Case; 12] {
                 case.unit = CommandUnit::NewtonMetre;
             },
             |of, time| {
-                let (kp, ki, kd) = (
-                    of("servo.pid_position.kp"),
-                    of("servo.pid_position.ki"),
-                    of("servo.pid_position.kd"),
-                );
+                let [kp, ki, kd] =
+                    ["kp", "ki", "kd"].map(|name| of(&format!("servo.pid_position.{name}")));
                 let w_n = of("motor_position.sources.0.pll_filter_hz") / 2.48 * TAU;
                 let (mut filtered, mut pll_integral, mut integral) = (0.0, 0.0, 0.0);
                 Box::new(move |target, turns| {
@@ -227,16 +230,9 @@ fn cases() -> [Case; 12] {
                 case.conditions.max_current = Some(60.0);
             },
             |of, time| {
-                let (kp, ki, kd) = (of("p_pid_kp"), of("p_pid_ki"), of("p_pid_kd_proc"));
-                let mut filter = low_pass(of("p_pid_kd_filter"));
-                let (mut before, mut i_term) = (0.0, 0.0);
-                Box::new(move |target, degrees| {
-                    let error = target - degrees;
-                    i_term += error * ki * time;
-                    let d_term = filter(-(degrees - before) * kd / time);
-                    before = degrees;
-                    kp * error + i_term + d_term
-                })
+                let velocity = filtered_difference(of("p_pid_kd_filter"), time);
+                let gains = ["p_pid_kp", "p_pid_ki", "p_pid_kd_proc"].map(of);
+                rate_of_position(gains, velocity, time)
             },
         ),
         Case::of(
@@ -246,10 +242,7 @@ fn cases() -> [Case; 12] {
                 (case.a, case.angle, case.output) = (60.0, TAU / 4096.0, 12.0 / 885.0);
                 case.at_12_volts();
             },
-            |of, _| {
-                let gain = of("Position P Gain (84)") / 128.0;
-                Box::new(move |target, counts| gain * (target - counts))
-            },
+            |of, time| textbook([of("Position P Gain (84)") / 128.0, 0.0, 0.0], time),
         ),
         Case::of(
             "feetech",
@@ -258,15 +251,12 @@ fn cases() -> [Case; 12] {
                 (case.a, case.output) = (60.0, 0.166 * 12.0);
                 case.at_12_volts();
             },
-            |of, _| {
-                let gain = of("P (21)");
-                Box::new(move |target, position| gain * (target - position))
-            },
+            |of, time| textbook([of("P (21)"), 0.0, 0.0], time),
         ),
         Case::of(
             "wpilib",
             |case| (case.period, case.unit) = (20e-3, CommandUnit::Volt),
-            |of, time| textbook([of("kP"), of("kI"), of("kD")], time),
+            |of, time| textbook(["kP", "kI", "kD"].map(of), time),
         ),
         Case::of(
             "sparkmax",
@@ -274,23 +264,13 @@ fn cases() -> [Case; 12] {
                 (case.angle, case.output) = (TAU, 12.0);
                 case.at_12_volts();
             },
-            |of, _| {
-                let (kp, ki, kd) = (of("kP"), of("kI"), of("kD"));
-                let (mut state, mut before) = (0.0, 0.0);
-                // Once per millisecond, its unit of time.
-                Box::new(move |target, rotations| {
-                    let error = target - rotations;
-                    state += ki * error;
-                    let rate = error - before;
-                    before = error;
-                    kp * error + state + kd * rate
-                })
-            },
+            // Once per millisecond, its unit of time.
+            |of, _| textbook(["kP", "kI", "kD"].map(of), 1.0),
         ),
         Case::of(
             "linuxcnc",
             |_| {},
-            |of, time| textbook([of("Pgain"), of("Igain"), of("Dgain")], time),
+            |of, time| textbook(["Pgain", "Igain", "Dgain"].map(of), time),
         ),
         Case::of(
             "cia402",
@@ -544,15 +524,8 @@ fn gains_become_the_numbers_of_each_firmware_and_back() {
 /// Every row of the table is read: that of a form without gains would be missing.
 #[test]
 fn the_table_has_every_form() {
-    let names: Vec<_> = FIRMWARES
-        .iter()
-        .map(|firmware| firmware.name.as_str())
-        .collect();
-    let all = "pid cascade simplefoc odrive moteus vesc dynamixel feetech wpilib sparkmax linuxcnc cia402";
-    assert_eq!(names.join(" "), all);
-    for case in cases() {
-        assert!(names.contains(&case.form), "{}", case.form);
-    }
+    let names = (FIRMWARES.iter()).map(|firmware| firmware.name.as_str());
+    assert!(names.eq(cases().iter().map(|case| case.form)));
 }
 
 /// kp² = 4 kd ki is the edge; beyond it the integral is what it is there.
