@@ -172,37 +172,28 @@ impl fmt::Display for Nearest {
 impl<Name: fmt::Debug + fmt::Display> core::error::Error for OutOfRange<Name> {}
 
 /// Why a sample was rejected. The state is unchanged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StepError {
     /// The position error is NaN or infinite: so was the setpoint's offset, or the measurement.
+    #[error("the position error is not a finite number: check the setpoint")]
     ErrorNotFinite,
     /// Setpoint and position are further apart than the number format counts exactly.
+    #[error(
+        "the setpoint is too far from the position for the number format: check setpoint and encoder"
+    )]
     TooFarApart,
     /// The increment since the last sample is NaN, larger than the number format counts exactly, or
     /// faster than `max_speed`.
+    #[error(
+        "the position has jumped further than the servo can move in a sample: check the encoder"
+    )]
     CountJumped,
     /// The command that acted is NaN, infinite, or beyond the range of the number format.
+    #[error("the command that acted is not a finite number")]
     CommandNotFinite,
 }
-
-impl fmt::Display for StepError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::ErrorNotFinite => "the position error is not a finite number: check the setpoint",
-            Self::TooFarApart => {
-                "the setpoint is too far from the position for the number format: check setpoint and encoder"
-            }
-            Self::CountJumped => {
-                "the position has jumped further than the servo can move in a sample: check the encoder"
-            }
-            Self::CommandNotFinite => "the command that acted is not a finite number",
-        })
-    }
-}
-
-impl core::error::Error for StepError {}
 
 #[cfg(test)]
 mod tests {

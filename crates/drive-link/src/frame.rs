@@ -1,5 +1,3 @@
-use core::fmt;
-
 use crc::{CRC_32_ISO_HDLC, Crc};
 use heapless::Vec;
 use serde::Serialize;
@@ -55,15 +53,19 @@ impl Message for Report {
 }
 
 /// Failures of framing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the message is of another version of the protocol")]
 #[non_exhaustive]
 pub enum FrameError {
     /// Longer than any message: a zero was lost, or the other end speaks something else.
+    #[error("a frame is longer than any message: is this the drive's port?")]
     TooLong,
     /// The bytes between two zeros are no COBS.
+    #[error("bytes were lost on the line: what came is no frame")]
     NotFramed,
     /// The check does not fit: bytes were lost or changed.
+    #[error("bytes were damaged on the line: the checksum is wrong")]
     Damaged,
     /// Undamaged, but no message of this version.
     Unknown,
@@ -77,21 +79,6 @@ pub enum FrameError {
         bytes: u16,
     },
 }
-
-impl fmt::Display for FrameError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::TooLong => "a frame is longer than any message: is this the drive's port?",
-            Self::NotFramed => "bytes were lost on the line: what came is no frame",
-            Self::Damaged => "bytes were damaged on the line: the checksum is wrong",
-            Self::Unknown | Self::NoRequest { .. } => {
-                "the message is of another version of the protocol"
-            }
-        })
-    }
-}
-
-impl core::error::Error for FrameError {}
 
 /// A message as the bytes of a frame, the zero at its end included.
 ///

@@ -416,10 +416,14 @@ impl fmt::Display for Ended {
 }
 
 /// Reasons for not carrying out a request.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error, Serialize, Deserialize)]
 pub enum Refusal {
     /// It is of another version, or its command is longer or shorter than in this one. The first, so that a host of any
     /// later version reads it, also with the check of a version up to 21.
+    #[error(
+        "the drive speaks version {spoken} of the protocol, and the request of {bytes} bytes is of version {given} or \
+         damaged: use the program of the firmware's version, or flash the firmware of this one"
+    )]
     NotUnderstood {
         /// [`PROTOCOL`] of the drive.
         spoken: u8,
@@ -429,43 +433,72 @@ pub enum Refusal {
         bytes: u16,
     },
     /// The drive was never configured for its servo: configure first.
+    #[error("the drive is not configured yet: configure it first")]
     NotConfigured,
     /// A stop came after it, and before it was done.
+    #[error("a stop came directly after the request: send it again")]
     Overtaken,
     /// Bytes were lost on the line around it or after it, and a stop may have been among them.
+    #[error(
+        "bytes were lost on the line, possibly those of a stop: send the request again; if this returns, check the \
+         line's wires, ground and baud rate, and send with pauses"
+    )]
     LineDisturbed,
     /// The servo must be disabled: stop first.
+    #[error("the servo must be disabled first: stop")]
     Running,
     /// The loop must be closed: start first.
+    #[error("the loop must be closed first: start")]
     NotRunning,
     /// A commissioning ran and was ended for it: ask again when the servo is at rest.
+    #[error(
+        "a commissioning was running and was ended first: send the request again at standstill"
+    )]
     EndedCommissioning,
     /// There was no commissioning.
+    #[error("the servo was never commissioned")]
     NeverCommissioned,
     /// The fault must be cleared first.
+    #[error("{}", State::Faulted(*.0))]
     Faulted(Fault),
     /// A setting is not allowed.
+    #[error(transparent)]
     Setting(NotAllowed),
     /// The target is outside the travel.
+    #[error("the target must be from {} to {} rad", within[0], within[1])]
     TooFar {
         /// The lowest and the highest target, rad.
         within: [f64; 2],
     },
     /// The settings have no way to the home position: configure it first.
+    #[error("homing is not configured: configure it with --home-seek first")]
     NoHoming,
     /// The axis is on its way home: ask again when it is there.
+    #[error("the axis is homing: send the request again when it is home")]
     Homing,
     /// Targets come from outside: configure the line as their source first.
+    #[error("the targets come from the step input: configure it with --source line first")]
     TargetsFromOutside,
     /// The interrupt has not yet done the command before: ask again.
+    #[error("the previous request is not done yet: send this one again")]
     Busy,
     /// The store did not take the record; the one before it still holds.
+    #[error("the flash did not store the record; the previous one is still valid")]
     NotKept,
     /// The flash must be erased for the record, and the axis does not stand.
+    #[error(
+        "the flash must be erased first, which needs standstill: send the request again at standstill"
+    )]
     NotAtRest,
     /// The axis has a home position, which is not known.
+    #[error(
+        "the axis is not homed: home it first, or send a relative target, which counts from where the run started"
+    )]
     NotHomed,
     /// The disabled axis moves too fast to be driven.
+    #[error(
+        "the axis moves at {speed:.1} rad/s, and {most} rad/s are allowed: wait until it is slower, and start then"
+    )]
     Moves {
         /// Its speed, rad/s.
         speed: f64,
@@ -473,6 +506,12 @@ pub enum Refusal {
         most: f64,
     },
     /// The homed axis is outside the travel.
+    #[error(
+        "the axis is at {position:.4} rad, outside the travel from {} to {} rad: move it back by hand, or allow more \
+         travel",
+        travel[0],
+        travel[1]
+    )]
     OutsideTravel {
         /// Its position, rad from the origin.
         position: f64,
@@ -480,80 +519,11 @@ pub enum Refusal {
         travel: [f64; 2],
     },
     /// It has begun a run or a commissioning before: it came twice, or late.
+    #[error(
+        "a request of this number was done before, and came twice or late: send it again with a new number"
+    )]
     DoneBefore,
 }
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotUnderstood {
-                spoken,
-                given,
-                bytes,
-            } => write!(
-                f,
-                "the drive speaks version {spoken} of the protocol, and the request of {bytes} bytes is of version \
-                 {given} or damaged: use the program of the firmware's version, or flash the firmware of this one"
-            ),
-            Self::NotConfigured => {
-                f.write_str("the drive is not configured yet: configure it first")
-            }
-            Self::Overtaken => f.write_str("a stop came directly after the request: send it again"),
-            Self::LineDisturbed => f.write_str(
-                "bytes were lost on the line, possibly those of a stop: send the request again; if this returns, \
-                 check the line's wires, ground and baud rate, and send with pauses",
-            ),
-            Self::Running => f.write_str("the servo must be disabled first: stop"),
-            Self::NotRunning => f.write_str("the loop must be closed first: start"),
-            Self::EndedCommissioning => f.write_str(
-                "a commissioning was running and was ended first: send the request again at standstill",
-            ),
-            Self::NeverCommissioned => f.write_str("the servo was never commissioned"),
-            Self::Faulted(fault) => State::Faulted(*fault).fmt(f),
-            Self::Setting(refused) => refused.fmt(f),
-            Self::TooFar {
-                within: [low, high],
-            } => write!(f, "the target must be from {low} to {high} rad"),
-            Self::NoHoming => f.write_str(
-                "homing is not configured: configure it with --home-seek first",
-            ),
-            Self::Homing => f.write_str("the axis is homing: send the request again when it is home"),
-            Self::TargetsFromOutside => f.write_str(
-                "the targets come from the step input: configure it with --source line \
-                 first",
-            ),
-            Self::Busy => f.write_str("the previous request is not done yet: send this one again"),
-            Self::NotAtRest => f.write_str(
-                "the flash must be erased first, which needs standstill: send the request again at standstill",
-            ),
-            Self::NotHomed => f.write_str(
-                "the axis is not homed: home it first, or send a relative target, which counts from where the run \
-                 started",
-            ),
-            Self::Moves { speed, most } => write!(
-                f,
-                "the axis moves at {speed:.1} rad/s, and {most} rad/s are allowed: wait until it is slower, and start \
-                 then"
-            ),
-            Self::OutsideTravel {
-                position,
-                travel: [low, high],
-            } => write!(
-                f,
-                "the axis is at {position:.4} rad, outside the travel from {low} to {high} rad: move it back by hand, \
-                 or allow more travel"
-            ),
-            Self::DoneBefore => f.write_str(
-                "a request of this number was done before, and came twice or late: send it again with a new number",
-            ),
-            Self::NotKept => {
-                f.write_str("the flash did not store the record; the previous one is still valid")
-            }
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}
 
 /// The loop at one sample, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -47,7 +47,6 @@
 
 mod encode;
 
-use core::fmt;
 use core::marker::PhantomData;
 
 pub(crate) use encode::{Decoder, Encode, encode, field, fingerprint};
@@ -71,7 +70,8 @@ pub struct Constants<T> {
 }
 
 /// Words that are not constants of a configuration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.remedy())]
 #[non_exhaustive]
 pub enum ConstantsError {
     /// They were written by another version of this crate.
@@ -99,14 +99,6 @@ impl ConstantsError {
         }
     }
 }
-
-impl fmt::Display for ConstantsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.remedy())
-    }
-}
-
-impl core::error::Error for ConstantsError {}
 
 impl<T: Configuration> Constants<T> {
     /// Words beside the fields.

@@ -34,15 +34,20 @@ encode! {
 }
 
 /// The inequality that fails, and values that would satisfy it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CertificateError {
     /// μ is not a positive finite number.
+    #[error("mu = {mu} is not allowed: it must be a number above 0")]
     MuNotPositive {
         /// The value given.
         mu: f64,
     },
     /// 1. fails: μ < (a_min + b_min k_d)/2.
+    #[error(
+        "mu < (a_min + b_min kd)/2 fails: mu = {mu} must be below {mu_below:.6}, or kd above {kd_above:.6}, or b_min \
+         above {b_min_above:.6}"
+    )]
     DampingTooSmall {
         /// The μ given, 1/s.
         mu: f64,
@@ -54,6 +59,7 @@ pub enum CertificateError {
         b_min_above: f64,
     },
     /// 2. fails: k_p > k_i/μ + μ (k_d + a_max/b_min)/2.
+    #[error(fmt = write_gain_too_small)]
     ProportionalGainTooSmall {
         /// The k_p given.
         kp: f64,
@@ -84,49 +90,29 @@ impl CertificateError {
     }
 }
 
-impl fmt::Display for CertificateError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::MuNotPositive { mu } => {
-                write!(f, "mu = {mu} is not allowed: it must be a number above 0")
-            }
-            Self::DampingTooSmall {
-                mu,
-                mu_below,
-                kd_above,
-                b_min_above,
-            } => write!(
-                f,
-                "mu < (a_min + b_min kd)/2 fails: mu = {mu} must be below {mu_below:.6}, or kd \
-                 above {kd_above:.6}, or b_min above {b_min_above:.6}"
-            ),
-            Self::ProportionalGainTooSmall {
-                kp,
-                kp_above,
-                mu,
-                best_mu,
-                kp_above_at_best_mu,
-            } => {
-                write!(
-                    f,
-                    "kp > ki/mu + mu (kd + a_max/b_min)/2 fails: kp = {kp} must be above \
-                     {kp_above:.6} for mu = {mu}"
-                )?;
-                if kp > kp_above_at_best_mu {
-                    write!(f, ", or mu = {best_mu:.6}")
-                } else {
-                    write!(
-                        f,
-                        " (at the best mu = {best_mu:.6} still above {kp_above_at_best_mu:.6}), \
-                         or ki or a_max lower, or b_min higher"
-                    )
-                }
-            }
-        }
+/// The second inequality, which another μ may satisfy.
+fn write_gain_too_small(
+    kp: &f64,
+    kp_above: &f64,
+    mu: &f64,
+    best_mu: &f64,
+    kp_above_at_best_mu: &f64,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    write!(
+        f,
+        "kp > ki/mu + mu (kd + a_max/b_min)/2 fails: kp = {kp} must be above {kp_above:.6} for mu = {mu}"
+    )?;
+    if kp > kp_above_at_best_mu {
+        write!(f, ", or mu = {best_mu:.6}")
+    } else {
+        write!(
+            f,
+            " (at the best mu = {best_mu:.6} still above {kp_above_at_best_mu:.6}), or ki or a_max lower, or b_min \
+             higher"
+        )
     }
 }
-
-impl core::error::Error for CertificateError {}
 
 impl Certificate {
     /// Certifies a parameter range for SI gains and μ (1/s).

@@ -11,7 +11,7 @@
 //! identifier-core --test stability sampled_loop::`). From one a to the next nothing is proved; the roots move
 //! continuously, and the grid is fine.
 
-use core::fmt;
+use thiserror::Error;
 
 use super::characteristic::{ControllerPolynomials, Family};
 use crate::control::Gains;
@@ -22,7 +22,11 @@ use crate::measurement::velocity::Transfer;
 use crate::units::Units;
 
 /// A servo of the parameter range whose sampled loop is not stable.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "the sampled loop is unstable for the servo a = {a:.6}, b = {b:.6}: sample faster than every {sample_time} s, raise \
+     the cut-off of the velocity filter, lower the gains, or narrow the parameter range"
+)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SampledLoopError {
     /// Its a, 1/s.
@@ -32,19 +36,6 @@ pub struct SampledLoopError {
     /// The sample time, s.
     pub sample_time: f64,
 }
-
-impl fmt::Display for SampledLoopError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "the sampled loop is unstable for the servo a = {:.6}, b = {:.6}: sample faster than every {} s, raise \
-             the cut-off of the velocity filter, lower the gains, or narrow the parameter range",
-            self.a, self.b, self.sample_time
-        )
-    }
-}
-
-impl core::error::Error for SampledLoopError {}
 
 /// Points of the grid along each side of the parameter range.
 const GRID: u32 = 17;
@@ -165,7 +156,11 @@ impl SampledLoop {
 }
 
 /// A bound of the estimates at which the sampled correction is not stable.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "the model's correction, sampled every {sample_time} s, is unstable for an estimate b = {b:.6}: bound b by \
+     {stable:.6}, sample faster, raise the cut-off of the velocity filter, or lower the gains"
+)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct EstimateError {
     /// The largest b̂ that the bounds allow, rad/s² per command unit.
@@ -183,19 +178,6 @@ impl EstimateError {
         OutOfRange::new("bounds.b", self.b, Allowed::AtMost(self.stable))
     }
 }
-
-impl fmt::Display for EstimateError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "the model's correction, sampled every {} s, is unstable for an estimate b = {:.6}: bound b \
-             by {:.6}, sample faster, raise the cut-off of the velocity filter, or lower the gains",
-            self.sample_time, self.b, self.stable
-        )
-    }
-}
-
-impl core::error::Error for EstimateError {}
 
 /// The grid over a range of a.
 fn grid(a: Interval) -> impl Iterator<Item = f64> {

@@ -1,5 +1,3 @@
-use core::fmt;
-
 use super::{Cap, Goal};
 use crate::error::{Allowed, OutOfRange};
 use crate::units::Units;
@@ -120,13 +118,17 @@ impl TuningSettings {
 }
 
 /// Why there are no gains.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TuningError<Name = &'static str> {
     /// A setting out of its range, by name.
-    OutOfRange(OutOfRange<Name>),
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange<Name>),
     /// The goal is beyond the margins of the servo.
+    #[error(
+        "a bandwidth of {bandwidth:.1} rad/s is too high for the servo: {cap} allows {most:.1} rad/s"
+    )]
     TooFast {
         /// The bandwidth asked for, rad/s.
         bandwidth: f64,
@@ -137,15 +139,15 @@ pub enum TuningError<Name = &'static str> {
     },
     /// The identification is too uncertain for tuning: b may be zero, or no loop keeps the margins for all possible
     /// servos.
+    #[error(
+        "the estimates are too uncertain, so no gains keep the margins: identify the servo with more motion"
+    )]
     NotKnown,
     /// The step does not reach 90 % within 25/ω. Friction holds the servo, and the integral is too slow to move it.
+    #[error(
+        "the step does not reach 90 %, because friction holds the servo: ask for a larger step or a faster response"
+    )]
     DoesNotArrive,
-}
-
-impl From<OutOfRange> for TuningError {
-    fn from(error: OutOfRange) -> Self {
-        Self::OutOfRange(error)
-    }
 }
 
 impl<Name> TuningError<Name> {
@@ -168,28 +170,3 @@ impl<Name> TuningError<Name> {
         }
     }
 }
-
-impl<Name: fmt::Display> fmt::Display for TuningError<Name> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::OutOfRange(error) => error.fmt(f),
-            Self::TooFast {
-                bandwidth,
-                most,
-                cap,
-            } => write!(
-                f,
-                "a bandwidth of {bandwidth:.1} rad/s is too high for the servo: {cap} allows {most:.1} rad/s"
-            ),
-            Self::NotKnown => f.write_str(
-                "the estimates are too uncertain, so no gains keep the margins: identify the servo with more motion",
-            ),
-            Self::DoesNotArrive => f.write_str(
-                "the step does not reach 90 %, because friction holds the servo: ask for a larger step or a faster \
-                 response",
-            ),
-        }
-    }
-}
-
-impl<Name: fmt::Debug + fmt::Display> core::error::Error for TuningError<Name> {}

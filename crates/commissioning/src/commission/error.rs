@@ -1,14 +1,16 @@
-use core::fmt;
-
 use identifier_core::error::OutOfRange;
 
 /// Why a commissioning is rejected before anything moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CommissionError {
     /// A setting of [`Limits`](super::Limits) or [`CommissionSettings`](super::CommissionSettings) is out of its range.
-    Range(OutOfRange),
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
     /// The travel is less than evidence needs with this encoder.
+    #[error(
+        "a travel of {travel:.4} rad is too small to identify the servo with this encoder: allow {needed:.4} rad"
+    )]
     TravelTooSmall {
         /// The given value, rad.
         travel: f64,
@@ -16,6 +18,9 @@ pub enum CommissionError {
         needed: f64,
     },
     /// The speed is less than evidence needs with this encoder and sample time.
+    #[error(
+        "a speed of {speed:.4} rad/s is too low to identify the servo with this encoder: allow {needed:.4} rad/s"
+    )]
     SpeedTooSmall {
         /// The given value, rad/s.
         speed: f64,
@@ -24,6 +29,10 @@ pub enum CommissionError {
     },
     /// With the largest b, all of the command changes the speed too much within a sample. The speed would exceed it
     /// before the encoder shows it.
+    #[error(
+        "at a sample time of {sample_time} s a servo with the largest b changes its speed too much per sample: sample \
+         every {most:.6} s or less, or allow a command of {command:.4} or less"
+    )]
     TooStrong {
         /// The given value, s.
         sample_time: f64,
@@ -33,6 +42,9 @@ pub enum CommissionError {
         command: f64,
     },
     /// The requested response is faster than sampling and delay permit for any servo.
+    #[error(
+        "a bandwidth of {bandwidth:.1} rad/s is more than sampling and delay permit: ask for {most:.1} rad/s or less"
+    )]
     TooFast {
         /// The requested bandwidth, rad/s.
         bandwidth: f64,
@@ -40,42 +52,3 @@ pub enum CommissionError {
         most: f64,
     },
 }
-
-impl From<OutOfRange> for CommissionError {
-    fn from(error: OutOfRange) -> Self {
-        Self::Range(error)
-    }
-}
-
-impl fmt::Display for CommissionError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Range(error) => error.fmt(f),
-            Self::TravelTooSmall { travel, needed } => write!(
-                f,
-                "a travel of {travel:.4} rad is too small to identify the servo with this encoder: allow {needed:.4} \
-                 rad"
-            ),
-            Self::SpeedTooSmall { speed, needed } => write!(
-                f,
-                "a speed of {speed:.4} rad/s is too low to identify the servo with this encoder: allow {needed:.4} \
-                 rad/s"
-            ),
-            Self::TooStrong {
-                sample_time,
-                most,
-                command,
-            } => write!(
-                f,
-                "at a sample time of {sample_time} s a servo with the largest b changes its speed too much per \
-                 sample: sample every {most:.6} s or less, or allow a command of {command:.4} or less"
-            ),
-            Self::TooFast { bandwidth, most } => write!(
-                f,
-                "a bandwidth of {bandwidth:.1} rad/s is more than sampling and delay permit: ask for {most:.1} rad/s or less"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for CommissionError {}

@@ -1,5 +1,3 @@
-use std::fmt;
-
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 
 use crate::motion_unit::{AxisKind, MotionUnit};
@@ -28,20 +26,13 @@ pub struct IdentifiedResult {
 }
 
 /// A fault of a result.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: {fault}")]
 pub struct ResultError {
     /// Where.
     key: String,
     fault: String,
 }
-
-impl fmt::Display for ResultError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.key, self.fault)
-    }
-}
-
-impl std::error::Error for ResultError {}
 
 impl IdentifiedResult {
     /// From a result, read back or not.

@@ -1,14 +1,14 @@
-use core::fmt;
-
 use identifier_core::error::OutOfRange;
 
 /// Effects that a servo cannot have.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EffectError {
     /// A value outside its range.
-    Range(OutOfRange),
+    #[error(transparent)]
+    Range(#[from] OutOfRange),
     /// An effect that needs another value beside it.
+    #[error("{effect} has no effect without {needs}: state both or neither")]
     Needs {
         /// The effect that is given.
         effect: &'static str,
@@ -27,25 +27,3 @@ impl EffectError {
         }
     }
 }
-
-impl From<OutOfRange> for EffectError {
-    fn from(error: OutOfRange) -> Self {
-        Self::Range(error)
-    }
-}
-
-impl fmt::Display for EffectError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Range(error) => error.fmt(f),
-            Self::Needs { effect, needs } => {
-                write!(
-                    f,
-                    "{effect} has no effect without {needs}: state both or neither"
-                )
-            }
-        }
-    }
-}
-
-impl core::error::Error for EffectError {}
