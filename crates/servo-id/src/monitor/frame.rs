@@ -1,3 +1,5 @@
+use std::mem::discriminant;
+
 use drive_link::{Progress, Report, Snapshot};
 
 /// A frame of telemetry.
@@ -7,15 +9,6 @@ pub enum Frame {
     Running(Snapshot),
     /// For a commissioning.
     Commissioning(Progress),
-}
-
-/// The kind of motion of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// A loop that is closed.
-    Running,
-    /// A commissioning.
-    Commissioning,
 }
 
 impl Frame {
@@ -29,13 +22,9 @@ impl Frame {
         }
     }
 
-    /// The kind of its motion.
-    #[must_use]
-    pub fn kind(&self) -> Kind {
-        match self {
-            Self::Running(_) => Kind::Running,
-            Self::Commissioning(_) => Kind::Commissioning,
-        }
+    /// True if it is of the same motion as a frame before it.
+    pub(super) fn continues(&self, before: &Self) -> bool {
+        discriminant(self) == discriminant(before) && self.sample() > before.sample()
     }
 
     /// Samples since the motion began.

@@ -13,7 +13,7 @@ mod telemetry;
 mod view;
 
 pub use dialogue::{Action, Dialogue, Motion};
-pub use frame::{Frame, Kind};
+pub use frame::Frame;
 pub use link::{Link, LinkError, LinkEvent};
 pub use recording::{FrameRecording, Taken};
 pub use state::{Note, State};

@@ -7,7 +7,7 @@ use drive_link::Settings;
 use identifier_core::parameters::Parameter;
 use identifier_log::scenario::{Estimator, LogSettings, Options};
 
-use super::frame::{Frame, Kind};
+use super::frame::Frame;
 
 /// A log that is being written: the frames of one motion.
 #[derive(Debug)]
@@ -16,7 +16,7 @@ pub struct FrameRecording<W> {
     settings: Settings,
     /// Samples from one row to the next.
     every: u16,
-    last: Option<(Kind, u32)>,
+    last: Option<Frame>,
     rows: u64,
 }
 
@@ -53,14 +53,13 @@ impl<W: Write> FrameRecording<W> {
     /// # Errors
     /// If it cannot be written.
     pub fn add(&mut self, frame: &Frame) -> io::Result<Taken> {
-        let (kind, sample) = (frame.kind(), frame.sample());
-        match self.last {
-            None => writeln!(self.out, "{}", heading(kind))?,
-            Some((same, last)) if same == kind && sample > last => {}
+        match &self.last {
+            None => writeln!(self.out, "{}", heading(frame))?,
+            Some(before) if frame.continues(before) => {}
             Some(_) => return Ok(Taken::Over),
         }
-        self.last = Some((kind, sample));
-        let time = f64::from(sample) * self.settings.closed_loop.core.sample_time;
+        self.last = Some(*frame);
+        let time = f64::from(frame.sample()) * self.settings.closed_loop.core.sample_time;
         match frame {
             Frame::Running(snapshot) => {
                 let known = &snapshot.estimates;
@@ -95,35 +94,35 @@ impl<W: Write> FrameRecording<W> {
     /// Ends it: the log, and the scenario that `identify` reads it with. Without a row there is nothing.
     #[must_use]
     pub fn finish(self) -> Option<(W, String)> {
-        let (kind, _) = self.last?;
-        let text = scenario(&self.settings, kind, self.every);
+        let text = scenario(&self.settings, &self.last?, self.every);
         Some((self.out, text))
     }
 }
 
-fn heading(kind: Kind) -> String {
+fn heading(frame: &Frame) -> String {
     let [time, reference, position, command] = [
         LogSettings::OWN_TIME,
         LogSettings::OWN_REFERENCE,
         LogSettings::OWN_POSITION,
         LogSettings::OWN_COMMAND,
     ];
-    match kind {
-        Kind::Running => format!(
+    match frame {
+        Frame::Running(_) => format!(
             "{time},{reference},{position},{command},output_error_rad,a_per_s,b_rad_per_s2_per_command,\
              coulomb_rad_per_s2,load_rad_per_s2"
         ),
-        Kind::Commissioning => format!("{time},{position},{command},phase"),
+        Frame::Commissioning(_) => format!("{time},{position},{command},phase"),
     }
 }
 
 /// The scenario to replay the log with. Estimates of the drive do not enter.
-fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
+fn scenario(settings: &Settings, frame: &Frame, every: u16) -> String {
     let core = &settings.closed_loop.core;
+    let is_running = matches!(frame, Frame::Running(_));
     let mut options = Options::blank();
     options.counts_per_rev = Some(whole(TAU / core.resolution));
     // Between rows that are samples apart, what the controller did is not known.
-    if kind == Kind::Running && every == 1 {
+    if is_running && every == 1 {
         options.stated.controller = core.controller;
         options.stated.sample_time = core.sample_time;
         options.stated.cutoff = core.cutoff;
@@ -131,7 +130,7 @@ fn scenario(settings: &Settings, kind: Kind, every: u16) -> String {
     options.identifier.set_estimator(Estimator::GaussNewton);
     options.identifier.parameters = Parameter::ALL.to_vec();
     let mut log = LogSettings::own();
-    log.reference = log.reference.filter(|_| kind == Kind::Running);
+    log.reference = log.reference.filter(|_| is_running);
     options.log = Some(log);
     format!(
         "# Of a recording of `servo-id drive monitor`.\n\n{}",

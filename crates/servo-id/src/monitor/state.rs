@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use commissioning::Phase;
 use drive_link::{Refusal, Report, Settings, State as Does, Status};
 
-use super::frame::{Frame, Kind};
+use super::frame::Frame;
 use super::history::{History, Point};
 use super::telemetry::Telemetry;
 
@@ -195,9 +195,9 @@ impl State {
                 "the servo is disabled; the drive is not configured: `drive configure`".to_owned()
             }
             Does::Disabled => {
-                let commissioned = status.commissioning.filter(|_| {
-                    matches!(self.newest(), Some((_, frame)) if frame.kind() == Kind::Commissioning)
-                });
+                let commissioned = status
+                    .commissioning
+                    .filter(|_| matches!(self.newest(), Some((_, Frame::Commissioning(_)))));
                 match (commissioned, status.ended) {
                     (Some(stands), _) => format!("the servo is disabled; commissioning: {stands}"),
                     (None, Some(ended)) => format!("the servo is disabled; {ended}"),

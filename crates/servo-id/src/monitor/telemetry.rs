@@ -1,13 +1,13 @@
 //! Received and lost frames: each carries the number of its sample.
 
-use super::frame::{Frame, Kind};
+use super::frame::Frame;
 
 /// Counts frames, and those that are missing between them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Telemetry {
     /// Samples from one frame to the next.
     every: u16,
-    last: Option<(Kind, u32)>,
+    last: Option<Frame>,
     frames: u64,
     lost: u64,
 }
@@ -50,17 +50,17 @@ impl Telemetry {
     /// Takes in a frame; true if it is the first received of a motion.
     pub fn take(&mut self, frame: &Frame) -> bool {
         let every = u32::from(self.every);
-        let (kind, sample) = (frame.kind(), frame.sample());
-        let before = self.last.replace((kind, sample));
+        let sample = frame.sample();
+        let before = self.last.replace(*frame);
         self.frames += 1;
-        let follows = before.filter(|&(same, last)| same == kind && sample > last);
-        self.lost += u64::from(match (follows, before) {
-            (Some((_, last)), _) => ((sample - last) / every).saturating_sub(1),
+        let continued = before.filter(|before| frame.continues(before));
+        self.lost += u64::from(match (continued, before) {
+            (Some(last), _) => ((sample - last.sample()) / every).saturating_sub(1),
             // A new motion sends one of its first samples.
             (None, Some(_)) => sample.saturating_sub(1) / every,
             (None, None) => 0,
         });
-        follows.is_none()
+        continued.is_none()
     }
 }
 

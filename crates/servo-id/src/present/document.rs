@@ -187,6 +187,15 @@ impl Column {
         }
     }
 
+    /// Columns of words, then of figures, then of words again.
+    #[must_use]
+    pub fn all(words: &[&str], figures: &[&str], last: &[&str]) -> Vec<Self> {
+        let words = words.iter().map(|name| Self::words(name));
+        let figures = figures.iter().map(|name| Self::figures(name));
+        let last = last.iter().map(|name| Self::words(name));
+        words.chain(figures).chain(last).collect()
+    }
+
     /// The same, left out where there is too little room, before columns of a lower rank.
     #[must_use]
     pub fn drop_order(self, rank: u8) -> Self {

@@ -87,11 +87,7 @@ fn found(distribution: &Distribution) -> Vec<Block> {
         )),
         Block::Table(Table::new(
             "Ends of the runs",
-            vec![
-                Column::words("status"),
-                Column::figures("servos"),
-                Column::figures("share [%]"),
-            ],
+            Column::all(&["status"], &["servos", "share [%]"], &[]),
             statuses.into(),
         )),
     ]

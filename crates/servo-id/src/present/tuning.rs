@@ -268,11 +268,7 @@ pub(super) fn predicted_figures(tuning: &Tuning) -> [PredictedFigure; 12] {
 
 /// A row for each figure of the predicted response.
 fn predicted_response(tuned: &Tuned) -> Table {
-    let columns = vec![
-        Column::words("response"),
-        Column::figures("predicted"),
-        Column::words("unit"),
-    ];
+    let columns = Column::all(&["response"], &["predicted"], &["unit"]);
     let rows = predicted_figures(&tuned.tuning).map(|(name, predicted, unit)| {
         let (name, predicted) = match name {
             "settling time" => {

@@ -6,7 +6,6 @@ use drive_link::{Cycles, InterruptCycles, PROTOCOL, Status};
 use drive_logic::{BOARD_TEST_INSTRUCTIONS, self_test};
 use serde::Serialize;
 
-use super::fault;
 use super::status::{NOT_MEASURED, interrupt_line};
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
@@ -46,7 +45,7 @@ impl Arguments {
     pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
         let mut files = Files::reading(&[], self.force);
         let json = files.output(self.json.as_deref())?;
-        let test = client.board_test().map_err(fault)?;
+        let test = client.board_test()?;
         let (own, _) = self_test("", || 0);
         let [mean, most] = BOARD_TEST_INSTRUCTIONS;
         let digits = |bits: [u64; 3]| bits.map(|bits| format!("{bits:016x}"));

@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 
 use commissioning::{HoldingGains, Phase};
-use drive_link::{Commissioning, Outcome, Progress, State, Status};
+use drive_link::{Commissioning, Outcome, Progress, Report, State, Status};
 use host_sim::result::CommissioningEnd;
 use identifier_log::provenance::ScenarioText;
 use identifier_log::verdict::Cause;
 
-use super::fault;
-use super::follow::{Event, follow, samples_in};
+use super::follow::{follow, samples_in};
 use super::plan::Plan;
 use crate::cli::commission::Choices;
 use crate::cli::fault::Fault;
@@ -46,10 +45,10 @@ impl Arguments {
         let json = files.output(self.json.as_deref())?;
         let silent = files.own_standard_output();
 
-        let settings = drive.settings().map_err(fault)?;
+        let settings = drive.settings()?;
         let planned = plan.for_drive(&settings, status)?;
         if let Some(settings) = planned.configure {
-            drive.configure(settings).map_err(fault)?;
+            drive.configure(settings)?;
         }
         let (order, largest) = (&planned.order, &planned.largest_motion);
         let before = planned.gains_before.as_ref();
@@ -59,22 +58,22 @@ impl Arguments {
         }
 
         let every = samples_in(LINE_INTERVAL, order.sample_time);
-        drive.watch(every).map_err(fault)?;
-        drive.commission(order).map_err(fault)?;
+        drive.watch(every)?;
+        drive.commission(order)?;
         match show_progress(drive, order.sample_time) {
             Err(Fault::Interrupted(_)) => {
                 notify("stopping");
-                drive.stop().map_err(fault)?;
+                drive.stop()?;
             }
             shown => shown?,
         }
-        let outcome = drive.outcome().map_err(fault)?;
-        drive.watch(0).map_err(fault)?;
-        let state = drive.status().map_err(fault)?.state;
+        let outcome = drive.outcome()?;
+        drive.watch(0)?;
+        let state = drive.status()?.state;
         let effects = match outcome.commissioning.reason {
             None => Vec::new(),
             reason => {
-                let recorded = drive.recorded().map_err(fault)?;
+                let recorded = drive.recorded()?;
                 recorded.effects(&plan.scenario, reason)
             }
         };
@@ -111,21 +110,21 @@ fn show_progress(drive: &mut Driven, sample_time: f64) -> Result<(), Fault> {
     let mut shown = Phase::Idle;
     follow(drive, |_, event| {
         match event {
-            Some(Event::Status(status)) if status.state != State::Commissioning => {
+            Some(Report::Status { status, .. }) if status.state != State::Commissioning => {
                 return Ok(Some(()));
             }
-            Some(Event::Status(Status { commissioning, .. })) => {
-                if let Some(now) = commissioning.filter(|now| now.phase != shown) {
+            Some(Report::Status { status, .. }) => {
+                if let Some(now) = status.commissioning.filter(|now| now.phase != shown) {
                     shown = now.phase;
                     notify(shown.name());
                 }
             }
-            Some(Event::Progress(progress)) => notify(&line(&progress, sample_time)),
-            Some(Event::Fault(fault)) => {
+            Some(Report::Progress(progress)) => notify(&line(&progress, sample_time)),
+            Some(Report::Fault(fault)) => {
                 notify(&fault.to_string());
                 return Ok(Some(()));
             }
-            Some(Event::Snapshot(_)) | None => {}
+            _ => {}
         }
         Ok(None)
     })

@@ -4,7 +4,6 @@ use clap::Args;
 use drive_link::{Homing, Refusal, ServoChanges, Settings, TargetSource};
 use host_sim::scenario::{ExcitationKind, Purpose, Scenario, key_of_loop};
 
-use super::fault;
 use crate::cli::fault::Fault;
 use crate::drive::{Client, DriveError, holding_brake, loop_settings};
 
@@ -81,7 +80,7 @@ enum HomeAt {
 
 impl Arguments {
     pub(super) fn run(&self, client: &mut Client) -> Result<(), Fault> {
-        let settings = self.settings(client.settings().map_err(fault)?)?;
+        let settings = self.settings(client.settings()?)?;
         client.configure(settings).map_err(refused)
     }
 
@@ -174,7 +173,7 @@ fn refused(error: DriveError) -> Fault {
     };
     match place {
         Some(place) => Fault::Input(format!("{error}; {place} states it")),
-        None => fault(error),
+        None => error.into(),
     }
 }
 

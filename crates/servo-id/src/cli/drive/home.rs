@@ -2,16 +2,15 @@
 
 use drive_link::{Command, Home, State};
 
-use super::fault;
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
 use crate::drive::Driven;
 
 /// Drives the axis home and waits until it is there.
 pub(super) fn run(drive: &mut Driven) -> Result<(), Fault> {
-    drive.ask(Command::Home).map_err(fault)?;
+    drive.ask(Command::Home)?;
     loop {
-        let status = drive.status().map_err(fault)?;
+        let status = drive.status()?;
         match (status.state, status.home) {
             (State::Running, Home::Sought) => {}
             (State::Running, Home::Known) => return show!("{}", status.home),

@@ -97,7 +97,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     if let Verb::Stop = arguments.verb {
         return stop::run(&mut client);
     }
-    let status = client.status().map_err(fault)?;
+    let status = client.status()?;
     match &arguments.verb {
         Verb::Status(verb) => verb.run(&mut client, &status),
         Verb::BoardTest(verb) => verb.run(&mut client, &status),
@@ -108,7 +108,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
                 true => Command::RelativeTarget(*radians),
                 false => Command::Target(*radians),
             };
-            drive.ask(target).map_err(fault)?;
+            drive.ask(target)?;
             drive.leave();
             Ok(())
         }),
@@ -117,8 +117,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             drive.leave();
             Ok(())
         }),
-        Verb::Clear => client.clear().map_err(fault),
-        Verb::Save => client.save().map_err(fault),
+        Verb::Clear => Ok(client.clear()?),
+        Verb::Save => Ok(client.save()?),
         Verb::Watch(watch) => watch.run(&mut client, table),
         Verb::Commission(commission) => driving(client, |drive| commission.run(drive, &status)),
         Verb::Monitor(monitor) => monitor.run(plan, client, status, port),
@@ -132,7 +132,7 @@ fn driving(
     mut client: Client,
     verb: impl FnOnce(&mut Driven) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
-    let settings = client.settings().map_err(fault)?;
+    let settings = client.settings()?;
     let link_timeout = settings.protection.link_timeout;
     let mut drive = Driven::new(client, link_timeout, AtEnd::Stop);
     drive.end_waits_by(interruption::end_requested());
@@ -160,12 +160,13 @@ fn afterwards(link_timeout: f64) -> String {
 }
 
 /// A refused setting is bad input; everything else is a failure.
-fn fault(error: DriveError) -> Fault {
-    match error {
-        DriveError::Refused(Refusal::Setting(_) | Refusal::TooFar { .. }) => {
-            Fault::Input(error.to_string())
-        }
-        DriveError::Interrupted => Fault::Interrupted(error.to_string()),
-        other => Fault::Other(other.to_string()),
+impl From<DriveError> for Fault {
+    fn from(error: DriveError) -> Self {
+        let kind = match error {
+            DriveError::Refused(Refusal::Setting(_) | Refusal::TooFar { .. }) => Self::Input,
+            DriveError::Interrupted => Self::Interrupted,
+            _ => Self::Other,
+        };
+        kind(error.to_string())
     }
 }

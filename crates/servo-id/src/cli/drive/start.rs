@@ -1,10 +1,10 @@
 use std::time::Instant;
 
-use drive_link::{Ended, State};
+use drive_link::{Ended, Report, State};
 
-use super::follow::{Event, follow, samples_in};
+use super::follow::{follow, samples_in};
+use super::home;
 use super::status::{change_line, estimates_line, no_first_fit, snapshot_line};
-use super::{fault, home};
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
 use crate::drive::{AtEnd, Driven};
@@ -28,10 +28,10 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self, drive: &mut Driven) -> Result<(), Fault> {
-        let settings = drive.settings().map_err(fault)?;
+        let settings = drive.settings()?;
         let link_timeout = settings.protection.link_timeout;
         if at_end(self.leave, link_timeout)? == AtEnd::Leave {
-            drive.start().map_err(fault)?;
+            drive.start()?;
             if self.home {
                 home::run(drive)?;
             }
@@ -39,8 +39,8 @@ impl Arguments {
             return Ok(());
         }
         let every = samples_in(LINE_INTERVAL, settings.closed_loop.core.sample_time);
-        drive.watch(every).map_err(fault)?;
-        drive.start().map_err(fault)?;
+        drive.watch(every)?;
+        drive.start()?;
         if self.home {
             home::run(drive)?;
         }
@@ -51,19 +51,19 @@ impl Arguments {
         let begin = Instant::now();
         let is_over = |time: f64| begin.elapsed().as_secs_f64() >= time;
         follow(drive, |drive, event| match event {
-            Some(Event::Fault(fault)) => Err(Fault::Other(fault.to_string())),
-            Some(Event::Status(status)) if status.state == State::Disabled => Ok(Some(())),
+            Some(Report::Fault(fault)) => Err(Fault::Other(fault.to_string())),
+            Some(Report::Status { status, .. }) if status.state == State::Disabled => Ok(Some(())),
             _ if self.time.is_some_and(is_over) => {
-                drive.stop().map_err(fault)?;
+                drive.stop()?;
                 Ok(Some(()))
             }
             event => {
                 let line = match event {
-                    Some(Event::Status(status)) => match status.rejection_reason {
+                    Some(Report::Status { status, .. }) => match status.rejection_reason {
                         Some(reason) => Some(no_first_fit(reason)),
                         None => change_line(&status),
                     },
-                    Some(Event::Snapshot(snapshot)) => Some(snapshot_line(&snapshot)),
+                    Some(Report::Snapshot(snapshot)) => Some(snapshot_line(&snapshot)),
                     _ => None,
                 };
                 if let Some(line) = line {
@@ -73,8 +73,8 @@ impl Arguments {
                 Ok(None)
             }
         })?;
-        drive.watch(0).map_err(fault)?;
-        let status = drive.status().map_err(fault)?;
+        drive.watch(0)?;
+        let status = drive.status()?;
         if let Some(estimates) = &status.estimates {
             printed = printed.and(show!("estimates: {}", estimates_line(estimates)));
         }

@@ -6,7 +6,6 @@ use drive_link::{Estimates, InterruptCycles, Settings, Snapshot, Status, TermSiz
 use identifier_core::parameters::Parameter;
 use identifier_core::reason::Reason;
 
-use super::fault;
 use crate::SIDES;
 use crate::cli::fault::Fault;
 use crate::cli::files::{self, Files};
@@ -27,7 +26,7 @@ impl Arguments {
     pub(super) fn run(&self, client: &mut Client, status: &Status) -> Result<(), Fault> {
         let mut files = Files::reading(&[], self.force);
         let json = files.output(self.json.as_deref())?;
-        let settings = client.settings().map_err(fault)?;
+        let settings = client.settings()?;
         let result = DriveStatus::from(status);
         files::commit([json.map(|json| json.document(&result))])?;
         if files.own_standard_output() {

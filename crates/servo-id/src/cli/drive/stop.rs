@@ -1,6 +1,5 @@
 //! `servo-id drive stop`: the stop before any question.
 
-use super::fault;
 use crate::cli::fault::Fault;
 use crate::cli::standard_output::show;
 use crate::drive::{Client, DriveError};
@@ -13,6 +12,6 @@ pub(super) fn run(client: &mut Client) -> Result<(), Fault> {
         Err(DriveError::Refused(refusal)) => {
             show!("the drive has acknowledged the stop; its state is unknown: {refusal}")
         }
-        Err(error) => Err(fault(error)),
+        Err(error) => Err(error.into()),
     }
 }

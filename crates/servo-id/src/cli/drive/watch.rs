@@ -1,10 +1,9 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use drive_link::State;
+use drive_link::{Report, State};
 
-use super::fault;
-use super::follow::{Event, follow};
+use super::follow::follow;
 use super::status::snapshot_line;
 use crate::cli::fault::Fault;
 use crate::cli::files::Files;
@@ -38,18 +37,18 @@ impl Arguments {
     }
 
     pub(super) fn run(&self, client: &mut Client, file: Option<Output>) -> Result<(), Fault> {
-        let settings = client.settings().map_err(fault)?;
+        let settings = client.settings()?;
         let mut log = self.csv.as_ref().zip(file).map(|(name, file)| {
             let log = FrameRecording::new(file, settings, self.every);
             (name, log)
         });
         client.poll();
-        client.watch(self.every).map_err(fault)?;
+        client.watch(self.every)?;
         let stop = interruption::end_requested();
         let mut left = self.reports;
         let ended = follow(&mut &mut *client, |_, event| {
             match event {
-                Some(Event::Snapshot(snapshot)) if left > 0 => {
+                Some(Report::Snapshot(snapshot)) if left > 0 => {
                     left -= 1;
                     match &mut log {
                         Some((name, log)) => {
@@ -65,8 +64,8 @@ impl Arguments {
                         None => show!("{}", snapshot_line(&snapshot))?,
                     }
                 }
-                Some(Event::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
-                Some(Event::Status(status)) if status.state == State::Disabled => {
+                Some(Report::Fault(fault)) => return Err(Fault::Other(fault.to_string())),
+                Some(Report::Status { status, .. }) if status.state == State::Disabled => {
                     return Err(Fault::Other(
                         "the servo is disabled: there is nothing to report".to_owned(),
                     ));
@@ -80,7 +79,7 @@ impl Arguments {
         let kept = kept.map(|(log, _)| log.commit()).transpose();
         ended?;
         kept?;
-        client.watch(0).map_err(fault)?;
+        client.watch(0)?;
         if left > 0 {
             return Err(Fault::Other(format!(
                 "stopped after {} of {} reports",

@@ -20,42 +20,6 @@ const WANTED: Style = Style::new().fg(Color::Yellow);
 /// Margin beyond the extremes, as a fraction of the range.
 const MARGIN: f64 = 0.05;
 
-/// A signal, and how it is drawn.
-struct Curve<'a> {
-    marker: Marker,
-    kind: GraphType,
-    style: Style,
-    points: &'a [(f64, f64)],
-}
-
-impl<'a> Curve<'a> {
-    fn measured(points: &'a [(f64, f64)]) -> Self {
-        Self {
-            marker: Marker::Braille,
-            kind: GraphType::Line,
-            style: MEASURED,
-            points,
-        }
-    }
-
-    fn wanted(points: &'a [(f64, f64)]) -> Self {
-        Self {
-            marker: Marker::Dot,
-            kind: GraphType::Scatter,
-            style: WANTED,
-            points,
-        }
-    }
-
-    fn dataset(&self) -> Dataset<'a> {
-        Dataset::default()
-            .marker(self.marker)
-            .graph_type(self.kind)
-            .style(self.style)
-            .data(self.points)
-    }
-}
-
 pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
     let [motion, command, error] = Layout::vertical([
         Constraint::Fill(5),
@@ -76,7 +40,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
         frame,
         motion,
         Line::from(title),
-        &[Curve::wanted(&reference), Curve::measured(&position)],
+        &position,
+        &reference,
         None,
     );
     let acting = state.history.signal(Signal::Command);
@@ -92,7 +57,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
         frame,
         command,
         Line::from(title),
-        &[Curve::measured(&acting)],
+        &acting,
+        &[],
         state.command_limit(),
     );
     let output_error = state.history.signal(Signal::OutputError);
@@ -100,24 +66,33 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, state: &State) {
         frame,
         error,
         Line::from(format!("output error [rad], last {LENGTH} s")),
-        &[Curve::measured(&output_error)],
+        &output_error,
+        &[],
         None,
     );
 }
 
-/// Signals over the last seconds; without limits their own extremes bound what is seen of them.
+/// Signals over the last seconds, a line and dots; without limits their own extremes bound what is seen of them.
 fn chart(
     frame: &mut Frame<'_>,
     area: Rect,
     title: Line<'_>,
-    curves: &[Curve<'_>],
+    measured: &[(f64, f64)],
+    wanted: &[(f64, f64)],
     limits: Option<[f64; 2]>,
 ) {
-    let bounds = limits.unwrap_or_else(|| extremes(curves.iter().flat_map(|curve| curve.points)));
-    let datasets = curves.iter().map(Curve::dataset).collect();
+    let bounds = limits.unwrap_or_else(|| extremes(measured.iter().chain(wanted)));
+    let datasets = [
+        (wanted, Marker::Dot, GraphType::Scatter, WANTED),
+        (measured, Marker::Braille, GraphType::Line, MEASURED),
+    ];
+    let datasets = datasets.map(|(points, marker, kind, style)| {
+        let drawn = Dataset::default().marker(marker).graph_type(kind);
+        drawn.style(style).data(points)
+    });
     let [low, high] = bounds;
     let label = |value: f64| format!("{:>9}", signed(value));
-    let chart = Chart::new(datasets)
+    let chart = Chart::new(datasets.into())
         .block(Block::new().borders(Borders::TOP).title(title))
         .legend_position(None)
         .x_axis(Axis::default().bounds([-LENGTH, 0.0]))

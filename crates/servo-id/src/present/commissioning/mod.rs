@@ -174,14 +174,13 @@ pub(crate) fn why(
 }
 
 fn phases(outcome: &Outcome) -> Table {
-    let columns = vec![
-        Column::words("phase"),
-        Column::figures("from [s]"),
-        Column::figures("duration [s]"),
-        Column::figures("lowest [rad]"),
-        Column::figures("highest [rad]"),
-        Column::figures("fastest [rad/s]"),
-        Column::figures("command, rms"),
+    let figures = [
+        "from [s]",
+        "duration [s]",
+        "lowest [rad]",
+        "highest [rad]",
+        "fastest [rad/s]",
+        "command, rms",
     ];
     let rows = outcome.course.phases.iter().map(|time_span| {
         let lasting = match time_span.phase.is_end() {
@@ -205,7 +204,11 @@ fn phases(outcome: &Outcome) -> Table {
         let times = [name, fixed(time_span.begin, 4), lasting];
         times.into_iter().chain(motion).collect()
     });
-    Table::new("Phases", columns, rows.collect())
+    Table::new(
+        "Phases",
+        Column::all(&["phase"], &figures, &[]),
+        rows.collect(),
+    )
 }
 
 fn found(of: &Commissioned<'_>) -> Vec<Block> {
@@ -280,12 +283,7 @@ pub fn found_servo(
         blocks.push(Block::Table(gains(before, tuning)));
         blocks.push(Block::Table(Table::new(
             "Predicted response of the new gains, and the trial",
-            vec![
-                Column::words("response"),
-                Column::figures("predicted"),
-                Column::figures("measured"),
-                Column::words("unit"),
-            ],
+            Column::all(&["response"], &["predicted", "measured"], &["unit"]),
             predicted_rows(tuning, trial).into(),
         )));
     }
@@ -305,12 +303,7 @@ fn gains(before: Option<&HoldingGains>, tuning: &Tuning) -> Table {
     };
     Table::new(
         "Gains",
-        vec![
-            Column::words("gain"),
-            Column::figures("before"),
-            Column::figures("new"),
-            Column::words("unit"),
-        ],
+        Column::all(&["gain"], &["before", "new"], &["unit"]),
         vec![
             row("kp", |gains| gains.kp, "command units per rad"),
             row("kd", |gains| gains.kd, "command units per rad/s"),
@@ -355,12 +348,7 @@ fn limits(of: &Commissioned<'_>) -> Table {
     };
     Table::new(
         "",
-        vec![
-            Column::words("limit"),
-            Column::figures("allowed"),
-            Column::figures("reached"),
-            Column::words("unit"),
-        ],
+        Column::all(&["limit"], &["allowed", "reached"], &["unit"]),
         vec![
             row(
                 "position",

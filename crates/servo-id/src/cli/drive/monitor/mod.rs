@@ -11,9 +11,9 @@ use drive_link::Status;
 use self::recordings::Recordings;
 use self::screen::Screen;
 use self::session::{End, Session};
+use super::afterwards;
 use super::plan::Plan;
 use super::start::at_end;
-use super::{afterwards, fault};
 use crate::cli::fault::Fault;
 use crate::cli::interruption;
 use crate::cli::standard_output::show;
@@ -53,7 +53,7 @@ impl Arguments {
         status: Status,
         port: &str,
     ) -> Result<(), Fault> {
-        let settings = client.settings().map_err(fault)?;
+        let settings = client.settings()?;
         let link_timeout = settings.protection.link_timeout;
         let at_end = at_end(self.leave, link_timeout)?;
         let sample_time = settings.closed_loop.core.sample_time;
