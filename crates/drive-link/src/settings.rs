@@ -30,6 +30,25 @@ pub struct Settings {
     pub brake: Option<HoldingBrake>,
 }
 
+impl Settings {
+    /// Those of a drive that is not configured yet: for a loop, with a small dither and the protections of a bare motor.
+    #[must_use]
+    pub fn example(closed_loop: LoopSettings) -> Self {
+        Self {
+            closed_loop,
+            dither: Dither {
+                amplitude: 0.3,
+                hold: 0.05,
+            },
+            protection: Protection::OF_A_BARE_MOTOR,
+            homing: None,
+            source: TargetSource::Line,
+            servo_changes: ServoChanges::Ignored,
+            brake: None,
+        }
+    }
+}
+
 /// A holding brake at an output of its own, which needs power to open. The loop holds the axis while it opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HoldingBrake {

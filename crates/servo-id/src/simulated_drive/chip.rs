@@ -34,7 +34,8 @@ const INDEX: f64 = -1.0;
 pub(super) struct Reading(Option<i32>);
 
 /// The command that acts; `None` while the stage is disabled.
-pub(super) struct Held(Option<f32>);
+#[derive(Debug)]
+pub struct Held(pub Option<f32>);
 
 impl SimulatedChip {
     /// With an axis that moves in steps of `step` seconds.

@@ -10,9 +10,7 @@ use std::net::{SocketAddr, TcpListener};
 use std::time::Duration;
 use std::{fmt, io, thread};
 
-use drive_link::{
-    Command, Dither, Protection, Refusal, Report, Request, ServoChanges, Settings, TargetSource,
-};
+use drive_link::{Command, Estimator, LoopSettings, Refusal, Report, Request, Settings};
 use drive_logic::{
     Channel, Conversation, LineListener, Memory, OutputStage, PolledLine, Records, Sampler,
     Supervisor, self_test,
@@ -21,7 +19,7 @@ use host_sim::commission::CommissionedAxis;
 use host_sim::scenario::{Fault, Scenario};
 
 use self::chip::SimulatedChip;
-pub use self::chip::SimulatedPins;
+pub use self::chip::{Held, SimulatedPins};
 pub use self::clock::Clock;
 pub use self::flash::FlashInMemory;
 pub use self::wire::Wire;
@@ -222,22 +220,13 @@ impl Board<'_> {
 
 /// Settings as the firmware has them built in, for the servo of a scenario.
 fn example(core: identifier_core::Settings) -> Settings {
-    Settings {
-        closed_loop: drive_link::LoopSettings {
-            core: identifier_core::Settings {
-                identifier: identifier_core::Settings::new(core.sample_time, 1.0).identifier,
-                ..core
-            },
-            law: drive_link::Estimator::GaussNewton,
+    let mut settings = Settings::example(LoopSettings {
+        core: identifier_core::Settings {
+            identifier: identifier_core::Settings::new(core.sample_time, 1.0).identifier,
+            ..core
         },
-        dither: Dither {
-            amplitude: 0.0,
-            hold: 0.05,
-        },
-        protection: Protection::OF_A_BARE_MOTOR,
-        homing: None,
-        source: TargetSource::Line,
-        servo_changes: ServoChanges::Ignored,
-        brake: None,
-    }
+        law: Estimator::GaussNewton,
+    });
+    settings.dither.amplitude = 0.0;
+    settings
 }

@@ -1,16 +1,17 @@
 //! A line for tests, whose other end answers by a script and keeps what it has received.
 
+mod status;
+
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{
-    BootChecks, Command, Home, Kept, Noticed, Receiver, Report, Request, State, Status, frame,
-};
+use drive_link::{Command, Receiver, Report, Request, State, frame};
 
 use crate::port::Port;
+use status::status;
 
 type Script = Box<dyn FnMut(&Request) -> Option<Report> + Send>;
 
@@ -78,32 +79,6 @@ pub(crate) fn obedient(
             _ => Report::Done { id },
         }))
     })
-}
-
-fn status(state: State) -> Status {
-    Status {
-        state,
-        simulated: false,
-        kept: Kept::Nothing,
-        configured: true,
-        ended: None,
-        commissioning: None,
-        gains: None,
-        command_delay: 0.0,
-        home: Home::Unknown,
-        estimates: None,
-        rejection_reason: None,
-        noise: None,
-        servo_change: None,
-        noticed: Noticed::default(),
-        overruns: 0,
-        dropped: 0,
-        garbled: 0,
-        boot: BootChecks::PASSED,
-        disturbed: 0,
-        interrupt_cycles: None,
-        index_from_edge: None,
-    }
 }
 
 impl Write for ScriptedLine {

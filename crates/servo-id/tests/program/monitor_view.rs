@@ -4,10 +4,10 @@
 use std::time::Instant;
 
 use crate::support::simulated_drive::{SERVO, built_in};
+use crate::support::status::status;
 use commissioning::Phase;
 use drive_link::{
-    BootChecks, Ended, Estimates, Estimator, Fault, Home, Kept, Noticed, Progress, Report,
-    Snapshot, State as Does, Status,
+    Ended, Estimates, Estimator, Fault, Progress, Report, Snapshot, State as Does, Status,
 };
 use identifier_core::parameters::ServoParameters;
 use ratatui::Terminal;
@@ -17,33 +17,6 @@ use virtual_servo::{Encoder, Plant};
 
 const SAMPLE_TIME: f64 = 1e-3;
 const COUNTS: f64 = 10_000.0;
-
-/// A status of a state, and nothing else.
-pub(crate) fn status(state: Does) -> Status {
-    Status {
-        state,
-        kept: Kept::Nothing,
-        simulated: false,
-        configured: true,
-        ended: None,
-        commissioning: None,
-        gains: None,
-        command_delay: 0.0,
-        home: Home::Unknown,
-        index_from_edge: None,
-        estimates: None,
-        rejection_reason: None,
-        noise: None,
-        servo_change: None,
-        noticed: Noticed::default(),
-        overruns: 0,
-        dropped: 0,
-        garbled: 0,
-        boot: BootChecks::PASSED,
-        disturbed: 0,
-        interrupt_cycles: None,
-    }
-}
 
 fn stands(state: &mut State, status: Status) {
     state.take(&Report::Status { id: None, status }, Instant::now());

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use drive_link::{Command, Estimator, PROTOCOL, Receiver, Refusal, Report, Request, State, frame};
 
 use crate::drive::as_from_a_terminal;
-use crate::monitor_view::status;
 use crate::support::simulated_drive::built_in;
+use crate::support::status::status;
 use crate::support::{servo_id, signal, standard_error};
 
 /// A drive that answers so: its port, and what it receives until its line is closed.

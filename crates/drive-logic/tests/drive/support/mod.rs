@@ -11,9 +11,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use drive_link::{
-    Dither, Estimator, Homing, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
-};
+use drive_link::{Estimator, Homing, LoopSettings, Protection, Settings};
 use drive_logic::{Chip, Lines, OutputStage};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -50,15 +48,8 @@ pub(crate) fn settings() -> Settings {
     identifier.bounds.a = Some([0.0, 100.0]);
     identifier.bounds.coulomb = Some([0.0, 200.0]);
     identifier.gamma = Some(PerParameter::new(20.0, 3000.0, 20.0, 20.0));
+    let law = Estimator::Gradient { friction: false };
     Settings {
-        closed_loop: LoopSettings {
-            core,
-            law: Estimator::Gradient { friction: false },
-        },
-        dither: Dither {
-            amplitude: 0.3,
-            hold: 0.05,
-        },
         protection: Protection {
             following_error: 3.0,
             travel: [-51.0, 51.0],
@@ -71,10 +62,7 @@ pub(crate) fn settings() -> Settings {
             link_timeout: 0.0,
             stop_time: 0.5,
         },
-        homing: None,
-        source: TargetSource::Line,
-        servo_changes: ServoChanges::Ignored,
-        brake: None,
+        ..Settings::example(LoopSettings { core, law })
     }
 }
 

@@ -139,8 +139,6 @@ fn unconfigured(
             ..example.protection
         },
         servo_changes: ServoChanges::Ignored,
-        brake: example.brake,
-        homing: example.homing,
-        source: example.source,
+        ..*example
     }
 }

@@ -5,6 +5,8 @@ pub(crate) mod pages;
 #[path = "../../../../../host-sim/tests/support/readable.rs"]
 pub(crate) mod readable;
 pub(crate) mod simulated_drive;
+#[path = "../../../src/tests/status.rs"]
+pub(crate) mod status;
 pub(crate) mod terminal;
 
 use std::fs;

@@ -7,14 +7,12 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
-use drive_link::{
-    Dither, Estimator, LoopSettings, Protection, ServoChanges, Settings, TargetSource,
-};
+use drive_link::{Estimator, LoopSettings, Settings};
 use drive_logic::{Chip, Lines, OutputStage};
-use identifier_core::drive::{Actuator, PositionSensor};
+use identifier_core::drive::PositionSensor;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::settings::ControllerSettings;
-use servo_id::simulated_drive::{Board, Clock, FlashInMemory, SimulatedPins};
+use servo_id::simulated_drive::{Board, Clock, FlashInMemory, Held, SimulatedPins};
 use virtual_servo::{Encoder, Plant};
 
 const SAMPLE_TIME: f64 = 1e-3;
@@ -45,18 +43,7 @@ pub(crate) fn built_in(law: Estimator) -> Settings {
         ..identifier_core::Settings::new(SAMPLE_TIME, COUNTS)
     };
     core.identifier.initial.b = Some(150.0);
-    Settings {
-        closed_loop: LoopSettings { core, law },
-        dither: Dither {
-            amplitude: 0.3,
-            hold: 0.05,
-        },
-        protection: Protection::OF_A_BARE_MOTOR,
-        homing: None,
-        source: TargetSource::Line,
-        servo_changes: ServoChanges::Ignored,
-        brake: None,
-    }
+    Settings::example(LoopSettings { core, law })
 }
 
 /// A hand at the shaft.
@@ -215,8 +202,6 @@ struct Servo {
     encoder: Encoder,
 }
 
-struct Held(Option<f32>);
-
 struct Axis<'a> {
     servo: Servo,
     stage: Held,
@@ -251,20 +236,6 @@ impl PositionSensor for Servo {
 
     fn count(&mut self) -> Result<i32, ()> {
         Ok(self.encoder.read(self.plant.position) as i32)
-    }
-}
-
-impl Actuator<f32> for Held {
-    type Error = ();
-
-    fn hold(&mut self, command: f32) -> Result<(), ()> {
-        self.0 = Some(command);
-        Ok(())
-    }
-
-    fn release(&mut self) -> Result<(), ()> {
-        self.0 = None;
-        Ok(())
     }
 }
 
