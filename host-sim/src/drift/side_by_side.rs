@@ -36,42 +36,20 @@ pub struct Signal {
 
 /// The signals.
 pub const SIGNALS: [Signal; 7] = [
-    Signal {
-        name: "velocity",
-        unit: "rad/s",
-        value: |signals| signals.velocity,
-    },
-    Signal {
-        name: "command",
-        unit: "command units",
-        value: |signals| signals.command,
-    },
-    Signal {
-        name: "output error",
-        unit: "rad",
-        value: |signals| signals.output_error,
-    },
-    Signal {
-        name: "a",
-        unit: "1/s",
-        value: |signals| signals.estimates.a,
-    },
-    Signal {
-        name: "b",
-        unit: "rad/s² per command unit",
-        value: |signals| signals.estimates.b,
-    },
-    Signal {
-        name: "coulomb",
-        unit: "rad/s²",
-        value: |signals| signals.estimates.coulomb,
-    },
-    Signal {
-        name: "load",
-        unit: "rad/s²",
-        value: |signals| signals.estimates.load,
-    },
+    signal("velocity", "rad/s", |signals| signals.velocity),
+    signal("command", "command units", |signals| signals.command),
+    signal("output error", "rad", |signals| signals.output_error),
+    signal("a", "1/s", |signals| signals.estimates.a),
+    signal("b", "rad/s² per command unit", |signals| {
+        signals.estimates.b
+    }),
+    signal("coulomb", "rad/s²", |signals| signals.estimates.coulomb),
+    signal("load", "rad/s²", |signals| signals.estimates.load),
 ];
+
+const fn signal(name: &'static str, unit: &'static str, value: fn(&Signals) -> f64) -> Signal {
+    Signal { name, unit, value }
+}
 
 /// A loop in every format on the same measurements: that in double precision commands the servo.
 pub(super) struct SideBySide {

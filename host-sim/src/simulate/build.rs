@@ -1,6 +1,6 @@
 //! From a scenario to a loop on its test rig.
 //!
-//! A new estimator is an arm of [`method`].
+//! A new estimator is an arm of [`identifier_in`].
 
 use identifier_core::Settings;
 use identifier_core::control::{Controller, Shaped};
@@ -45,38 +45,20 @@ impl Simulation {
 }
 
 fn simulation<N: Number>(scenario: &Scenario, settings: &Settings) -> Result<Simulation, Fault> {
-    method::<N>(scenario, settings)?.simulation::<N>(scenario, settings)
+    let closed = match scenario.identifier.law {
+        Estimator::RelayLeastSquares => relay_loop::<N>(scenario)?,
+        _ => floating_loop::<N>(scenario, settings, 0)?,
+    };
+    Ok(Simulation {
+        rig: SimulatedAxis::build::<N>(scenario)?,
+        closed,
+    })
 }
 
 /// True if the loop of a scenario is computed in fixed point.
 fn is_fixed_point(scenario: &Scenario) -> bool {
     let identifier = &scenario.identifier;
     identifier.arithmetic == Arithmetic::Fixed && !identifier.law.is_rival()
-}
-
-/// An estimator and the loop that it works in.
-pub(super) enum Method {
-    /// An identifier beside the PID.
-    Identifier(Box<dyn DynIdentifier + Send>),
-    /// It commands a relay, in a loop of its own.
-    Relay(LocalLoop),
-}
-
-impl Method {
-    /// Its loop on the rig.
-    pub(super) fn simulation<N: Number>(
-        self,
-        scenario: &Scenario,
-        settings: &Settings,
-    ) -> Result<Simulation, Fault> {
-        Ok(Simulation {
-            rig: SimulatedAxis::build::<N>(scenario)?,
-            closed: match self {
-                Self::Identifier(identifier) => pid_loop::<N>(scenario, settings, identifier, 0)?,
-                Self::Relay(closed) => closed,
-            },
-        })
-    }
 }
 
 /// The PID's loop with the identifier beside it, in the number format of the scenario, at rest at a count. The settings
@@ -102,15 +84,6 @@ fn floating_loop<N: Number>(
     start: i32,
 ) -> Result<LocalLoop, Fault> {
     let identifier = identifier_in::<N>(scenario, settings)?;
-    pid_loop::<N>(scenario, settings, identifier, start)
-}
-
-fn pid_loop<N: Number>(
-    scenario: &Scenario,
-    settings: &Settings,
-    identifier: Box<dyn DynIdentifier>,
-    start: i32,
-) -> Result<LocalLoop, Fault> {
     with_velocity!(scenario, N => pid::<N>(settings, identifier, start))
         .map_err(|error| scenario.fault(&error))
 }
@@ -164,27 +137,6 @@ pub(super) fn identifier_in<N: Number>(
     scenario: &Scenario,
     settings: &Settings,
 ) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
-    let law = scenario.identifier.law;
-    if law == Estimator::RelayLeastSquares {
-        // Its relay makes its command; the least squares take any.
-        let law =
-            FilteredLeastSquares::<N>::new(&scenario.checked_units()?, &scenario.least_squares());
-        return Ok(Box::new(DirectEstimator::new(law.map_err(fault_of_rival)?)));
-    }
-    match method::<N>(scenario, settings)? {
-        Method::Identifier(identifier) => Ok(identifier),
-        Method::Relay(_) => Err(Fault::new(
-            "identifier.law",
-            format!(
-                "\"{}\" closes its own loop: it cannot run in parallel with a controller",
-                law.name()
-            ),
-        )),
-    }
-}
-
-/// The estimator of a scenario in a number format.
-pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Result<Method, Fault> {
     let built = match scenario.identifier.law {
         Estimator::Gradient | Estimator::PdGradient => {
             with_types!(scenario, N => gradient::<N>(settings))
@@ -196,17 +148,16 @@ pub(super) fn method<N: Number>(scenario: &Scenario, settings: &Settings) -> Res
         Estimator::GaussNewton => with_set!(scenario => gauss_newton::<N>(settings)),
         Estimator::Fit => {
             scenario.check_terms_of_fit()?;
-            return Ok(Method::Identifier(Box::new(WholeRecord)));
+            return Ok(Box::new(WholeRecord));
         }
-        _ if scenario.stated.identifier.initial.b.is_none() => {
-            let setting = "initial.b";
-            return Err(scenario.fault(&SettingsError::NotGiven { setting }));
+        Estimator::RelayLeastSquares => {
+            // Its relay makes its command; the least squares take any.
+            let units = scenario.checked_units()?;
+            let law = FilteredLeastSquares::<N>::new(&units, &scenario.least_squares());
+            return Ok(Box::new(DirectEstimator::new(law.map_err(fault_of_rival)?)));
         }
-        Estimator::RelayLeastSquares => return rival::<N>(scenario).map_err(fault_of_rival),
     };
-    built
-        .map(Method::Identifier)
-        .map_err(|error| scenario.fault(&error))
+    built.map_err(|error| scenario.fault(&error))
 }
 
 /// A setting that a rival cannot be built from, by its key.
@@ -275,11 +226,17 @@ fn gauss_newton<N: Number, S: IdentifiableSet<P> + Send + 'static, const P: usiz
     })
 }
 
-/// The method to compare with.
-fn rival<N: Number>(scenario: &Scenario) -> Result<Method, OutOfRange> {
-    let config = scenario.least_squares();
-    Allowed::Above(0.0).check("initial.b", config.b)?;
-    let law = FilteredLeastSquares::new(&scenario.units(), &config)?;
-    let closed = RelayLoop::<N>::new(scenario.relay()?, law);
-    Ok(Method::Relay(Box::new(closed)))
+/// The loop of the method to compare with, which commands a relay.
+fn relay_loop<N: Number>(scenario: &Scenario) -> Result<LocalLoop, Fault> {
+    if scenario.stated.identifier.initial.b.is_none() {
+        let setting = "initial.b";
+        return Err(scenario.fault(&SettingsError::NotGiven { setting }));
+    }
+    let built = || {
+        let config = scenario.least_squares();
+        Allowed::Above(0.0).check("initial.b", config.b)?;
+        let law = FilteredLeastSquares::new(&scenario.units(), &config)?;
+        Ok(RelayLoop::<N>::new(scenario.relay()?, law))
+    };
+    Ok(Box::new(built().map_err(fault_of_rival)?))
 }
