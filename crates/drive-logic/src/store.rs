@@ -17,8 +17,6 @@
 //! A store that others maintain was tried first (`sequential-storage` 8.0). Two dozen panics of it survive in the
 //! release, which the firmware does not link with.
 
-use core::fmt;
-
 use crc::{CRC_32_ISO_HDLC, Crc};
 use drive_link::Kept;
 use embedded_storage::nor_flash::NorFlash;
@@ -64,28 +62,19 @@ struct Newest {
 }
 
 /// Reasons for which a record was not kept; the one before it still holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoreError {
     /// The flash refused to erase, write or read.
+    #[error("the flash refused the record: the previous one is still valid")]
     Flash,
     /// The written record does not read back.
+    #[error("the flash is worn or damaged: the previous record is still valid")]
     NotWritten,
     /// The record is longer than a slot.
+    #[error("the record is longer than a slot of the store")]
     TooLong,
 }
-
-impl fmt::Display for StoreError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Flash => "the flash refused the record: the previous one is still valid",
-            Self::NotWritten => "the flash is worn or damaged: the previous record is still valid",
-            Self::TooLong => "the record is longer than a slot of the store",
-        })
-    }
-}
-
-impl core::error::Error for StoreError {}
 
 impl<F: NorFlash> Store<F> {
     /// Slots of an area.

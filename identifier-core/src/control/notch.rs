@@ -125,10 +125,7 @@ fn tangent(x: f64) -> f64 {
 /// N of a notch at ω (rad/s) at a frequency, both as ν = tan(ωT/2).
 pub(crate) fn notch_at(notch: f64, nu: f64) -> Complex {
     let ratio = nu / notch;
-    let of = |damping: f64| Complex {
-        re: 1.0 - ratio * ratio,
-        im: 2.0 * damping * ratio,
-    };
+    let of = |damping: f64| Complex::new(1.0 - ratio * ratio, 2.0 * damping * ratio);
     of(Notch::<f64>::DEPTH) / of(Notch::<f64>::WIDTH)
 }
 

@@ -20,24 +20,21 @@ impl Complex {
 }
 
 impl<N: Number> Complex<N> {
+    /// A number of a real and an imaginary part.
+    #[must_use]
+    pub const fn new(re: N, im: N) -> Self {
+        Self { re, im }
+    }
+
     /// 0.
-    pub const ZERO: Self = Self {
-        re: N::ZERO,
-        im: N::ZERO,
-    };
+    pub const ZERO: Self = Self::new(N::ZERO, N::ZERO);
     /// 1.
-    pub const ONE: Self = Self {
-        re: N::ONE,
-        im: N::ZERO,
-    };
+    pub const ONE: Self = Self::new(N::ONE, N::ZERO);
 
     /// In another format.
     #[must_use]
     pub fn to<M: Number>(self) -> Complex<M> {
-        Complex {
-            re: M::from_f64(self.re.to_f64()),
-            im: M::from_f64(self.im.to_f64()),
-        }
+        Complex::new(M::from_f64(self.re.to_f64()), M::from_f64(self.im.to_f64()))
     }
 
     /// The conjugate.
@@ -58,10 +55,7 @@ impl<N: Number> Complex<N> {
     /// The product with a real number.
     #[must_use]
     pub fn scaled(self, factor: N) -> Self {
-        Self {
-            re: factor * self.re,
-            im: factor * self.im,
-        }
+        Self::new(factor * self.re, factor * self.im)
     }
 
     /// The power with a whole exponent.
@@ -83,10 +77,10 @@ impl<N: Number> Mul for Complex<N> {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        Self {
-            re: self.re * other.re - self.im * other.im,
-            im: self.re * other.im + self.im * other.re,
-        }
+        Self::new(
+            self.re * other.re - self.im * other.im,
+            self.re * other.im + self.im * other.re,
+        )
     }
 }
 
@@ -103,10 +97,7 @@ impl<N: Number> Sub for Complex<N> {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
-        Self {
-            re: self.re - other.re,
-            im: self.im - other.im,
-        }
+        Self::new(self.re - other.re, self.im - other.im)
     }
 }
 
@@ -114,10 +105,7 @@ impl<N: Number> Add for Complex<N> {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        Self {
-            re: self.re + other.re,
-            im: self.im + other.im,
-        }
+        Self::new(self.re + other.re, self.im + other.im)
     }
 }
 

@@ -34,10 +34,7 @@ pub(crate) struct TwoMassLoop {
 }
 
 fn exponential(angle: f64) -> Complex {
-    Complex {
-        re: angle.cos(),
-        im: angle.sin(),
-    }
+    Complex::new(angle.cos(), angle.sin())
 }
 
 impl TwoMassLoop {

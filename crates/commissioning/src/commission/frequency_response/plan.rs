@@ -320,10 +320,10 @@ impl<N: Number> ResponsePlan<N> {
 /// |1 + β ω²/(ω² − ω₂² − 2jζω₂ω)|.
 fn over_one_mass(mode: &Mode, frequency: f64) -> f64 {
     let square = frequency * frequency;
-    let denominator = Complex {
-        re: square - mode.frequency * mode.frequency,
-        im: -2.0 * mode.damping * mode.frequency * frequency,
-    };
+    let denominator = Complex::new(
+        square - mode.frequency * mode.frequency,
+        -2.0 * mode.damping * mode.frequency * frequency,
+    );
     let moved = Complex::ONE.scaled(mode.ratio * square) / denominator + 1.0;
     libm::sqrt(moved.power())
 }

@@ -91,7 +91,7 @@ impl Sums {
     }
 
     fn response(&self, time: f64, resolution: f64) -> Vec<(f64, Complex, u32)> {
-        let complex = |[re, im]: [f64; 2]| Complex { re, im };
+        let complex = |[re, im]: [f64; 2]| Complex::new(re, im);
         let of =
             |&(omega, position, command, response_motions): &(f64, [f64; 2], [f64; 2], u32)| {
                 let delay = complex([libm::cos(omega * time), -libm::sin(omega * time)]);
@@ -239,9 +239,11 @@ impl Axis {
         let decay = libm::exp(-a * time);
         let first = -libm::expm1(-a * time) / a;
         let second = (time - first) / a;
-        let z = |samples: f64| Complex {
-            re: libm::cos(omega * time * samples),
-            im: libm::sin(omega * time * samples),
+        let z = |samples: f64| {
+            Complex::new(
+                libm::cos(omega * time * samples),
+                libm::sin(omega * time * samples),
+            )
         };
         // q z = q + g₁ v + b g₂ u, v z = E v + b g₁ u.
         let velocity = Complex::ONE.scaled(b * first) / (z(1.0) + -decay);

@@ -53,13 +53,7 @@ impl FirmwareLoop {
             let first = Some(0.5 * self.sample_time * FIRST * bandwidth);
             let frequencies = std::iter::successors(first, |nu| Some(RATIO * nu));
             // Nyquist's turns about −1 that are still to come, of a walk that begins on the real axis.
-            let (mut awaited, mut last) = (
-                0,
-                Complex {
-                    re: -f64::MAX,
-                    im: -0.0,
-                },
-            );
+            let (mut awaited, mut last) = (0, Complex::new(-f64::MAX, -0.0));
             for nu in frequencies.take_while(|nu| *nu < LAST) {
                 let (from, gain) = (last, sampled.at(nu) * self.controller(nu));
                 sensitivity = sensitivity.max(1.0 / (gain + 1.0).power().sqrt());
