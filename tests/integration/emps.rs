@@ -91,6 +91,14 @@ fn identify(log: &Log, scenario: Scenario, passes: u32) -> [f64; 4] {
     ]
 }
 
+/// M, Fv forwards and backwards, Fc.
+fn by_direction(summary: &Summary, asymmetry: f64) -> [f64; 4] {
+    let mass = FORCE / summary.estimates.b.last;
+    let a = summary.estimates.a.last;
+    let coulomb = summary.estimates.coulomb.last;
+    [1.0, a + asymmetry, a - asymmetry, coulomb].map(|part| part * mass)
+}
+
 /// The log, if it is present.
 fn log() -> Option<Log> {
     let Some(path) = log_path() else {
@@ -141,16 +149,7 @@ fn one_causal_pass_finds_the_published_values_from_a_third_to_three_times_them()
     for (arithmetic, apart) in [(Arithmetic::F32, 5e-3), (Arithmetic::F64, 1e-3)] {
         let found: Vec<[f64; 4]> = from_many_starts(&log, law, arithmetic)
             .iter()
-            .map(|summary| {
-                let mass = FORCE / summary.estimates.b.last;
-                let asymmetry = summary.estimates.terms[0].value;
-                [
-                    mass,
-                    (summary.estimates.a.last + asymmetry) * mass,
-                    (summary.estimates.a.last - asymmetry) * mass,
-                    summary.estimates.coulomb.last * mass,
-                ]
-            })
+            .map(|summary| by_direction(summary, summary.estimates.terms[0].value))
             .collect();
         println!("{arithmetic:?}: M, Fv+, Fv-, Fc = {:.3?}", found[0]);
         for values in &found {
@@ -183,14 +182,8 @@ fn one_fit_finds_the_asymmetry_first_and_then_the_published_values() {
             .find(|term| term.unknown == unknown)
             .map(|term| term.value)
     };
-    let mass = FORCE / summary.estimates.b.last;
     let asymmetry = size(Unknown::Asymmetry).expect("it entered");
-    let found = [
-        mass,
-        (summary.estimates.a.last + asymmetry) * mass,
-        (summary.estimates.a.last - asymmetry) * mass,
-        summary.estimates.coulomb.last * mass,
-    ];
+    let found = by_direction(&summary, asymmetry);
     println!("M, Fv+, Fv-, Fc = {found:.3?}");
     for (i, most) in [0.01, 0.04, 0.04, 0.05].into_iter().enumerate() {
         let off = found[i] / ASYMMETRIC[i] - 1.0;

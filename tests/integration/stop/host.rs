@@ -1,5 +1,7 @@
 //! A drive on a machine with time, and the host at the other end of its line.
 
+use std::ops::Deref;
+
 use drive_chip::F4;
 use drive_chip::family::ClockTree;
 use drive_chip::flash::{Areas, RecordFlash};
@@ -78,6 +80,14 @@ pub(super) struct Host {
     id: u8,
 }
 
+impl Deref for Host {
+    type Target = Machine;
+
+    fn deref(&self) -> &Machine {
+        self.machine
+    }
+}
+
 fn forever<T>(thing: T) -> &'static mut T {
     Box::leak(Box::new(thing))
 }
@@ -143,19 +153,6 @@ impl Host {
         self.supervisor.state()
     }
 
-    pub(super) fn is_driven(&self) -> bool {
-        self.machine.is_driven()
-    }
-
-    pub(super) fn now(&self) -> u64 {
-        self.machine.now()
-    }
-
-    /// Breaks the wire for a time after what is on it, ns.
-    pub(super) fn break_wire(&mut self, time: u64) {
-        self.machine.break_wire(time);
-    }
-
     /// Puts the first bytes of a request on the wire, and the others behind a break.
     pub(super) fn cut(&mut self, command: Command, place: usize) {
         let framed = frame(&Request { id: 0, command }).expect("it fits");
@@ -163,14 +160,6 @@ impl Host {
         self.send(before);
         self.break_wire(BYTE);
         self.send(behind);
-    }
-
-    pub(super) fn below(&self, most: u32) -> u32 {
-        self.machine.below(most)
-    }
-
-    pub(super) fn last_driven(&self) -> u64 {
-        self.machine.last_driven()
     }
 
     /// Samples take as long as those of a commissioning from now on.
@@ -222,11 +211,6 @@ impl Host {
         began
     }
 
-    /// Leaves the wire idle for a time, ns.
-    pub(super) fn leave_idle(&mut self, time: u64) {
-        self.machine.leave_idle(time);
-    }
-
     /// Garbage, requests with long answers, and a frame that is cut.
     pub(super) fn garble(&mut self) {
         for _ in 0..self.below(60) {
@@ -253,11 +237,6 @@ impl Host {
         let began = self.request(Command::Stop);
         self.machine.note_at(began);
         began
-    }
-
-    /// True if the servo was driven when the last stop began.
-    pub(super) fn was_driven(&self) -> bool {
-        self.machine.was_driven()
     }
 
     /// Garbage without a pause, seldom for long.

@@ -20,7 +20,7 @@ pub fn drawn(campaign: u32, number: u32) -> RecordedLog {
     let mut random = Random::new(distinct_seed(campaign, number));
     working(&mut random, RATES, &mut |random| {
         let count = random.uniform(0.0, MAX_EFFECTS as f64 + 1.0) as usize;
-        let mut left = Effect::NAMES.map(|(effect, _)| effect).to_vec();
+        let mut left = Effect::ALL.to_vec();
         let mut drawn = || left.swap_remove(random.uniform(0.0, left.len() as f64) as usize);
         (0..count).map(|_| drawn()).collect()
     })
