@@ -65,9 +65,7 @@ impl SideBySide {
         let mut scenario = scenario.clone();
         // The settings that fixed point needs are given to every format.
         scenario.identifier.arithmetic = Arithmetic::Fixed;
-        let settings = scenario
-            .settings()
-            .map_err(|error| scenario.fault(&error))?;
+        let settings = scenario.settings()?;
         let units = scenario.checked_units()?;
         let mut closed = |format: Arithmetic| {
             scenario.identifier.arithmetic = format;

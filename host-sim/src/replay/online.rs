@@ -59,8 +59,7 @@ impl OnlineIdentifier {
         scenario.sample_every(sample_time);
         let scale = |quantity| columns.units.scale(quantity, sample_time);
         let scales = [scale(LogQuantity::Position), scale(LogQuantity::Command)];
-        let settings = scenario.settings_for(None::<&RecordedReference<'_>>);
-        let settings = settings.map_err(|error| scenario.fault(&error))?;
+        let settings = scenario.settings_for(None::<&RecordedReference<'_>>)?;
         let identifier = identifier(&scenario, &settings)?;
         Ok(Self {
             identifier,

@@ -90,13 +90,11 @@ fn run<V: VelocityEstimate<f64>>(
 
 /// The settings of identifier and controller: for a run's own log those of the run.
 fn settings(scenario: &Scenario, log: &Log) -> Result<Settings, Fault> {
-    let settings = if scenario.is_log_of_simulated_run() {
-        scenario.settings_for(Some(&scenario.reference::<f64>()?))
-    } else {
-        let units = scenario.checked_units()?;
-        scenario.settings_for(RecordedReference::new(log, units.position()).as_ref())
-    };
-    settings.map_err(|error| scenario.fault(&error))
+    if scenario.is_log_of_simulated_run() {
+        return scenario.settings();
+    }
+    let units = scenario.checked_units()?;
+    scenario.settings_for(RecordedReference::new(log, units.position()).as_ref())
 }
 
 /// True if the declared controller is the one whose command the log has, or would have.

@@ -26,17 +26,16 @@ impl Scenario {
     /// The settings of loop and identifier in a run: see [`Scenario::settings_for`].
     ///
     /// # Errors
-    /// If the reference is not allowed, or no Γ can be chosen.
-    pub fn settings(&self) -> Result<Settings, SettingsError> {
-        let reference = Reference::new(&self.stated.units()?, &self.excitation)?;
-        self.settings_for(Some(&reference))
+    /// The key of a reference that is not allowed, or for which no Γ can be chosen.
+    pub fn settings(&self) -> Result<Settings, Fault> {
+        self.settings_for(Some(&self.reference::<f64>()?))
     }
 
     /// The settings of loop and identifier. They are those of the file, with parameters that are not estimated as
     /// known. A gradient estimator gets a Γ chosen from range and reference if none is stated.
     ///
     /// # Errors
-    /// If no Γ can be chosen.
+    /// The key for which no Γ can be chosen.
     #[cfg_attr(
         not(feature = "experiments"),
         expect(unused_variables, unused_mut, reason = "only a Γ needs them")
@@ -44,14 +43,15 @@ impl Scenario {
     pub fn settings_for(
         &self,
         reference: Option<&impl Excitation<f64>>,
-    ) -> Result<Settings, SettingsError> {
+    ) -> Result<Settings, Fault> {
         let mut settings = self.identifier_settings();
         #[cfg(feature = "experiments")]
         if let Some(reference) = reference
             && self.identifier.law.is_gradient()
             && settings.identifier.gamma.is_none()
         {
-            super::gamma::choose(self, &mut settings, reference)?;
+            super::gamma::choose(self, &mut settings, reference)
+                .map_err(|error| self.fault(&error))?;
         }
         Ok(settings)
     }

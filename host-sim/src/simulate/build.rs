@@ -30,10 +30,7 @@ impl Simulation {
     /// # Errors
     /// The key that something cannot be built from.
     pub fn build(scenario: &Scenario) -> Result<Self, Fault> {
-        let reference = scenario.reference::<f64>()?;
-        let settings = scenario
-            .settings_for(Some(&reference))
-            .map_err(|error| scenario.fault(&error))?;
+        let settings = scenario.settings()?;
         if is_fixed_point(scenario) {
             return Ok(Self {
                 rig: SimulatedAxis::build::<f64>(scenario)?.counting_from(0),

@@ -19,9 +19,7 @@ impl Simulation {
     /// # Errors
     /// The key that something cannot be built from.
     pub fn build(scenario: &Scenario) -> Result<Self, Fault> {
-        let settings = scenario
-            .settings()
-            .map_err(|error| scenario.fault(&error))?;
+        let settings = scenario.settings()?;
         let identifier = identifier(scenario, &settings)?;
         let controller: Controller<f32, LowPass<f32>, Shaped<f32>> =
             (settings.build()).map_err(|error| scenario.fault(&error))?;

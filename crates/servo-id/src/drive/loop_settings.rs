@@ -57,9 +57,7 @@ pub fn loop_settings(scenario: &Scenario) -> Result<LoopSettings, Fault> {
         let fault = "a chip needs an encoder with counts, so it must not be 0";
         return refused("encoder.counts_per_rev", fault);
     }
-    let core = scenario
-        .settings()
-        .map_err(|error| scenario.fault(&error))?;
+    let core = scenario.settings()?;
     // Refuses with the scenario's key what the drive would refuse with its own.
     scenario.identifiable_with(&core)?;
     Ok(LoopSettings { core, law })

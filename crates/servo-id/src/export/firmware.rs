@@ -71,11 +71,7 @@ impl Firmware {
         let law = scenario.identifier.law;
         refuse_what_has_no_form(&scenario, language)?;
         begin_at(&mut scenario, result);
-        let settings = {
-            let reference = scenario.reference::<f64>()?;
-            let settings = scenario.settings_for(Some(&reference));
-            settings.map_err(|error| scenario.fault(&error))?
-        };
+        let settings = scenario.settings()?;
         let has_loop = settings.controller.is_some();
         let built = if law == Estimator::GaussNewton {
             let motion = expected_motion(&scenario, &settings, result)?;

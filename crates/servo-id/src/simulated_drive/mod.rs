@@ -74,9 +74,7 @@ impl SimulatedDrive {
     /// If the scenario describes no such servo, or the port cannot be opened.
     pub fn new(scenario: &Scenario, address: SocketAddr) -> Result<Self, SimulatedDriveError> {
         let axis = CommissionedAxis::new(scenario)?;
-        let core = scenario
-            .settings()
-            .map_err(|error| scenario.fault(&error))?;
+        let core = scenario.settings()?;
         let chip = SimulatedChip::new(axis, core.sample_time);
         let port = |error: io::Error| match error.kind() {
             io::ErrorKind::AddrInUse => SimulatedDriveError::PortInUse(address),
