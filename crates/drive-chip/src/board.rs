@@ -5,7 +5,7 @@ use core::marker::PhantomData;
 use crate::family::Family;
 use crate::flash::Areas;
 use crate::frequencies::Kind;
-use crate::pins::Pin;
+use crate::pins::{Pin, Port};
 
 /// The source of the chip's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,4 +86,28 @@ pub struct Board<F: Family> {
     pub records: Areas,
     /// The parts that only boards of its family have.
     pub own: F::Own,
+}
+
+impl<F: Family> Board<F> {
+    /// With the pins of a chip with 64 pins, which both families have alike, and records in the areas 1 and 2.
+    #[must_use]
+    pub const fn of_64_pins(oscillator: Oscillator<F>, own: F::Own) -> Self {
+        Self {
+            oscillator,
+            encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
+            index: Pin::new(Port::C, 8),
+            pwm: Pin::new(Port::A, 8),
+            direction: Pin::new(Port::B, 14),
+            enable: Pin::new(Port::B, 15),
+            brake: Pin::new(Port::B, 13),
+            fault: Pin::new(Port::B, 12),
+            low_switch: Pin::new(Port::C, 0),
+            high_switch: Pin::new(Port::C, 1),
+            home_switch: Pin::new(Port::C, 2),
+            step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
+            serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
+            records: Areas::starting_at(1),
+            own,
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Boards: the functions of their pins, one file per board, chosen by a feature of its name.
 //!
-//! A board file is data: `BOARD` has the oscillator, the pins and the areas of the records. To add one, copy one of its
-//! family, change its pins, and name it here and in Cargo.toml. The modules `f4`, `f401` and `g4` have the interrupts of a
+//! A board file is data: `BOARD` has the oscillator, the pins and the areas of the records, the last two in common where the
+//! chip has 64 pins. To add one, copy one of its family, change its pins, and name it here and in Cargo.toml. The modules `f4`, `f401` and `g4` have the interrupts of a
 //! family, by the vendor's description.
 
 /// The handler of the supply's detector, by the name that its interrupt has in the family.

@@ -21,7 +21,6 @@
 
 use drive_chip::G4;
 use drive_chip::board::{Board, Oscillator};
-use drive_chip::flash::Areas;
 use drive_chip::g4::OverCurrent;
 use drive_chip::pins::{Pin, Port};
 
@@ -29,20 +28,7 @@ use drive_chip::pins::{Pin, Port};
 pub const NAME: &str = "nucleo-g474re";
 
 /// The board. Its flash keeps the records in the areas 1 and 2.
-pub const BOARD: Board<G4> = Board {
-    oscillator: Oscillator::crystal(24_000_000),
-    encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
-    index: Pin::new(Port::C, 8),
-    pwm: Pin::new(Port::A, 8),
-    direction: Pin::new(Port::B, 14),
-    enable: Pin::new(Port::B, 15),
-    brake: Pin::new(Port::B, 13),
-    fault: Pin::new(Port::B, 12),
-    low_switch: Pin::new(Port::C, 0),
-    high_switch: Pin::new(Port::C, 1),
-    home_switch: Pin::new(Port::C, 2),
-    step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
-    serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
-    records: Areas::starting_at(1),
-    own: OverCurrent::above(Pin::new(Port::A, 0), 2_500),
-};
+pub const BOARD: Board<G4> = Board::of_64_pins(
+    Oscillator::crystal(24_000_000),
+    OverCurrent::above(Pin::new(Port::A, 0), 2_500),
+);

@@ -16,27 +16,9 @@
 
 use drive_chip::F4;
 use drive_chip::board::{Board, Oscillator};
-use drive_chip::flash::Areas;
-use drive_chip::pins::{Pin, Port};
 
 /// Its name, that of its feature.
 pub const NAME: &str = "olimex-stm32-h405";
 
 /// The board. Its flash keeps the records in the sectors 1 and 2.
-pub const BOARD: Board<F4> = Board {
-    oscillator: Oscillator::crystal(8_000_000),
-    encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
-    index: Pin::new(Port::C, 8),
-    pwm: Pin::new(Port::A, 8),
-    direction: Pin::new(Port::B, 14),
-    enable: Pin::new(Port::B, 15),
-    brake: Pin::new(Port::B, 13),
-    fault: Pin::new(Port::B, 12),
-    low_switch: Pin::new(Port::C, 0),
-    high_switch: Pin::new(Port::C, 1),
-    home_switch: Pin::new(Port::C, 2),
-    step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
-    serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
-    records: Areas::starting_at(1),
-    own: (),
-};
+pub const BOARD: Board<F4> = Board::of_64_pins(Oscillator::crystal(8_000_000), ());

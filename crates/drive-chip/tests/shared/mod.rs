@@ -17,8 +17,6 @@ mod watchdog;
 mod wiring;
 
 use drive_chip::board::Board;
-use drive_chip::flash::Areas;
-use drive_chip::pins::{Pin, Port};
 use drive_chip::serial::{Bytes, Ring};
 use drive_chip::{Wired, wire};
 use embedded_hal::pwm::SetDutyCycle;
@@ -28,23 +26,7 @@ use crate::facts::{OSCILLATOR, OWN, SOURCE, STEPS};
 use crate::model::{Chip, Line, Output, Source};
 
 /// A board that is wired as those of the firmware are.
-pub(crate) const BOARD: Board<Family> = Board {
-    oscillator: OSCILLATOR,
-    encoder: [Pin::new(Port::C, 6), Pin::new(Port::C, 7)],
-    index: Pin::new(Port::C, 8),
-    pwm: Pin::new(Port::A, 8),
-    direction: Pin::new(Port::B, 14),
-    enable: Pin::new(Port::B, 15),
-    brake: Pin::new(Port::B, 13),
-    fault: Pin::new(Port::B, 12),
-    low_switch: Pin::new(Port::C, 0),
-    high_switch: Pin::new(Port::C, 1),
-    home_switch: Pin::new(Port::C, 2),
-    step: [Pin::new(Port::B, 6), Pin::new(Port::B, 7)],
-    serial: [Pin::new(Port::A, 2), Pin::new(Port::A, 3)],
-    records: Areas::starting_at(1),
-    own: OWN,
-};
+pub(crate) const BOARD: Board<Family> = Board::of_64_pins(OSCILLATOR, OWN);
 
 /// The chip of such a board, everything outside healthy.
 pub(crate) fn healthy() -> Chip {
