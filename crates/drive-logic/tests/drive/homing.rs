@@ -18,6 +18,12 @@ const SERVO: ServoParameters = ServoParameters {
     load: 0.0,
 };
 
+/// The same with the first index pulse behind the switch as home.
+const BY_INDEX: Homing = Homing {
+    index: true,
+    ..HOMING
+};
+
 /// Angle of a count, rad.
 const A_COUNT: f64 = TAU / COUNTS;
 
@@ -112,22 +118,16 @@ fn the_edge_of_the_switch_is_the_same_from_everywhere_to_a_count() {
 
 #[test]
 fn the_index_pulse_behind_the_switch_is_home_to_a_count() {
-    let mut homing = HOMING;
-    homing.index = true;
     for (switch, index_at, wanted) in [
         // Both sides of the edge: the pulse on the switch does not count.
         (-6.0..-3.0, -2.0, -2.0),
         (-6.0..-3.0, -4.0, -4.0 + TAU),
         (-6.0..-3.0, FRAC_PI_2, FRAC_PI_2 - TAU + TAU),
     ] {
-        let (mut drive, bench) = running(homed_by(homing), switch);
+        let (mut drive, bench) = running(homed_by(BY_INDEX), switch);
         bench.index_at.set(Some(index_at));
         home(&mut drive);
-        let Status {
-            home,
-            index_from_edge,
-            ..
-        } = drive.status();
+        let (home, index_from_edge) = (drive.status().home, drive.status().index_from_edge);
         assert_eq!(home, Home::Known, "{index_at}");
         let from_edge = f64::from(index_from_edge.expect("both were found"));
         assert!((from_edge - wanted - 3.0).abs() < 0.01, "{from_edge}");
@@ -224,11 +224,9 @@ fn a_switch_that_is_stuck_is_a_fault_and_the_axis_stays_within_its_clearance_and
 
 #[test]
 fn a_switch_that_never_closes_and_an_index_that_never_comes_are_faults() {
-    let mut with_index = HOMING;
-    with_index.index = true;
     for (homing, switch, fault) in [
         (HOMING, 0.0..0.0, Fault::HomeNotFound),
-        (with_index, -6.0..-3.0, Fault::IndexNotFound),
+        (BY_INDEX, -6.0..-3.0, Fault::IndexNotFound),
         // At the other end, out of reach.
         (HOMING, 3.0..6.0, Fault::HomeNotFound),
     ] {
@@ -427,8 +425,6 @@ fn a_target_from_home_is_refused_until_home_is_known_and_a_relative_one_is_not()
 
 #[test]
 fn an_index_pulse_near_the_switch_is_refused_as_home_and_its_distance_reported() {
-    let mut homing = HOMING;
-    homing.index = true;
     for (index_at, is_fault) in [
         (-2.99, true),
         (-3.0 + 0.77, true),
@@ -437,19 +433,12 @@ fn an_index_pulse_near_the_switch_is_refused_as_home_and_its_distance_reported()
         (-3.0 - 0.77, true),
         (-3.01, true),
     ] {
-        let (mut drive, bench) = running(homed_by(homing), -6.0..-3.0);
+        let (mut drive, bench) = running(homed_by(BY_INDEX), -6.0..-3.0);
         bench.index_at.set(Some(index_at));
         home(&mut drive);
-        let Status {
-            home,
-            index_from_edge,
-            ..
-        } = drive.status();
-        let wanted = if index_at < -3.0 {
-            index_at + TAU
-        } else {
-            index_at
-        } + 3.0;
+        let (home, index_from_edge) = (drive.status().home, drive.status().index_from_edge);
+        let turn = if index_at < -3.0 { TAU } else { 0.0 };
+        let wanted = index_at + turn + 3.0;
         let from_edge = f64::from(index_from_edge.expect("both were found"));
         assert!((from_edge - wanted).abs() < 0.01, "{index_at}: {from_edge}");
         if is_fault {
@@ -463,9 +452,7 @@ fn an_index_pulse_near_the_switch_is_refused_as_home_and_its_distance_reported()
 
 #[test]
 fn lost_counts_show_at_the_next_index_pulse_in_this_run_and_in_a_later_one() {
-    let mut homing = HOMING;
-    homing.index = true;
-    let wanted = still_homed_by(homing);
+    let wanted = still_homed_by(BY_INDEX);
     for lost in [0, 4, -4, 5, -5, 120] {
         for later in [false, true] {
             let (mut drive, bench) = running(wanted, -6.0..-3.0);
@@ -639,10 +626,8 @@ fn home_is_unknown_after_a_run_in_which_the_actuator_dies() {
 
 #[test]
 fn the_flash_is_erased_at_rest_alone_and_home_is_unknown_afterwards() {
-    let (bench, flash) = (Bench::new(&SERVO), Flash::blank());
-    *bench.home_switch.borrow_mut() = -6.0..-3.0;
-    let mut drive = Drive::boot(bench, &flash);
-    drive.run_for(homed_by(HOMING), 10);
+    let (mut drive, bench) = running(homed_by(HOMING), -6.0..-3.0);
+    let flash = drive.flash.clone();
     home(&mut drive);
     drive.order(Command::Stop, 2);
     // The axis coasts. Writing leaves the samples to follow it.
