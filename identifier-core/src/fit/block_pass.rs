@@ -29,6 +29,7 @@ where
             [block.command, block.first_moment]
         };
         let pass = &mut fit.pass;
+        let [sine, cosine, ..] = self.waves(pass, block.travel);
         let correction = pass.gain.innovation;
         // The model of zero gain: its velocity is that of the correction.
         let drive = correction.velocity * pass.model.error;
@@ -51,6 +52,8 @@ where
                 }
                 Some(Unknown::Coulomb) => -direction,
                 Some(Unknown::Load) => N::ONE,
+                Some(Unknown::GravitySine) => sine,
+                Some(Unknown::GravityCosine) => cosine,
                 _ => N::ZERO,
             };
             change += own;
@@ -59,7 +62,7 @@ where
                 position - correction.position * position + velocity + half * change + ahead;
             pass.tangents.velocity[i] = velocity + change;
         }
-        pass.model.observe(block.travel);
+        pass.observe(block.travel);
         pass.measure(&free);
     }
 
@@ -98,10 +101,9 @@ where
         // The tangents of first order are half a block ahead of the motion.
         pass.tangents.position[B] += block.first_moment * moving;
         let change = pass.model.velocity - before;
-        pass.turns.observe(block.travel);
         pass.sums.speed_square += displacement * displacement;
         pass.sums.acceleration_square += change * change;
-        pass.model.observe(block.travel);
+        pass.observe(block.travel);
         pass.measure(&free);
     }
 }

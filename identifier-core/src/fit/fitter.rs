@@ -54,12 +54,16 @@ pub struct Fitter<N, S = Unknowns<4>, const P: usize = 4> {
     horizon: Option<N>,
     /// Variance of the velocity before the first block of a motion that begins at rest, counts² per block².
     pub(super) at_first: Option<N>,
+    /// Rad per count of the angle from where the record begins, and 1/v_s, blocks per count.
+    pub(super) resolution: N,
+    pub(super) per_low_speed_velocity: N,
     set: PhantomData<S>,
 }
 
 encode! {
     [N: Encode, S: IdentifiableSet<P>, const P: usize] Fitter<N, S, P> as "Fitter" {
-        step, noise, low, high, prior, free, scale, per_scale, horizon, at_first, set,
+        step, noise, low, high, prior, free, scale, per_scale, horizon, at_first, resolution,
+        per_low_speed_velocity, set,
     }
     also unknowns_fingerprint(&S::UNKNOWNS, P)
 }
@@ -160,6 +164,19 @@ where
         })
     }
 
+    /// The same for a set with gravity or friction at low speed. Gravity is a function of the angle from where the motion
+    /// begins, and the load that there is at its beginning: g_s sin q + g_c (cos q − 1). `resolution` is in rad per count,
+    /// and the speed v_s below which friction rises in counts per sample.
+    #[must_use]
+    pub fn with_terms(self, resolution: f64, low_speed: f64) -> Self {
+        let samples = self.scale[A].to_f64();
+        Self {
+            resolution: N::from_f64(resolution),
+            per_low_speed_velocity: N::from_f64(1.0 / (low_speed * samples)),
+            ..self
+        }
+    }
+
     pub(crate) fn new(config: &FitterConfig<P>) -> Self {
         let m = f64::from(config.block.max(1));
         let scale = S::UNKNOWNS.map(|unknown| PerQuantity::block(m).get(unknown));
@@ -182,6 +199,8 @@ where
             at_first: config
                 .at_first
                 .map(|velocity| N::from_f64(velocity * m * velocity * m)),
+            resolution: N::ZERO,
+            per_low_speed_velocity: N::ZERO,
             set: PhantomData,
         }
     }
@@ -422,6 +441,8 @@ where
     #[inline]
     pub(super) fn values(&self, unknowns: &[N; P]) -> ModelValues<N> {
         let own = core::array::from_fn(|i| unknowns[i]);
-        ModelValues::from_values::<S, P>(&own)
+        let mut values = ModelValues::from_values::<S, P>(&own);
+        values.terms.per_low_speed_velocity = self.per_low_speed_velocity;
+        values
     }
 }

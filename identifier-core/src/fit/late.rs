@@ -7,17 +7,31 @@ use super::command::HeldCommand;
 use super::fitter::{Fit, Fitter};
 use super::pass::Pass;
 use super::record::Blocks;
-use crate::model::{Acting, FrictionPhase, IdentifiableSet, ModelValues, MovingStep, sensitivity};
+use crate::model::{
+    Acting, FrictionPhase, IdentifiableSet, ModelValues, MovingStep, drive, sensitivity,
+    stribeck_factor as falling,
+};
 use crate::number::Number;
-use crate::parameters::Unknown;
+use crate::parameters::{Term, Unknown};
 
 impl<N, S, const P: usize> Fitter<N, S, P>
 where
     N: Number,
     S: IdentifiableSet<P>,
 {
-    /// True for a model whose command is late, and that has no term of its velocity.
-    pub(super) const IS_LATE: bool = S::HAS_TERMS && !S::HAS_SPEED_TERMS;
+    /// True for a model whose command is late, and whose viscous friction is that of both directions.
+    pub(super) const IS_LATE: bool = S::HAS_TERMS && !S::TERMS.has(Term::Asymmetry);
+
+    /// The waves of the angle in the middle of a block, from where the record begins: sin q and cos q − 1.
+    pub(super) fn waves(&self, pass: &Pass<N, P>, travel: N) -> [N; 4] {
+        let mut waves = [N::ZERO; 4];
+        if S::HAS_LOAD_TERMS {
+            let middle = pass.position + N::from_f64(0.5) * travel;
+            let (sine, cosine) = (self.resolution * middle).sine_cosine();
+            [waves[0], waves[1]] = [sine, cosine - N::ONE];
+        }
+        waves
+    }
 
     /// One block of a pass of such a model.
     pub(super) fn late_block(
@@ -30,6 +44,7 @@ where
         let values = self.values(&fit.trial);
         let commands = HeldCommand::late(record, fit.next, values.terms.delay);
         let pass = &mut fit.pass;
+        let waves = self.waves(pass, block.travel);
         let correction = pass.gain.innovation;
         let push = correction.velocity * pass.model.error;
         pass.model.error = pass.model.error - correction.position * pass.model.error;
@@ -55,7 +70,7 @@ where
                 }
             }
             if held.time() > N::ZERO {
-                displacement += self.advance_under(pass, &values, held, push, &pushes);
+                displacement += self.advance_under(pass, &values, held, waves, push, &pushes);
             }
         }
         pass.sums.speed_square += displacement * displacement;
@@ -65,8 +80,7 @@ where
         if fit.next > 0 && pass.model.velocity == N::ZERO {
             pass.gain.stand();
         }
-        pass.turns.observe(block.travel);
-        pass.model.observe(block.travel);
+        pass.observe(block.travel);
         pass.measure(&free);
     }
 
@@ -76,15 +90,31 @@ where
         pass: &mut Pass<N, P>,
         values: &ModelValues<N>,
         held: &HeldCommand<N>,
+        waves: [N; 4],
         push: N,
         pushes: &[N; P],
     ) -> N {
         let (parameters, time) = (&values.parameters, held.time());
         let (gain, square, half) = (parameters.gain, time * time, N::from_f64(0.5));
         let x = parameters.x * time;
-        let drive = (gain * held.mean + parameters.load + push) * square;
-        let coulomb = parameters.coulomb * square;
         let before = pass.model.velocity;
+        let acting = Acting {
+            per_delay: held.falls,
+            waves,
+            ..Acting::at_once(held.mean)
+        };
+        let drive = drive::<N, S, P>(values, &acting) + push;
+        let (mut coulomb, mut stribeck_factor) = (parameters.coulomb, N::ONE);
+        if S::HAS_COULOMB_TERMS {
+            let friction = if before > N::ZERO { coulomb } else { -coulomb };
+            let change = drive - friction - parameters.x * before;
+            let middle = before + half * time * change;
+            if middle * before > N::ZERO {
+                stribeck_factor = falling(middle * values.terms.per_low_speed_velocity);
+            }
+            coulomb += values.terms.coulomb(stribeck_factor);
+        }
+        let (drive, coulomb) = (drive * square, coulomb * square);
         let (motion, phase) = self.step.process(x, drive, coulomb, before * time);
         let moving = phase.moving_part();
         let first_moment = held.first_moment() * square * moving;
@@ -92,15 +122,11 @@ where
         pass.model.error = pass.model.error - displacement;
         pass.model.velocity = motion.velocity * time.reciprocal();
         let after = pass.model.velocity;
-        let acting = Acting {
-            per_delay: held.falls,
-            ..Acting::at_once(held.mean)
-        };
         let mut move_on = |time: N, mean: N, direction: N, kept: N| {
             let moving = MovingStep {
                 displacement: mean,
                 direction,
-                stribeck_factor: N::ONE,
+                stribeck_factor,
             };
             let whole = self.step.step.response(parameters.x * time);
             for i in 0..P {

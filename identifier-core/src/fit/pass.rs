@@ -16,6 +16,8 @@ pub(super) struct Pass<N, const P: usize> {
     pub(super) early: EarlyTangent<N>,
     pub(super) sums: PassSums<N, P>,
     pub(super) turns: Turns<N>,
+    /// The measured position, counts from where the record begins.
+    pub(super) position: N,
 }
 
 /// The sums of a pass besides its equations.
@@ -43,7 +45,16 @@ impl<N: Number, const P: usize> Pass<N, P> {
                 early: EarlySums::NONE,
             },
             turns: Turns::beyond(reversal),
+            position: N::ZERO,
         }
+    }
+
+    /// Takes the distance that the servo has moved over a block.
+    #[inline]
+    pub(super) fn observe(&mut self, travel: N) {
+        self.position += travel;
+        self.turns.observe(travel);
+        self.model.observe(travel);
     }
 
     #[inline]

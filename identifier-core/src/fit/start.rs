@@ -6,6 +6,7 @@ use super::pass::Pass;
 use super::statistics::root;
 use crate::model::IdentifiableSet;
 use crate::number::Number;
+use crate::parameters::Term;
 
 impl<N, S, const P: usize> Fitter<N, S, P>
 where
@@ -48,8 +49,9 @@ where
         for i in 0..P {
             let value = if free[i] {
                 match S::UNKNOWNS[i].term() {
+                    // It is linear in the linear pass too.
+                    None | Some(Term::Gravity) => trial[i],
                     Some(_) => fit.prior.initial[i].unwrap_or(N::ZERO),
-                    None => trial[i],
                 }
             } else {
                 self.prior.initial[i].unwrap_or(N::ZERO)

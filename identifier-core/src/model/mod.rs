@@ -19,7 +19,9 @@ pub use friction_step::FrictionStep;
 pub(crate) use identifiable_set::IdentifiableSet;
 pub(crate) use known_inputs::{Acting, KnownInputs};
 pub(crate) use model_loop::{ModelLoop, ModelState, Observed};
-pub(crate) use observer_model::{Innovation, ModelStep, MovingStep, ObserverModel};
+pub(crate) use observer_model::{
+    Innovation, ModelStep, MovingStep, ObserverModel, drive, stribeck_factor,
+};
 pub(crate) use tangents::{Tangents, sensitivity};
 pub(crate) use terms::ModelValues;
 pub use zero_order_hold_step::Motion;

@@ -240,7 +240,7 @@ pub(crate) struct ModelStep<N> {
 
 /// The acceleration that does not depend on the model's motion.
 #[inline]
-fn drive<N: Number, S: UnknownSet<P>, const P: usize>(
+pub(crate) fn drive<N: Number, S: UnknownSet<P>, const P: usize>(
     values: &ModelValues<N>,
     acting: &Acting<N>,
 ) -> N {
@@ -254,7 +254,7 @@ fn drive<N: Number, S: UnknownSet<P>, const P: usize>(
 
 /// exp(−x²) to 10⁻³, without a transcendental: 1/(1 + z + z²/2 + z³/6)⁸ with z = x²/8.
 #[inline]
-fn stribeck_factor<N: Number>(x: N) -> N {
+pub(crate) fn stribeck_factor<N: Number>(x: N) -> N {
     /// Beyond this x² the result is below 10⁻⁸.
     const MAX_SQUARE: f64 = 20.0;
     let square = (x * x).limited(N::ZERO, N::from_f64(MAX_SQUARE));

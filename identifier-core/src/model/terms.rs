@@ -32,7 +32,7 @@ impl<N: Number> TermValues<N> {
 
     /// The addition of terms to Coulomb friction, from the Stribeck factor of the sample.
     #[inline]
-    pub(super) fn coulomb(&self, stribeck_factor: N) -> N {
+    pub(crate) fn coulomb(&self, stribeck_factor: N) -> N {
         self.low_speed * stribeck_factor
     }
 
