@@ -74,7 +74,7 @@ statuses! {
     -31 NO_STANDARD_ERRORS c"the estimator has no standard errors"
     -40 TOO_FAST c"no gains reach the goal within the margins"
     -41 NOT_KNOWN c"the estimates are too uncertain: no gains keep the margins"
-    -42 DOES_NOT_ARRIVE c"the step does not reach 90 %: friction holds the servo"
+    -42 DOES_NOT_ARRIVE c"the step does not arrive: friction holds the servo, or gravity is faster"
     -50 CONSTANTS_VERSION c"the constants were exported for another version of the library: export them again"
     -51 CONSTANTS_TYPE c"the constants are those of another object"
     -52 CONSTANTS_CHANGED c"the constants were changed, or are not complete: export them again"

@@ -3,6 +3,7 @@
 //!
 //! The holding command is left out on both sides: a command is the excess over it.
 
+use super::axis_forces::AxisForces;
 use super::modal_motion::ModalMotion;
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
@@ -14,7 +15,7 @@ use crate::control::{
 };
 use crate::error::OutOfRange;
 use crate::measurement::velocity::{LowPass, LowPassState, VelocityEstimate};
-use crate::model::{FrictionStep, Response, ZeroOrderHoldStep};
+use crate::model::{FrictionStep, Response, ZeroOrderHoldStep, stribeck_factor};
 use crate::units::Units;
 
 /// The test signal of a loop.
@@ -32,6 +33,8 @@ pub(super) struct TestSignal {
     pub(super) resolution: f64,
     /// The largest command, command units.
     pub(super) command: f64,
+    /// Beside the servo.
+    pub(super) forces: AxisForces,
 }
 
 /// A loop in motion. Positions are in rad, time in samples.
@@ -208,8 +211,11 @@ impl ClosedLoop {
     fn move_for(&mut self, part: &SamplePart, command: f64) -> f64 {
         let time = part.length * self.sample_time;
         let squared = time * time;
-        let drive = (self.gain * command + self.signal.load) * squared;
-        let coulomb = self.signal.coulomb * squared;
+        let TestSignal { load, forces, .. } = self.signal;
+        let drive = (self.gain * command + load + forces.slope * self.position) * squared;
+        let falls = self.velocity / self.sample_time * forces.per_low_speed_velocity;
+        let friction = self.signal.coulomb + forces.low_speed * stribeck_factor(falls);
+        let coulomb = friction * squared;
         let velocity = self.velocity * part.length;
         let (motion, _) =
             (self.step).process_with(&part.response, part.x, drive, coulomb, velocity);

@@ -12,6 +12,7 @@
 //!             └──── search ◄─────┘
 //! ```
 
+mod axis_forces;
 mod closed_loop;
 mod feed_forward_limits;
 mod goal;
@@ -32,6 +33,7 @@ mod step_measure;
 mod tuner;
 mod unseen_resonance;
 
+pub use axis_forces::AxisForces;
 pub use closed_loop::PredictedSample;
 pub use goal::{Cap, Goal};
 pub use measured_line::MeasuredLine;

@@ -1,6 +1,7 @@
 //! Behaviour of a design: its step with the identified servo, and its displacement by a load. Also the overshoot of the
 //! other possible servos.
 
+use super::axis_forces::AxisForces;
 use super::closed_loop::{ClosedLoop, TestSignal};
 use super::margins::Margins;
 use super::placement::Design;
@@ -13,6 +14,7 @@ use super::{PredictedResponse, StepMeasure, TuningError, TuningSettings};
 pub(super) struct PredictionInputs {
     pub(super) servos: PossibleServos,
     pub(super) coulomb: f64,
+    pub(super) forces: AxisForces,
     /// The mode of two masses, if a measured response shows them.
     pub(super) mode: Option<Mode>,
     pub(super) settings: TuningSettings,
@@ -58,6 +60,8 @@ const LATE: f64 = 5.0;
 const PEAK: f64 = 5.0;
 const LATE_PEAK: f64 = 7.0;
 
+/// An overshoot beyond which a loop does not hold what changes with the angle.
+const MAX_OVERSHOOT: f64 = 1.0;
 /// Time within the band after which it has settled, 1/ω.
 const SETTLED: f64 = 6.0;
 
@@ -75,14 +79,20 @@ impl PredictionInputs {
             balanced: 0.0,
             resolution: self.settings.resolution,
             command: self.settings.command,
+            forces: self.forces,
         }
+    }
+
+    /// Friction at rest, rad/s².
+    fn holding(&self) -> f64 {
+        self.coulomb + self.forces.low_speed
     }
 
     /// A step by a servo whose friction the integral balances after an earlier motion. That motion was in the direction
     /// of the step for a share of one, against it for −1.
     fn balanced_step(&self, share: f64) -> TestSignal {
         TestSignal {
-            balanced: share * self.coulomb,
+            balanced: share * self.holding(),
             ..self.neutral_step()
         }
     }
@@ -96,7 +106,7 @@ impl PredictionInputs {
         let b = self.servos.identified().b;
         let integrated = LATE / design.bandwidth - design.reference_filter;
         let gathered = b * self.settings.step * (design.kp + design.ki * integrated.max(0.0));
-        let share = 1.0 - gathered / self.coulomb.max(f64::MIN_POSITIVE);
+        let share = 1.0 - gathered / self.holding().max(f64::MIN_POSITIVE);
         self.balanced_step(share.max(-1.0))
     }
 
@@ -109,6 +119,7 @@ impl PredictionInputs {
             balanced: 0.0,
             resolution: 0.0,
             command: f64::INFINITY,
+            forces: AxisForces::NONE,
         }
     }
 
@@ -252,6 +263,9 @@ impl ResponsePrediction {
         let (stage, trial) = match self.stage {
             PredictedQuantity::Step => {
                 let rise = self.measure.rise().ok_or(TuningError::DoesNotArrive)?;
+                if self.measure.overshoot() > MAX_OVERSHOOT {
+                    return Err(TuningError::DoesNotArrive);
+                }
                 self.predicted_response.rise_time = rise * sample_time;
                 self.predicted_response.quickest_rise_time = self.predicted_response.rise_time;
                 self.predicted_response.slowest_rise_time = self.predicted_response.rise_time;

@@ -143,9 +143,11 @@ pub enum TuningError<Name = &'static str> {
         "the estimates are too uncertain, so no gains keep the margins: identify the servo with more motion"
     )]
     NotKnown,
-    /// The step does not reach 90 % within 25/ω. Friction holds the servo, and the integral is too slow to move it.
+    /// The step does not reach 90 % within 25/ω, or goes on for more than its own size. Friction holds the servo, and the
+    /// integral is too slow to move it, or the loop is slower than what changes with the angle.
     #[error(
-        "the step does not reach 90 %, because friction holds the servo: ask for a larger step or a faster response"
+        "the step does not arrive, because friction holds the servo or gravity is faster: ask for a larger step or a faster \
+         response"
     )]
     DoesNotArrive,
 }

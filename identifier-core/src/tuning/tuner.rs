@@ -1,3 +1,4 @@
+use super::axis_forces::AxisForces;
 use super::closed_loop::{PredictedSample, PredictedStep};
 use super::measured_line::MeasuredLine;
 use super::placement::Design;
@@ -83,10 +84,18 @@ impl Tuner {
             scene: PredictionInputs {
                 servos,
                 coulomb,
+                forces: AxisForces::NONE,
                 mode: resonance.map(|resonance| resonance.mode),
                 settings: *settings,
             },
         })
+    }
+
+    /// The same with forces on the axis beside the servo, which the predicted response has.
+    #[must_use]
+    pub fn with_forces(mut self, forces: AxisForces) -> Self {
+        self.scene.forces = forces;
+        self
     }
 
     /// Begins.
