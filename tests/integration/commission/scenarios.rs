@@ -38,7 +38,7 @@ fn assert_applied(name: &str, text: &str) {
 }
 
 #[test]
-fn the_papers_servo_and_a_coarse_encoder_are_commissioned() {
+fn the_papers_servo_a_coarse_encoder_and_a_joint_under_gravity_are_commissioned() {
     assert_applied(
         "paper",
         include_str!("../../../host-sim/scenarios/commission.toml"),
@@ -46,6 +46,10 @@ fn the_papers_servo_and_a_coarse_encoder_are_commissioned() {
     assert_applied(
         "coarse",
         include_str!("../../../host-sim/scenarios/commission_coarse.toml"),
+    );
+    assert_applied(
+        "joint",
+        include_str!("../../../host-sim/scenarios/commission_gravity.toml"),
     );
 }
 

@@ -29,7 +29,7 @@ mod tests;
 mod trial;
 
 pub use error::CommissionError;
-pub(crate) use fit::{MotionRecord, ServoFit, ServoFitter};
+pub(crate) use fit::{FittedServo, MotionRecord, ServoFit, ServoFitter};
 pub use gains::HoldingGains;
 pub use isr::{CommissionInputs, CommissionIsr, CommissionStep};
 pub use limits::Limits;

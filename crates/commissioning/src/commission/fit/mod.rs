@@ -6,21 +6,10 @@
 mod motion;
 mod motion_model;
 mod piece;
-mod prediction;
 mod servo_fit;
 mod servo_fitter;
 mod whitening;
 
 pub(crate) use motion::MotionRecord;
-pub(crate) use servo_fit::ServoFit;
+pub(crate) use servo_fit::{FittedServo, ServoFit};
 pub(crate) use servo_fitter::ServoFitter;
-
-use identifier_core::parameters::IdentifiedServo;
-
-/// The parameters of a servo, in the order of [`IdentifiedServo`]'s covariance.
-const PARAMETERS: usize = 5;
-const A: usize = IdentifiedServo::A;
-const B: usize = IdentifiedServo::B;
-const COULOMB: usize = IdentifiedServo::COULOMB;
-const DELAY: usize = IdentifiedServo::DELAY;
-const LOAD: usize = IdentifiedServo::LOAD;

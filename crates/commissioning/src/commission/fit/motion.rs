@@ -112,6 +112,15 @@ impl<N: Number, const W: usize> MotionRecord<N, W> {
         high - low
     }
 
+    /// The largest mean speed over a block, counts per sample.
+    pub(crate) fn fastest(&self) -> N {
+        let farthest = self
+            .blocks()
+            .iter()
+            .fold(N::ZERO, |most, block| most.larger(block.travel.magnitude()));
+        farthest * self.samples().reciprocal()
+    }
+
     /// The mean speed over at least this many first samples; zero where it is within rounding.
     pub(crate) fn speed_at_first(&self, samples: N) -> N {
         let (mut time, mut travel) = (N::ZERO, N::ZERO);

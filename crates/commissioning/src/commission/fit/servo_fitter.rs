@@ -3,17 +3,19 @@ use core::marker::PhantomData;
 use super::super::CommissionSettings;
 use super::super::conservative_pid::ConservativePid;
 use super::motion::MotionRecord;
-use super::motion_model::MotionFitter;
-use super::prediction::PredictionRun;
-use super::servo_fit::ServoFit;
+use super::motion_model::{
+    A, B, COULOMB, DELAY, GRAVITY_COSINE, GRAVITY_SINE, LOAD, LOW_SPEED, MotionFitter, OF_SERVO,
+    UNKNOWNS,
+};
+use super::servo_fit::{FittedServo, ServoFit};
 use super::whitening::inverse_factor;
-use super::{A, B, COULOMB, DELAY, LOAD, PARAMETERS};
-use identifier_core::fit::{Blocking, FitResult, Fitter};
+use identifier_core::fit::{Blocking, FitResult, Fitter, QUANTISATION_VARIANCE};
 use identifier_core::model::FrictionStep;
 use identifier_core::number::Number;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
+use identifier_core::tuning::AxisForces;
 
 impl CommissionSettings {
     /// The blocks of a record that is not yet full.
@@ -49,6 +51,20 @@ impl<'a, N: Number> ServoFitter<'a, N> {
     /// The longest delay, s.
     const MAX_DELAY: f64 = 0.02;
 
+    /// Unexplained position where the model lacks something, counts.
+    const UNEXPLAINED: f64 = 1.0;
+
+    /// The same of a model with forces beside the servo, which what it lacks looks like in part.
+    const NEARLY_ROUNDING: f64 = 0.5;
+
+    /// The part of the motion's range that forces beside the servo may leave, as their shape is not known as well.
+    const LITTLE: f64 = 3e-4;
+
+    /// The forces that are tried beside the servo: gravity, or friction that rises below this part of the fastest speed.
+    /// They leave at most a part of what the servo alone does. A resonance or a dead band looks like some of it.
+    const FORCES: [Option<f64>; 3] = [None, Some(0.05), Some(0.012)];
+    const LESS: f64 = 0.25;
+
     /// For records with these settings.
     #[must_use]
     pub(crate) fn new(settings: &'a CommissionSettings) -> Self {
@@ -67,23 +83,41 @@ impl<'a, N: Number> ServoFitter<'a, N> {
     ) -> ServoFit<N> {
         /// Factor on the standard errors of an earlier estimate, because a servo may change.
         const CAUTION: f64 = 2.0;
-        let fitter = self.fitter_for(motion, known, known.is_some());
-        let mut fit = fitter.begin_fit(motion.len());
+        let mut begun = self.begin_with(0, None, motion, known);
         if let Some(servo) = known {
             let scale = self.scale();
-            let row = |factor: [f64; PARAMETERS]| {
-                let mut row = [N::ZERO; PARAMETERS];
-                for ((entry, factor), scale) in row.iter_mut().zip(factor).zip(scale) {
-                    *entry = N::from_f64(factor / (CAUTION * scale));
+            let mut whitening = [[N::ZERO; UNKNOWNS]; UNKNOWNS];
+            for (factors, at) in inverse_factor(&servo.covariance).iter().zip(OF_SERVO) {
+                for (factor, place) in factors.iter().zip(OF_SERVO) {
+                    let row = whitening.get_mut(at);
+                    if let (Some(entry), Some(scale)) =
+                        (row.and_then(|row| row.get_mut(place)), scale.get(place))
+                    {
+                        *entry = N::from_f64(factor / (CAUTION * scale));
+                    }
                 }
-                row
-            };
-            fitter.know(&mut fit, &inverse_factor(&servo.covariance).map(row));
+            }
+            begun.fitter.know(&mut begun.fit, &whitening);
+            // The forces are those of the first motion.
+            begun.forces = Self::FORCES.len();
         }
+        begun
+    }
+
+    fn begin_with<const W: usize>(
+        &self,
+        forces: usize,
+        plain: Option<Result<FittedServo, Reason>>,
+        motion: &MotionRecord<N, W>,
+        known: Option<&IdentifiedServo>,
+    ) -> ServoFit<N> {
+        let fitter = self.fitter_for(motion, known, forces);
         ServoFit {
             fitter,
-            fit,
+            fit: fitter.begin_fit(motion.len()),
             found: None,
+            forces,
+            plain,
         }
     }
 
@@ -93,49 +127,101 @@ impl<'a, N: Number> ServoFitter<'a, N> {
         &self,
         fit: &mut ServoFit<N>,
         motion: &MotionRecord<N, W>,
-    ) -> Option<Result<IdentifiedServo, Reason>> {
+    ) -> Option<Result<FittedServo, Reason>> {
         for _ in 0..Self::BLOCKS {
-            if let Some((result, own)) = &mut fit.found {
-                if own.advance(motion) {
-                    return Some(self.servo(result, own.error(motion), motion.range()));
+            let ServoFit {
+                fitter,
+                fit: under_way,
+                found,
+                forces,
+                ..
+            } = fit;
+            let servo = if let Some((result, cost)) = found {
+                if let Some(predicted) = fitter.predict(under_way, motion) {
+                    *cost += predicted.error * predicted.error;
+                    continue;
                 }
-            } else if let Some(ended) = fit.fitter.work(&mut fit.fit, motion) {
-                let Some(result) = ended else {
-                    return Some(Err(Reason::TooLittleEvidence));
-                };
-                let afresh = fit.fitter.begin_fit(motion.len());
-                let own = PredictionRun::begin(&fit.fitter, afresh, &result.parameters);
-                fit.found = Some((result, own));
-                return None;
-            }
+                let error = libm::sqrt(cost.to_f64() / motion.len().max(1) as f64);
+                self.servo(result, error, motion, self.low_speed(*forces, motion))
+            } else {
+                match fitter.work(under_way, motion) {
+                    None => continue,
+                    Some(Some(result)) => {
+                        fitter.begin_prediction(under_way, &result.parameters);
+                        *found = Some((result, N::ZERO));
+                        return None;
+                    }
+                    Some(None) => Err(Reason::TooLittleEvidence),
+                }
+            };
+            return self.take(fit, servo, motion);
         }
         None
     }
 
-    /// A fitter for a motion of a servo. Earlier estimates may exist, and gains may have held it before.
+    /// Takes what a fit has found. Forces beside the servo count where they explain the motion, and it alone is far from
+    /// that.
+    fn take<const W: usize>(
+        &self,
+        fit: &mut ServoFit<N>,
+        found: Result<FittedServo, Reason>,
+        motion: &MotionRecord<N, W>,
+    ) -> Option<Result<FittedServo, Reason>> {
+        let plain = fit.plain.unwrap_or(found);
+        let left = |found: Result<FittedServo, Reason>| {
+            found.map_or(f64::INFINITY, |fitted| fitted.servo.unexplained)
+        };
+        let is_little = fit.forces == 0 || left(found) < Self::LESS * left(plain);
+        if found.is_ok_and(|fitted| fitted.explains) && is_little {
+            return Some(found);
+        }
+        if fit.forces >= Self::FORCES.len() || self.settings.noise > 0.0 {
+            return Some(plain);
+        }
+        *fit = self.begin_with(fit.forces + 1, Some(plain), motion, None);
+        None
+    }
+
+    /// A fitter for a motion of a servo. Where earlier estimates exist, gains have held it before.
     fn fitter_for<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
         known: Option<&IdentifiedServo>,
-        is_held: bool,
+        forces: usize,
     ) -> MotionFitter<N> {
         let time = self.settings.sample_time;
-        let speed = self.speed_at_first(motion, is_held);
-        let (mut initial, mut deviation) = ([None; PARAMETERS], [None; PARAMETERS]);
+        let first = self.speed_at_first(motion, known.is_some());
+        let (mut initial, mut deviation) = ([None; UNKNOWNS], [None; UNKNOWNS]);
         initial[DELAY] = Some(self.expected_delay());
         deviation[DELAY] = Some(Self::UNKNOWN_DELAY.max(time) / time);
         if let Some(servo) = known {
-            let (values, scale) = (servo.values(), self.scale());
-            for i in 0..PARAMETERS {
-                initial[i] = Some(values[i] * scale[i]);
+            let scale = self.scale();
+            for (value, place) in servo.values().into_iter().zip(OF_SERVO) {
+                if let (Some(initial), Some(scale)) = (initial.get_mut(place), scale.get(place)) {
+                    *initial = Some(value * scale);
+                }
             }
         }
-        Fitter::from_rest(
+        let low_speed = self.low_speed(forces, motion);
+        if low_speed.is_some() {
+            initial[LOW_SPEED] = Some(0.0);
+        } else if forces > 0 {
+            initial[GRAVITY_SINE] = Some(0.0);
+            initial[GRAVITY_COSINE] = Some(0.0);
+        }
+        let fitter = Fitter::from_rest(
             motion.samples().whole().unsigned_abs(),
-            speed,
+            first,
             self.bounds(motion),
             [initial, deviation],
-        )
+        );
+        fitter.with_terms(self.settings.resolution, low_speed.unwrap_or(1.0))
+    }
+
+    /// The speed below which friction rises in a model with these forces, counts per sample.
+    fn low_speed<const W: usize>(&self, forces: usize, motion: &MotionRecord<N, W>) -> Option<f64> {
+        let part = (*Self::FORCES.get(forces.checked_sub(1)?)?)?;
+        Some(part * motion.fastest().to_f64())
     }
 
     /// Samples.
@@ -159,37 +245,40 @@ impl<'a, N: Number> ServoFitter<'a, N> {
     }
 
     /// Machine units per SI unit.
-    fn scale(&self) -> [f64; PARAMETERS] {
+    fn scale(&self) -> [f64; UNKNOWNS] {
         let time = self.settings.sample_time;
         let acceleration = time * time / self.settings.resolution;
-        let mut scale = [acceleration; PARAMETERS];
+        let mut scale = [acceleration; UNKNOWNS];
         scale[A] = time;
         scale[DELAY] = 1.0 / time;
         scale
     }
 
     /// The least and the largest parameters.
-    fn bounds<const W: usize>(&self, motion: &MotionRecord<N, W>) -> [[f64; PARAMETERS]; 2] {
-        let mut low = [0.0; PARAMETERS];
-        let mut high = [f64::from(f32::MAX); PARAMETERS];
+    fn bounds<const W: usize>(&self, motion: &MotionRecord<N, W>) -> [[f64; UNKNOWNS]; 2] {
+        let mut low = [0.0; UNKNOWNS];
+        let mut high = [f64::from(f32::MAX); UNKNOWNS];
         low[LOAD] = -high[LOAD];
+        low[GRAVITY_SINE] = low[LOAD];
+        low[GRAVITY_COSINE] = low[LOAD];
         high[A] = FrictionStep::<N>::LARGEST_RATE / motion.samples().to_f64();
         high[DELAY] = Self::MAX_DELAY / self.settings.sample_time;
         [low, high]
     }
 
-    fn servo(
+    fn servo<const W: usize>(
         &self,
-        result: &FitResult<N, PARAMETERS>,
+        result: &FitResult<N, UNKNOWNS>,
         error: f64,
-        range: N,
-    ) -> Result<IdentifiedServo, Reason> {
+        motion: &MotionRecord<N, W>,
+        low_speed: Option<f64>,
+    ) -> Result<FittedServo, Reason> {
         /// The largest relative standard error of b with which there is a servo at all.
         const UNCERTAIN: f64 = 0.2;
         /// The part of the motion's range that viscous friction at its bound may leave unexplained. If an amplifier
         /// holds a speed, it leaves 0.03. Beyond, something else moves the servo.
         const MAX_LEFT: f64 = 0.05;
-        let is_explained = error <= MAX_LEFT * range.to_f64();
+        let is_explained = error <= MAX_LEFT * motion.range().to_f64();
         let is_at_most = |at_bound: bool, value: N| at_bound && value > N::ZERO;
         let friction = is_at_most(result.at_bound[A], result.parameters[A]);
         let delay = is_at_most(result.at_bound[DELAY], result.parameters[DELAY]);
@@ -200,22 +289,41 @@ impl<'a, N: Number> ServoFitter<'a, N> {
             return Err(Reason::EstimateAtBound);
         }
         let per_scale = self.scale().map(|scale| 1.0 / scale);
-        let value = |i: usize| result.parameters[i].to_f64() * per_scale[i];
+        let value = |i: usize| {
+            let value = result.parameters.get(i).zip(per_scale.get(i));
+            value.map_or(0.0, |(value, per_scale)| value.to_f64() * per_scale)
+        };
+        let covariance = |i: usize, j: usize| {
+            let entry = result.covariance.get(i)?.get(j)?;
+            Some(entry.to_f64() * per_scale.get(i)? * per_scale.get(j)?)
+        };
         let servo = IdentifiedServo {
             parameters: ServoParameters::new(value(A), value(B), value(COULOMB), value(LOAD)),
             delay: value(DELAY),
-            covariance: core::array::from_fn(|i| {
-                core::array::from_fn(|j| {
-                    result.covariance[i][j].to_f64() * per_scale[i] * per_scale[j]
-                })
-            }),
-            unexplained: error.max(PredictionRun::<N>::rounding()) * self.settings.resolution,
+            covariance: OF_SERVO.map(|i| OF_SERVO.map(|j| covariance(i, j).unwrap_or(0.0))),
+            unexplained: error.max(libm::sqrt(QUANTISATION_VARIANCE)) * self.settings.resolution,
         };
         let entries = servo.covariance.as_flattened().iter();
         let is_finite = (servo.values().iter().chain(entries)).all(|value| value.is_finite());
-        let uncertain = servo.standard_error(B) > UNCERTAIN * servo.parameters.b;
+        let uncertain = servo.standard_error(IdentifiedServo::B) > UNCERTAIN * servo.parameters.b;
         if is_finite && servo.parameters.b > 0.0 && !uncertain {
-            Ok(servo)
+            let forces = AxisForces {
+                slope: value(GRAVITY_SINE),
+                low_speed: value(LOW_SPEED),
+                per_low_speed_velocity: low_speed.map_or(0.0, |speed| {
+                    self.settings.sample_time / (speed * self.settings.resolution)
+                }),
+            };
+            let most = if forces == AxisForces::NONE {
+                Self::UNEXPLAINED
+            } else {
+                Self::NEARLY_ROUNDING.max(Self::LITTLE * motion.range().to_f64())
+            };
+            Ok(FittedServo {
+                servo,
+                forces,
+                explains: error <= most,
+            })
         } else if is_explained {
             Err(Reason::TooLittleEvidence)
         } else {

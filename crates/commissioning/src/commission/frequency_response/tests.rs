@@ -248,7 +248,10 @@ impl Axis {
         // q z = q + g₁ v + b g₂ u, v z = E v + b g₁ u.
         let velocity = Complex::ONE.scaled(b * first) / (z(1.0) + -decay);
         let late = z(-self.effects.delay / time);
-        (velocity.scaled(first) + b * second) / (z(1.0) + -1.0) * late
+        let free = (velocity.scaled(first) + b * second) / (z(1.0) + -1.0) * late;
+        // Gravity changes with the angle.
+        let [slope, _] = self.effects.gravity;
+        free / (free.scaled(-slope / b) + 1.0)
     }
 }
 

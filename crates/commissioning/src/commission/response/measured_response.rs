@@ -192,13 +192,20 @@ impl<N: Number> MeasuredResponse<N> {
         }
     }
 
-    /// Measures the next line, or smooths the deviation of the next; true once all are measured.
-    pub(in crate::commission) fn measure(&mut self, measuring: &mut LineMeasurement) -> bool {
+    /// Measures the next line, or smooths the deviation of the next; true once all are measured. They are those of a
+    /// servo of gain b without the change of its load with the angle, 1/s².
+    pub(in crate::commission) fn measure(
+        &mut self,
+        measuring: &mut LineMeasurement,
+        slope: f64,
+        b: f64,
+    ) -> bool {
         let next = (self.first_pass.frequency(measuring.sums)).zip(measuring.rotations.next());
         let measured = self.count - measuring.earlier;
         if let (Some((frequency, turn)), Some(sums)) = (next, self.sums.get(measuring.sums)) {
             measuring.sums += 1;
             let line = sums.line(frequency, turn, self.resolution);
+            let line = line.map(|line| without_slope(&line, slope, b));
             let places =
                 (self.lines.get_mut(self.count)).zip(measuring.deviations.get_mut(measured));
             if let (Some(line), Some((place, deviation))) = (line, places) {
@@ -252,6 +259,21 @@ impl<N: Number> MeasuredResponse<N> {
         if let Some(line) = measured.get_mut(i) {
             line.deviation = median.max(Self::OWN * line.deviation);
         }
+    }
+}
+
+/// A line of a servo of gain b without the change of its load with the angle, 1/s², which it had when it was measured.
+fn without_slope(line: &MeasuredLine, slope: f64, b: f64) -> MeasuredLine {
+    /// The part of the slope by which it changes over a motion. A line far below the frequency of the slope shows little
+    /// else.
+    const CHANGES: f64 = 0.3;
+    let held = Complex::ONE + line.gain.scaled(slope / b);
+    let square = line.frequency * line.frequency;
+    let changed = CHANGES * slope * b / (square * square);
+    MeasuredLine {
+        gain: line.gain / held,
+        deviation: libm::hypot(line.deviation / held.power(), changed),
+        ..*line
     }
 }
 

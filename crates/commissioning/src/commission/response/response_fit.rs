@@ -121,9 +121,9 @@ impl ResponseEstimate {
         shows && self.gain_error < other.gain_error
     }
 
-    /// True if one mass explains the response.
+    /// True if one mass explains the response as well as two do, and friction blurs what is left.
     pub(in crate::commission) fn is_one_mass(&self) -> bool {
-        self.resonance.is_none() && self.is_explained()
+        self.resonance.is_none() && self.misfit < ResponseFit::BLURRED
     }
 }
 
@@ -138,6 +138,8 @@ impl ResponseFit {
     /// The mean of the squared errors of a fit that explains the response. No other fit would be much better.
     const EXPLAINED: f64 = 1.0;
 
+    /// The same of a fit that leaves what friction blurs, more than the motions of a line differ.
+    const BLURRED: f64 = 3.0;
     /// The part of the errors of one mass that two may leave if they are the cause. A load that changes with the angle,
     /// which partly looks like a second mass, leaves more.
     const NEARLY_ALL: f64 = 0.1;

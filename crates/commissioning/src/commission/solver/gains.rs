@@ -45,7 +45,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     ..self.settings.tuning(self.command(&servo), step)
                 };
                 let resonance = self.designed_resonance();
-                Tuner::for_response(&settings, &servo, resonance.as_ref())
+                let tuner = Tuner::for_response(&settings, &servo, resonance.as_ref())?;
+                Ok(tuner.with_forces(self.evidence.forces))
             });
         self.work = match begun {
             Ok(tuner) => Work::Gains {

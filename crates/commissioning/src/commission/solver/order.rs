@@ -3,6 +3,7 @@
 use super::super::response::ResponseEstimate;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
+use identifier_core::tuning::AxisForces;
 
 /// The next step of a commissioning. The condition of each reads the [`Evidence`] alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,6 +69,8 @@ pub(super) struct Evidence {
     pub(super) probes: u8,
     /// The servo by its motions.
     pub(super) fitted: Option<IdentifiedServo>,
+    /// The forces beside it, as the first motion shows them.
+    pub(super) forces: AxisForces,
     /// Why one mass does not explain these, if it does not.
     pub(super) unexplained_reason: Option<Reason>,
     /// False if travel, speed, resolution or command leave no room for frequency-response motions.
@@ -88,6 +91,7 @@ impl Evidence {
         is_cut: false,
         probes: 0,
         fitted: None,
+        forces: AxisForces::NONE,
         unexplained_reason: None,
         has_room: true,
         rounds: 0,
@@ -153,7 +157,9 @@ impl Evidence {
             servo.standard_error(IdentifiedServo::B) / b,
             masses.gain_error,
         );
-        let is_sure = self.unexplained_reason.is_none();
+        // Lines of an axis that sticks meanwhile show no gain.
+        let is_over = masses.resonance.is_some() || masses.is_one_mass() || self.rounds > 1;
+        let is_sure = self.unexplained_reason.is_none() && is_over;
         is_sure.then(|| [libm::log(masses.gain / b), error])
     }
 
@@ -175,7 +181,7 @@ impl Evidence {
                 ratio > libm::log(Self::APART) && ratio > Self::ERRORS_APART * error
             });
             is_apart
-                || (is_uncertain && !masses.is_explained())
+                || !masses.is_explained()
                 || masses.may_hide_a_resonance()
                 || (self.rounds < 2 && !is_uncertain && masses.may_be_noise())
                 || gain_error > Self::WELL_KNOWN

@@ -8,7 +8,7 @@ use super::order::Evidence;
 use super::planning::{Planning, Tuned};
 use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
-use identifier_core::tuning::Resonance;
+use identifier_core::tuning::{AxisForces, Resonance};
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Motions of the first round, one in each direction. Then those of a further round: both directions, and both
@@ -40,7 +40,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let is_between = masses.is_some_and(|masses| masses.may_hide_a_resonance());
         // What two rounds leave open is of low speed, or of the place.
         let is_open = masses.map_or(rounds > 0, |masses| {
-            rounds > 1 && !masses.is_known() && !masses.is_two_masses()
+            (rounds > 1 || !masses.is_explained()) && !masses.is_known() && !masses.is_two_masses()
         });
         let mode = self.designed_resonance().map(|resonance| resonance.mode);
         let is_low = mode.is_none_or(|mode| mode.frequency < Self::LOW);
@@ -57,7 +57,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             search,
             planner: None,
             // For an unexplained servo, friction and gain are estimated before the lines.
-            is_uncertain: self.evidence.unexplained_reason.is_some()
+            is_uncertain: (self.evidence.unexplained_reason.is_some()
+                || self.evidence.forces != AxisForces::NONE)
                 && (masses.is_none() || is_open),
             motions: if rounds == 0 {
                 Self::FIRST_ROUND

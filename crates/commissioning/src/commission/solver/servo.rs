@@ -3,7 +3,7 @@
 use super::super::corrected::set_one_known;
 use super::super::message::{DecisionKind, Identified};
 use super::super::noise::QUANTISATION_SIGMA;
-use super::super::{CommissionSettings, RoughModel, ServoFitter};
+use super::super::{CommissionSettings, FittedServo, RoughModel, ServoFitter};
 use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
 use identifier_core::parameters::IdentifiedServo;
@@ -11,9 +11,6 @@ use identifier_core::reason::Reason;
 use identifier_core::tuning::Resonance;
 
 impl<N: Number, const W: usize> CommissionSolver<N, W> {
-    /// Unexplained position where the model lacks something, counts.
-    const UNEXPLAINED: f64 = 1.0;
-
     /// A servo that moved by a rough model. Every parameter is uncertain by itself. None of an encoder's noise.
     pub(super) fn roughly(&self, servo: &RoughModel<N>) -> Option<IdentifiedServo> {
         let CommissionSettings {
@@ -46,17 +43,24 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     #[inline(never)]
     pub(super) fn take_servo(
         &mut self,
-        fitted: Result<IdentifiedServo, Reason>,
+        fitted: Result<FittedServo, Reason>,
     ) -> Option<DecisionKind<N>> {
         self.work = Work::Decide;
         let evidence = &mut self.evidence;
         evidence.unexplained_reason = match fitted {
-            Ok(servo) => {
-                let most = Self::UNEXPLAINED * self.settings.resolution;
+            Ok(fitted) => {
+                let FittedServo {
+                    servo,
+                    forces,
+                    explains,
+                } = fitted;
                 evidence.fitted = Some(servo);
+                if evidence.probes == 1 {
+                    evidence.forces = forces;
+                }
                 let rounding = QUANTISATION_SIGMA * self.settings.resolution;
                 evidence.doubt = (servo.unexplained / rounding).max(1.0);
-                (servo.unexplained > most).then_some(Reason::PartlyExplained)
+                (!explains).then_some(Reason::PartlyExplained)
             }
             Err(reason) => Some(reason),
         };
@@ -71,7 +75,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         &self,
         decision: impl Fn(Identified<N>) -> DecisionKind<N>,
     ) -> Option<DecisionKind<N>> {
-        let mut identified = Identified::new(&self.evidence.servo()?, &self.settings);
+        let servo = self.evidence.servo()?;
+        let mut at_rest = servo;
+        at_rest.parameters.coulomb += self.evidence.forces.low_speed;
+        let mut identified = Identified {
+            servo,
+            ..Identified::new(&at_rest, &self.settings)
+        };
         if let Some(Resonance { mode, .. }) = self.designed_resonance() {
             let known = identified.known;
             identified.known = known.map(|known| known.with_load_on_a_spring(mode.ratio));

@@ -1,7 +1,7 @@
 use std::vec::Vec;
 
 use super::unknown_servos::{Unknown, unknown_servos};
-use crate::commission::{MotionRecord, ServoFitter};
+use crate::commission::{CommissionSettings, FittedServo, MotionRecord, ServoFitter};
 use identifier_core::fit::Recorder;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
@@ -25,8 +25,15 @@ fn fitted<const W: usize>(
     motion: &MotionRecord<f32, W>,
     prior: Option<&IdentifiedServo>,
 ) -> Result<IdentifiedServo, Reason> {
-    let settings = unknown.settings();
-    let fitter = ServoFitter::new(&settings);
+    found(&unknown.settings(), motion, prior).map(|fitted| fitted.servo)
+}
+
+fn found<const W: usize>(
+    settings: &CommissionSettings,
+    motion: &MotionRecord<f32, W>,
+    prior: Option<&IdentifiedServo>,
+) -> Result<FittedServo, Reason> {
+    let fitter = ServoFitter::new(settings);
     let mut fit = fitter.begin(motion, prior);
     loop {
         if let Some(result) = fitter.work(&mut fit, motion) {
@@ -220,9 +227,9 @@ fn a_missing_block_is_noticed() {
     assert_eq!((taken, motion.is_complete()), (7, false));
 }
 
-/// What the fit to its own motion leaves unexplained, counts; none where there is no servo. Each motion is another, from
-/// another place between two edges.
-fn unexplained(effects: Effects) -> Vec<Option<f64>> {
+/// What the fit to its own motion leaves unexplained, counts, and the relative error of its gain; none where there is no
+/// servo. Each motion is another, from another place between two edges.
+fn unexplained(effects: Effects) -> Vec<Option<[f64; 2]>> {
     let places = (0..9).map(|place| Unknown {
         between_edges: f64::from(place) / 9.0,
         ..ordinary(effects)
@@ -230,7 +237,8 @@ fn unexplained(effects: Effects) -> Vec<Option<f64>> {
     let left = places.map(|unknown| {
         let motion = recorded::<256>(&unknown, &unknown.probe().samples);
         let servo = fitted(&unknown, &motion, None).ok()?;
-        Some(servo.unexplained / unknown.resolution())
+        let off = servo.parameters.b / unknown.parameters.b - 1.0;
+        Some([servo.unexplained / unknown.resolution(), off.abs()])
     });
     left.collect()
 }
@@ -238,12 +246,12 @@ fn unexplained(effects: Effects) -> Vec<Option<f64>> {
 #[test]
 fn a_complete_model_leaves_no_more_than_the_rounding() {
     for left in unexplained(Effects::NONE) {
-        assert!(left.is_some_and(|left| left < 0.45), "{left:?}");
+        assert!(left.is_some_and(|[left, _]| left < 0.45), "{left:?}");
     }
 }
 
 #[test]
-fn an_effect_that_the_model_lacks_leaves_more_than_a_count() {
+fn an_effect_that_the_model_lacks_leaves_more_than_a_count_or_the_gain_as_it_is() {
     let none = Effects::NONE;
     for effects in [
         Effects {
@@ -272,6 +280,47 @@ fn an_effect_that_the_model_lacks_leaves_more_than_a_count() {
     ] {
         let left = unexplained(effects);
         println!("{left:?}");
-        assert!(left.iter().all(|left| left.is_none_or(|left| left > 1.0)));
+        let is_right = |[left, off]: [f64; 2]| left > 1.0 || off < 0.02;
+        assert!(left.into_iter().all(|found| found.is_none_or(is_right)));
+    }
+}
+
+#[test]
+fn gravity_and_falling_friction_are_explained_with_the_gain() {
+    let none = Effects::NONE;
+    for (effects, slope) in [
+        (
+            Effects {
+                gravity: [200.0, 0.0],
+                ..none
+            },
+            200.0,
+        ),
+        (
+            Effects {
+                gravity: [-120.0, 150.0],
+                ..none
+            },
+            -120.0,
+        ),
+        (
+            Effects {
+                low_speed_friction: 60.0,
+                low_speed_velocity: 0.3,
+                ..none
+            },
+            0.0,
+        ),
+    ] {
+        let unknown = ordinary(effects);
+        let motion = recorded::<256>(&unknown, &unknown.probe().samples);
+        let settings = unknown.settings();
+        let found = found(&settings, &motion, None).expect("a servo");
+        let off = found.servo.parameters.b / unknown.parameters.b - 1.0;
+        println!("{off:.4} {found:?}");
+        assert!(found.explains && off.abs() < 0.02, "{off}");
+        assert!((found.forces.slope - slope).abs() <= 0.05 * slope.abs());
+        let is_falling = effects.low_speed_friction > 0.0;
+        assert_eq!(found.forces.low_speed > 0.0, is_falling);
     }
 }
