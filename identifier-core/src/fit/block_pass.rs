@@ -62,7 +62,7 @@ where
                 position - correction.position * position + velocity + half * change + ahead;
             pass.tangents.velocity[i] = velocity + change;
         }
-        pass.observe(block.travel);
+        pass.model.observe(block.travel);
         pass.measure(&free);
     }
 
@@ -103,7 +103,8 @@ where
         let change = pass.model.velocity - before;
         pass.sums.speed_square += displacement * displacement;
         pass.sums.acceleration_square += change * change;
-        pass.observe(block.travel);
+        pass.turns.observe(block.travel);
+        pass.model.observe(block.travel);
         pass.measure(&free);
     }
 }

@@ -442,7 +442,9 @@ where
     pub(super) fn values(&self, unknowns: &[N; P]) -> ModelValues<N> {
         let own = core::array::from_fn(|i| unknowns[i]);
         let mut values = ModelValues::from_values::<S, P>(&own);
-        values.terms.per_low_speed_velocity = self.per_low_speed_velocity;
+        if S::HAS_COULOMB_TERMS {
+            values.terms.per_low_speed_velocity = self.per_low_speed_velocity;
+        }
         values
     }
 }

@@ -22,11 +22,13 @@ where
     /// True for a model whose command is late, and whose viscous friction is that of both directions.
     pub(super) const IS_LATE: bool = S::HAS_TERMS && !S::TERMS.has(Term::Asymmetry);
 
-    /// The waves of the angle in the middle of a block, from where the record begins: sin q and cos q − 1.
-    pub(super) fn waves(&self, pass: &Pass<N, P>, travel: N) -> [N; 4] {
+    /// The waves of the angle in the middle of a block, from where the record begins: sin q and cos q − 1. The position
+    /// is then that behind the block.
+    pub(super) fn waves(&self, pass: &mut Pass<N, P>, travel: N) -> [N; 4] {
         let mut waves = [N::ZERO; 4];
         if S::HAS_LOAD_TERMS {
             let middle = pass.position + N::from_f64(0.5) * travel;
+            pass.position += travel;
             let (sine, cosine) = (self.resolution * middle).sine_cosine();
             [waves[0], waves[1]] = [sine, cosine - N::ONE];
         }
@@ -80,7 +82,8 @@ where
         if fit.next > 0 && pass.model.velocity == N::ZERO {
             pass.gain.stand();
         }
-        pass.observe(block.travel);
+        pass.turns.observe(block.travel);
+        pass.model.observe(block.travel);
         pass.measure(&free);
     }
 

@@ -49,14 +49,6 @@ impl<N: Number, const P: usize> Pass<N, P> {
         }
     }
 
-    /// Takes the distance that the servo has moved over a block.
-    #[inline]
-    pub(super) fn observe(&mut self, travel: N) {
-        self.position += travel;
-        self.turns.observe(travel);
-        self.model.observe(travel);
-    }
-
     #[inline]
     pub(super) fn measure(&mut self, free: &[bool; P]) {
         self.gain.advance();

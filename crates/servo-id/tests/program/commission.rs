@@ -170,7 +170,7 @@ const EFFECTS: [(&str, Reason, &str, &str); 2] = [
     (
         "ripple",
         Reason::PartlyExplained,
-        "a = 0.5\nb = 257.7\ncoulomb = 30.0\nload = 3.0\nripple = [500.0, 0.0]\nripple_order = 20\n\
+        "a = 0.5\nb = 257.7\ncoulomb = 30.0\nload = 3.0\nripple = [500.0, 0.0]\nripple_order = 24\n\
          [encoder]\ncounts_per_rev = 20000\n[amplifier]\nlimit = 10.0\n\
          [controller]\nkp = 1.6\nkd = 0.06\nki = 4.0\nsample_time = 0.001\n",
         "travel = 0.5",

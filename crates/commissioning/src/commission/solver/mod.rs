@@ -218,8 +218,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 state,
                 fitted,
             } => {
-                let masses = &self.evidence.masses;
-                let is_explained = masses.is_none_or(|masses| masses.is_one_mass());
+                let is_explained = self.evidence.shows_one_mass();
                 let tuned = tuner.work_with(state, self.response.lines(), is_explained)?;
                 let fitted = *fitted;
                 self.take_tuning(tuned, fitted)

@@ -163,6 +163,13 @@ impl Evidence {
         is_sure.then(|| [libm::log(masses.gain / b), error])
     }
 
+    /// True if one mass explains the lines, or nearly does and the motions too.
+    pub(super) fn shows_one_mass(&self) -> bool {
+        let is_sure = self.unexplained_reason.is_none();
+        (self.masses)
+            .is_none_or(|masses| masses.is_one_mass() && (is_sure || masses.is_explained()))
+    }
+
     /// True if a resonance may be where no line was measured, or between lines.
     pub(super) fn may_hide_a_resonance(&self) -> bool {
         let is_uncertain = self.unexplained_reason.is_some();

@@ -38,9 +38,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     pub(super) fn measure(&mut self) {
         let Evidence { masses, rounds, .. } = self.evidence;
         let is_between = masses.is_some_and(|masses| masses.may_hide_a_resonance());
+        let is_sure = self.evidence.unexplained_reason.is_none();
         // What two rounds leave open is of low speed, or of the place.
         let is_open = masses.map_or(rounds > 0, |masses| {
-            (rounds > 1 || !masses.is_explained()) && !masses.is_known() && !masses.is_two_masses()
+            (rounds > 1 || (is_sure && !masses.is_explained()))
+                && !masses.is_known()
+                && !masses.is_two_masses()
         });
         let mode = self.designed_resonance().map(|resonance| resonance.mode);
         let is_low = mode.is_none_or(|mode| mode.frequency < Self::LOW);
@@ -57,8 +60,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             search,
             planner: None,
             // For an unexplained servo, friction and gain are estimated before the lines.
-            is_uncertain: (self.evidence.unexplained_reason.is_some()
-                || self.evidence.forces != AxisForces::NONE)
+            is_uncertain: (!is_sure || self.evidence.forces != AxisForces::NONE)
                 && (masses.is_none() || is_open),
             motions: if rounds == 0 {
                 Self::FIRST_ROUND
