@@ -13,7 +13,7 @@ use crate::parameters::IdentifiedServo;
 /// Finds gains for an identified servo, in slices of work that are short enough for the background of a chip. A slice
 /// is one frequency of one servo or one sample of a predicted step.
 ///
-/// Any goal takes fewer than 20 000 slices, and fewer than 60 000 for a servo of two masses.
+/// Any goal takes fewer than 25 000 slices, and fewer than 60 000 for a servo of two masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tuner {
     judge: GainCheck,
