@@ -44,6 +44,8 @@ pub(super) struct ClosedLoop {
     state: ControlState<f64, LowPassState<f64>, ShapedState<f64>>,
     sample_time: f64,
     signal: TestSignal,
+    /// 1/v_s, samples per rad.
+    per_low_speed_velocity: f64,
     gain: f64,
     step: FrictionStep<f64>,
     /// The two parts of a sample, before and after a command begins to act.
@@ -124,6 +126,7 @@ impl ClosedLoop {
             state,
             sample_time,
             signal: *signal,
+            per_low_speed_velocity: signal.forces.per_low_speed_velocity / sample_time,
             gain: servo.b,
             step: FrictionStep::new(),
             parts: parts.map(|length| SamplePart {
@@ -213,8 +216,12 @@ impl ClosedLoop {
         let squared = time * time;
         let TestSignal { load, forces, .. } = self.signal;
         let drive = (self.gain * command + load + forces.slope * self.position) * squared;
-        let falls = self.velocity / self.sample_time * forces.per_low_speed_velocity;
-        let friction = self.signal.coulomb + forces.low_speed * stribeck_factor(falls);
+        let mut friction = self.signal.coulomb;
+        // Most axes have none of it, and a chip computes it in double precision.
+        if forces.low_speed > 0.0 {
+            let falls = self.velocity * self.per_low_speed_velocity;
+            friction += forces.low_speed * stribeck_factor(falls);
+        }
         let coulomb = friction * squared;
         let velocity = self.velocity * part.length;
         let (motion, _) =

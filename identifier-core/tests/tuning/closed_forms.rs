@@ -5,10 +5,12 @@ use std::f64::consts::TAU;
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::{
-    Cap, Goal, PredictedResponse, StepMeasure, Tuner, Tuning, TuningError, TuningSettings,
+    AxisForces, Cap, Goal, PredictedResponse, StepMeasure, Tuner, Tuning, TuningError,
+    TuningSettings,
 };
+use virtual_servo::Effects;
 
-use crate::support::{identified, tuned};
+use crate::support::{bench_of, identified, step, tuned, worked};
 
 const SERVO: ServoParameters = ServoParameters::new(0.2174, 257.7, 0.0, 0.0);
 
@@ -330,4 +332,55 @@ fn a_step_that_friction_stops_is_not_predicted() {
     };
     assert!(slowest(2.5) > 0.99 * PredictedResponse::MAX_TIME);
     assert!(slowest(3.5) < 0.9 * PredictedResponse::MAX_TIME);
+}
+
+/// The gains of a bandwidth for an axis with forces beside its servo.
+fn beside(forces: AxisForces, bandwidth: f64) -> Result<Tuning, TuningError> {
+    let tuner = Tuner::new(
+        &settings(Goal::Bandwidth(bandwidth)),
+        &identified(STICKING, 0.0, KNOWN),
+    )?;
+    worked(&tuner.with_forces(forces)).0
+}
+
+const STICKING: ServoParameters = ServoParameters::new(1.5, 257.7, 30.0, 0.0);
+
+/// The predicted rise is that of a loop around an exact servo with the same forces, and not that without.
+#[test]
+fn a_predicted_step_has_the_slope_of_gravity_and_friction_at_rest() {
+    let goal = settings(Goal::Bandwidth(40.0));
+    for (slope, low_speed) in [(600.0, 0.0), (-600.0, 0.0), (0.0, 60.0)] {
+        let forces = AxisForces {
+            slope,
+            low_speed,
+            per_low_speed_velocity: 1.0 / 0.5,
+        };
+        let tuning = beside(forces, 40.0).expect("it is faster than the slope");
+        let effects = Effects {
+            gravity: [slope, 0.0],
+            low_speed_friction: low_speed,
+            low_speed_velocity: if low_speed > 0.0 { 0.5 } else { 0.0 },
+            ..Effects::NONE
+        };
+        let moved = |effects| {
+            let bench = bench_of(&tuning, &goal, &STICKING, effects, 0.0);
+            step(bench, &goal, 1.0).rise().expect("it rises") * goal.sample_time
+        };
+        let [with, without] = [&effects, &Effects::NONE].map(moved);
+        let predicted = tuning.predicted_response.rise_time;
+        println!("{predicted} {with} {without}");
+        assert!((predicted / with - 1.0).abs() < 0.02, "{predicted} {with}");
+        assert!((predicted / without - 1.0).abs() > 0.03, "{predicted}");
+    }
+}
+
+#[test]
+fn gains_that_are_slower_than_gravity_are_refused() {
+    let with = |slope| AxisForces {
+        slope,
+        ..AxisForces::NONE
+    };
+    // The gains' own stiffness is 2ω (ω + a), 495 1/s².
+    assert!(beside(with(200.0), 15.0).is_ok());
+    assert_eq!(beside(with(450.0), 15.0), Err(TuningError::DoesNotArrive));
 }

@@ -360,3 +360,25 @@ impl<N: Number> ResponseSums<N> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// b/(−ω² − κ) is the line of a mass whose load rises by κ with the angle, b/(−ω²) that of the mass.
+    #[test]
+    fn a_line_without_the_slope_is_that_of_the_mass() {
+        let (b, frequency) = (250.0, 60.0);
+        for slope in [-900.0, 0.0, 500.0] {
+            let measured = MeasuredLine {
+                frequency,
+                gain: Complex::ONE.scaled(-b / (frequency * frequency + slope)),
+                deviation: 1e-3,
+            };
+            let mass = without_slope(&measured, slope, b);
+            let expected = -b / (frequency * frequency);
+            assert!((mass.gain.re / expected - 1.0).abs() < 1e-12 && mass.gain.im == 0.0);
+            assert_eq!(mass.deviation > 1.01 * measured.deviation, slope != 0.0);
+        }
+    }
+}
