@@ -109,10 +109,20 @@ where
         let drive = drive::<N, S, P>(values, &acting) + push;
         let (mut coulomb, mut stribeck_factor) = (parameters.coulomb, N::ONE);
         if S::HAS_COULOMB_TERMS {
-            let friction = if before > N::ZERO { coulomb } else { -coulomb };
+            // From rest it moves where the command pushes, against the higher friction.
+            let (toward, friction) = if before == N::ZERO {
+                (drive, coulomb + values.terms.low_speed)
+            } else {
+                (before, coulomb)
+            };
+            let friction = if toward > N::ZERO {
+                friction
+            } else {
+                -friction
+            };
             let change = drive - friction - parameters.x * before;
             let middle = before + half * time * change;
-            if middle * before > N::ZERO {
+            if middle * toward > N::ZERO {
                 stribeck_factor = falling(middle * values.terms.per_low_speed_velocity);
             }
             coulomb += values.terms.coulomb(stribeck_factor);
