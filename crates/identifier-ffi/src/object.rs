@@ -68,6 +68,7 @@ pub(crate) unsafe fn content<'a, T: Content>(object: *mut Object<T>) -> Result<&
 /// As for [`content`], but others may read it too.
 #[inline(always)]
 pub(crate) unsafe fn shared<'a, T: Content>(object: *const Object<T>) -> Result<&'a T, i32> {
+    const { T::FITS };
     check(object)?;
     // SAFETY: as in `content`.
     let object = unsafe { &*object };
