@@ -359,7 +359,7 @@ typedef struct servo_id_fixed_coulomb_loop {
 
 /* A search for gains */
 typedef struct servo_id_tuner {
-    SERVO_ID_ALIGNED uint64_t words[328];
+    SERVO_ID_ALIGNED uint64_t words[332];
 } servo_id_tuner;
 
 /* The interrupt's half of a commissioning. */
@@ -374,7 +374,7 @@ typedef struct servo_id_solver {
 
 /* From the interrupt to the background. */
 typedef struct servo_id_record {
-    SERVO_ID_ALIGNED uint64_t words[4];
+    SERVO_ID_ALIGNED uint64_t words[6];
 } servo_id_record;
 
 /* From the background to the interrupt. */
@@ -405,7 +405,7 @@ typedef struct servo_id_commission_result {
 
 /* The library has the same sizes, and nothing between the fields; objects have room for its next versions. */
 SERVO_ID_ASSERT(sizeof(servo_id_settings) == 552, "size of servo_id_settings");
-SERVO_ID_ASSERT(sizeof(servo_id_commission_step) == 48, "size of servo_id_commission_step");
+SERVO_ID_ASSERT(sizeof(servo_id_commission_step) == 64, "size of servo_id_commission_step");
 SERVO_ID_ASSERT(sizeof(servo_id_commission_result) == 480, "size of servo_id_commission_result");
 SERVO_ID_ASSERT(sizeof(servo_id_error) == 40, "size of servo_id_error");
 SERVO_ID_ASSERT(sizeof(servo_id_estimates) == 80, "size of servo_id_estimates");

@@ -55,7 +55,7 @@ impl Content for Background {
 
 impl Content for RecordEvent<f32> {
     const MARK: u32 = 0x5e1d_0033;
-    const WORDS: usize = 4;
+    const WORDS: usize = 6;
 }
 
 impl Content for CoreDecision<f32> {

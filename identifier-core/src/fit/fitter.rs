@@ -84,6 +84,8 @@ pub struct Fit<N, const P: usize> {
     pub(super) noise: N,
     pub(super) pass: Pass<N, P>,
     pub(super) linear: [[N; P]; 2],
+    /// The part of the motion that the linear estimate leaves.
+    pub(super) linear_left: Option<N>,
     /// The part of the motion that the command explains beyond friction and load, with the sign of the gain.
     pub(super) command_share: N,
     /// The cost of a model at rest, and the part of it that the first horizon's fit leaves.
@@ -220,6 +222,11 @@ where
         known.any(|(initial, unknown)| initial.is_some() && unknown.term().is_none())
     }
 
+    /// The part of the squared motion that the least-squares estimate of a fit leaves, which its first two passes make.
+    pub fn linear_left(fit: &Fit<N, P>) -> Option<N> {
+        fit.linear_left
+    }
+
     /// Begins a fit to a record of this number of blocks.
     pub fn begin_fit(&self, blocks: usize) -> Fit<N, P> {
         Fit {
@@ -233,6 +240,7 @@ where
             noise: self.noise,
             pass: Pass::at_first(KalmanGain::begin(N::ONE, N::ZERO), N::ZERO),
             linear: [[N::ZERO; P]; 2],
+            linear_left: None,
             command_share: N::ZERO,
             standing_cost: N::ZERO,
             left: N::ONE,
@@ -305,6 +313,8 @@ where
                 fit.standing_cost = fit.pass.equations.cost();
                 let mut free = self.free_unknowns(&fit.prior);
                 fit.linear[0] = fit.pass.equations.solve(none, &free);
+                let left = fit.standing_cost - fit.pass.equations.explained_by(&free);
+                fit.linear_left = Some(left * fit.standing_cost.reciprocal());
                 fit.command_share =
                     Self::command_share(&fit.pass.equations, free, fit.linear[0][B]);
                 for (free, unknown) in free.iter_mut().zip(S::UNKNOWNS) {

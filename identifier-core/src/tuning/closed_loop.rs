@@ -215,7 +215,7 @@ impl ClosedLoop {
         let time = part.length * self.sample_time;
         let squared = time * time;
         let TestSignal { load, forces, .. } = self.signal;
-        let drive = (self.gain * command + load + forces.slope * self.position) * squared;
+        let drive = (self.gain * command + load + forces.load(self.position)) * squared;
         let mut friction = self.signal.coulomb;
         // Most axes have none of it, and a chip computes it in double precision.
         if forces.low_speed > 0.0 {

@@ -1,6 +1,8 @@
 //! Behaviour of a design: its step with the identified servo, and its displacement by a load. Also the overshoot of the
 //! other possible servos.
 
+use core::f64::consts::FRAC_PI_2;
+
 use super::axis_forces::AxisForces;
 use super::closed_loop::{ClosedLoop, TestSignal};
 use super::margins::Margins;
@@ -39,6 +41,8 @@ pub(super) struct ResponsePrediction {
 enum PredictedQuantity {
     /// The step of the identified servo.
     Step,
+    /// The same with other forces on the axis that there may be.
+    Possible(usize),
     /// Its rise if the integral already balances friction.
     Balanced,
     /// Its rise if the integral opposes the step.
@@ -55,6 +59,12 @@ const TURN: f64 = 10.0;
 /// The time after a step at which a breakaway gives the largest overshoot, 1/ω. The filtered reference has then
 /// completed its step, and the servo follows as without the filter.
 const LATE: f64 = 5.0;
+
+/// The speed below which unknown friction at rest acts, as a part of the step's ω.
+const SLIPS: f64 = 0.02;
+
+/// The steps from the quarters of a wave.
+const QUARTERS: usize = 4;
 
 /// Times by which a step has its peak, from its arrival and from breakaway, 1/ω.
 const PEAK: f64 = 5.0;
@@ -97,17 +107,48 @@ impl PredictionInputs {
         }
     }
 
-    /// The step that overshoots most. Friction holds the servo until [`LATE`]: the integral begins on the other side,
-    /// up to what friction can hold. With a feed-forward, feed-forward and integral both compensate friction.
+    /// True if friction at rest may be higher than the identified.
+    fn sticks(&self) -> bool {
+        self.forces.most_low_speed > self.forces.low_speed
+    }
+
+    /// The same with the highest friction at rest that there may be.
+    fn with_highest_friction(&self, design: &Design) -> Self {
+        let mut worst = *self;
+        if self.sticks() {
+            worst.forces.low_speed = self.forces.most_low_speed;
+            worst.forces.per_low_speed_velocity =
+                1.0 / (SLIPS * design.bandwidth * self.settings.step);
+        }
+        worst
+    }
+
+    /// The first of the steps from a place in their list on that there may be: with the highest friction at rest, and from the
+    /// other quarters of a wave.
+    fn possible_step(&self, design: &Design, place: usize) -> (PredictedQuantity, TestSignal) {
+        let mut other = self.with_highest_friction(design);
+        let first = match place {
+            0 if self.sticks() => 0,
+            _ if self.forces.has_cogging() && place < QUARTERS => place.max(1),
+            _ => return (PredictedQuantity::Balanced, self.balanced_step(1.0)),
+        };
+        other.forces = other.forces.at_phase(FRAC_PI_2 * first as f64);
+        (PredictedQuantity::Possible(first), other.neutral_step())
+    }
+
+    /// The step that overshoots most. The highest friction at rest holds the servo until [`LATE`]: the integral begins on
+    /// the other side, up to what friction can hold. With a feed-forward, feed-forward and integral both compensate
+    /// friction.
     fn worst_step(&self, design: &Design) -> TestSignal {
+        let worst = self.with_highest_friction(design);
         if design.feed_forward.is_some() {
-            return self.balanced_step(1.0);
+            return worst.balanced_step(1.0);
         }
         let b = self.servos.identified().b;
         let integrated = LATE / design.bandwidth - design.reference_filter;
         let gathered = b * self.settings.step * (design.kp + design.ki * integrated.max(0.0));
-        let share = 1.0 - gathered / self.holding().max(f64::MIN_POSITIVE);
-        self.balanced_step(share.max(-1.0))
+        let share = 1.0 - gathered / worst.holding().max(f64::MIN_POSITIVE);
+        worst.balanced_step(share.max(-1.0))
     }
 
     /// One rad/s² of load, which the loop answers without friction, limit or counts.
@@ -217,7 +258,7 @@ impl ResponsePrediction {
         let taken = self.measure.samples();
         let longer_than = |time| taken > samples(time, &self.design, &self.closed_loop);
         match self.stage {
-            PredictedQuantity::Step => {
+            PredictedQuantity::Step | PredictedQuantity::Possible(_) => {
                 let settled = self.measure.settled();
                 longer_than(PredictedResponse::MAX_TIME)
                     || settled.is_some_and(|since| {
@@ -273,7 +314,12 @@ impl ResponsePrediction {
                 let settled = self.measure.settled();
                 self.predicted_response.settling_time =
                     sample_time * f64::from(settled.unwrap_or(taken));
-                (PredictedQuantity::Balanced, scene.balanced_step(1.0))
+                scene.possible_step(&self.design, 0)
+            }
+            PredictedQuantity::Possible(place) => {
+                self.take_rise();
+                self.take_overshoot();
+                scene.possible_step(&self.design, place + 1)
             }
             PredictedQuantity::Balanced => {
                 self.take_rise();
@@ -288,6 +334,9 @@ impl ResponsePrediction {
                 (PredictedQuantity::Corner(0), scene.worst_step(&self.design))
             }
             PredictedQuantity::Corner(place) => {
+                if place == 0 && scene.sticks() {
+                    self.take_rise();
+                }
                 self.take_overshoot();
                 (
                     PredictedQuantity::Corner(place + 1),

@@ -351,9 +351,11 @@ fn a_predicted_step_has_the_slope_of_gravity_and_friction_at_rest() {
     let goal = settings(Goal::Bandwidth(40.0));
     for (slope, low_speed) in [(600.0, 0.0), (-600.0, 0.0), (0.0, 60.0)] {
         let forces = AxisForces {
-            slope,
+            wave: [slope, 0.0],
+            order: 1.0,
             low_speed,
             per_low_speed_velocity: 1.0 / 0.5,
+            ..AxisForces::NONE
         };
         let tuning = beside(forces, 40.0).expect("it is faster than the slope");
         let effects = Effects {
@@ -377,10 +379,88 @@ fn a_predicted_step_has_the_slope_of_gravity_and_friction_at_rest() {
 #[test]
 fn gains_that_are_slower_than_gravity_are_refused() {
     let with = |slope| AxisForces {
-        slope,
+        wave: [slope, 0.0],
+        order: 1.0,
         ..AxisForces::NONE
     };
     // The gains' own stiffness is 2ω (ω + a), 495 1/s².
     assert!(beside(with(200.0), 15.0).is_ok());
     assert_eq!(beside(with(450.0), 15.0), Err(TuningError::DoesNotArrive));
+}
+
+/// The overshoots and rises of a loop around an exact servo, with forces that the axis may have.
+fn overshoots_and_rises(tuning: &Tuning, effects: &[Effects]) -> Vec<[f64; 2]> {
+    let goal = settings(Goal::Bandwidth(40.0));
+    let moved = |effects| {
+        let bench = bench_of(tuning, &goal, &STICKING, effects, 0.0);
+        let step = step(bench, &goal, 1.0);
+        let rise = step.rise().expect("it rises") * goal.sample_time;
+        [step.overshoot(), rise]
+    };
+    effects.iter().map(moved).collect()
+}
+
+/// Friction at rest of any size and speed up to the most that there may be.
+#[test]
+fn the_prediction_bounds_what_friction_at_rest_may_do() {
+    let most = 45.0;
+    let with = |most_low_speed| {
+        let forces = AxisForces {
+            most_low_speed,
+            ..AxisForces::NONE
+        };
+        beside(forces, 40.0).expect("gains").predicted_response
+    };
+    let effects: Vec<Effects> = [(0.4, 0.05), (0.7, 0.2), (1.0, 0.05), (1.0, 0.5)]
+        .map(|(part, speed)| Effects {
+            low_speed_friction: part * most,
+            low_speed_velocity: speed,
+            ..Effects::NONE
+        })
+        .to_vec();
+    let [plain, bounds] = [0.0, most].map(with);
+    let tuning = beside(AxisForces::NONE, 40.0).expect("gains");
+    let steps = overshoots_and_rises(&tuning, &effects);
+    println!("{plain:?} {bounds:?} {steps:?}");
+    for [overshoot, rise] in &steps {
+        assert!(*overshoot <= bounds.overshoot + 0.01, "{overshoot}");
+        assert!(*rise >= 0.97 * bounds.quickest_rise_time, "{rise}");
+    }
+    assert!(
+        steps
+            .iter()
+            .any(|[overshoot, _]| *overshoot > plain.overshoot + 0.01)
+    );
+}
+
+/// A step from any place of the waves is within the bounds, and one of them is not within those of the first place.
+#[test]
+fn the_prediction_of_cogging_is_that_from_all_places_of_its_waves() {
+    let (force, order) = (25.0, 60);
+    let forces = AxisForces {
+        wave: [force, 0.0],
+        order: f64::from(order),
+        ..AxisForces::NONE
+    };
+    let tuning = beside(forces, 40.0).expect("gains");
+    let predicted = tuning.predicted_response;
+    let effects: Vec<Effects> = (0..8)
+        .map(|place| {
+            let phase = f64::from(place) * TAU / 8.0;
+            Effects {
+                ripple: [force * phase.cos(), force * phase.sin()],
+                ripple_order: order,
+                ..Effects::NONE
+            }
+        })
+        .collect();
+    let steps = overshoots_and_rises(&tuning, &effects);
+    println!("{predicted:?} {steps:?}");
+    for [overshoot, rise] in &steps {
+        assert!(*overshoot <= predicted.overshoot + 0.03, "{overshoot}");
+        let rises = 0.85 * predicted.quickest_rise_time..1.15 * predicted.slowest_rise_time;
+        assert!(rises.contains(rise), "{rise}");
+    }
+    let rises = |one: &[f64; 2]| (one[1] / predicted.rise_time - 1.0).abs() > 0.05;
+    assert!(steps.iter().any(rises));
 }

@@ -1,7 +1,8 @@
 use super::frequency_response::{FrictionBalance, LineSums, ResponsePlan};
 use super::gains::{HoldingGains, Loop};
+use super::rough_model::Breakaway;
 use super::trial::Trial;
-use super::{CommissionSettings, Phase, RoughModel};
+use super::{CommissionSettings, Limits, Phase, RoughModel};
 use crate::watch::{KnownServo, LOW_SPEED};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::NumberedBlock;
@@ -40,8 +41,12 @@ pub(super) enum EventKind<N> {
     /// The sums of a line over a frequency-response motion that is over: line after line, motion after motion.
     Line(LineSums<N>),
     /// The recorded motion has ended, or all frequency-response motions: study them. The servo as it moved by then, and
-    /// whether the motion was over before there was enough evidence.
-    Ended { moved: RoughModel<N>, is_cut: bool },
+    /// whether the motion was over before there was enough evidence. And where a probing motion broke away.
+    Ended {
+        moved: RoughModel<N>,
+        is_cut: bool,
+        broke_away: Option<Breakaway<N>>,
+    },
 }
 
 /// A decision of the solver. There is one for each motion that has ended, and one more after tuning.
@@ -150,6 +155,17 @@ impl<N: Number> Candidate<N> {
     /// side.
     pub(super) const MAX_END: f64 = 0.45;
 
+    /// The part of the travel beyond its ends that it may overshoot into.
+    const USED: f64 = 0.7;
+
+    /// Where a step of this size (rad) begins, from where the commissioning began, and the same with its sign.
+    pub(super) fn start_and_step(step: f64, limits: &Limits) -> [f64; 2] {
+        let [low, high] = limits.travel;
+        let direction = if high < -low { -1.0 } else { 1.0 };
+        let end = step.min(Self::MAX_END * high.max(-low));
+        [direction * (end - step), direction * step]
+    }
+
     /// # Errors
     /// A gain that no controller has.
     pub(super) fn new(
@@ -160,11 +176,13 @@ impl<N: Number> Candidate<N> {
         let units = Units::new(settings.sample_time, settings.resolution)?;
         let limits = &settings.limits;
         let predicted_response = &tuning.predicted_response;
+        let [start, step] = Self::start_and_step(predicted_response.step, limits);
+        // It ends before it leaves the travel, either way.
         let [low, high] = limits.travel;
-        let direction = if high < -low { -1.0 } else { 1.0 };
-        let step = direction * predicted_response.step;
-        let farthest = high.max(-low);
-        let end = predicted_response.step.min(Self::MAX_END * farthest);
+        let room = (high - start.max(start + step)).min(start.min(start + step) - low);
+        let mut within = *tuning;
+        let overshoot = &mut within.predicted_response.overshoot;
+        *overshoot = overshoot.min(Self::USED * room / libm::fabs(step));
         // Under noise a servo rests too rarely to be waited for once more.
         let returns = settings.noise == 0.0;
         // A servo that hunts about its friction is still for a while too.
@@ -172,8 +190,8 @@ impl<N: Number> Candidate<N> {
         Ok(Self {
             tuning: *tuning,
             controller: HoldingGains::tuned(tuning, limits).build(&units)?,
-            start: N::from_f64(direction * (end - predicted_response.step) * units.position()),
-            trial: Trial::new(tuning, &units, step, servo, returns),
+            start: N::from_f64(start * units.position()),
+            trial: Trial::new(&within, &units, step, servo, returns),
             rest: (0.5 * settling / settings.sample_time) as u32,
         })
     }
@@ -182,7 +200,6 @@ impl<N: Number> Candidate<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::commission::Limits;
     use crate::commission::trial::tests::predicted;
     use identifier_core::parameters::ServoParameters;
 

@@ -27,6 +27,22 @@ pub(crate) struct Breakaway<N> {
 }
 
 impl<N: Number> Breakaway<N> {
+    pub(crate) fn to_f64(self) -> Breakaway<f64> {
+        Breakaway {
+            command: self.command.to_f64(),
+            is_forward: self.is_forward,
+            other: self.other.map(N::to_f64),
+        }
+    }
+
+    /// The largest friction at rest with which a servo breaks away there, rad/s², and may have been at standstill.
+    pub(crate) fn friction(&self, servo: &ServoParameters) -> f64 {
+        let direction = if self.is_forward { 1.0 } else { -1.0 };
+        let push = |command: N| servo.b * command.to_f64() + servo.load;
+        let other = self.other.map_or(0.0, |other| -direction * push(other));
+        (direction * push(self.command)).max(other)
+    }
+
     /// It is at standstill under a command that grows in a direction.
     pub(crate) fn stand(&mut self, command: N, direction: N) {
         let is_other = self.is_forward != (direction > N::ZERO);
@@ -210,6 +226,24 @@ mod tests {
             servo.confine(&seen, 10.0);
             let [forward, backward] = confined;
             assert_eq!(servo, with(forward, backward));
+        }
+    }
+
+    /// b u + d at the break-away, forwards or backwards: the more of both where two commands are known.
+    #[test]
+    fn friction_at_rest_is_what_the_command_overcomes_with_the_load() {
+        let servo = ServoParameters::new(0.0, 50.0, 20.0, -30.0);
+        for (command, is_forward, other, expected) in [
+            (2.0, true, None, 70.0),
+            (-2.0, false, None, 130.0),
+            (2.0, true, Some(-1.0), 80.0),
+        ] {
+            let seen = Breakaway {
+                command,
+                is_forward,
+                other,
+            };
+            assert!((seen.friction(&servo) - expected).abs() < 1e-12);
         }
     }
 

@@ -105,9 +105,6 @@ no-gains | commission: response_time = 0.012 | commission: response_time = 0.03
 prediction-missed | =plant: a = 0.663; b = 58.4; coulomb = 29.9; low_speed_friction = 85.3; low_speed_velocity =
     0.17 & =encoder: counts_per_rev = 2000 & =commission: travel = 0.606; speed = 23.2; sample_time = 0.001 |
     =plant: a = 0.663; b = 58.4; coulomb = 29.9
-prediction-missed | =plant: a = 0.405; b = 29.7; coulomb = 25.1; low_speed_friction = 28.7; low_speed_velocity =
-    0.265 & =encoder: counts_per_rev = 4096 & =commission: travel = 0.218; speed = 26.5; sample_time = 0.001 |
-    =plant: a = 0.405; b = 29.7; coulomb = 25.1
 actuator-weak | [fault]: kind = "actuator-weak"; time = 2.5; size = 0.4 | =[fault]:
 never-at-rest | =plant: a = 0.316; b = 112.1; resonance = 44.8; inertia_ratio = 0.73 & =encoder: counts_per_rev =
     65536 & =amplifier: limit = 5.0 & =commission: travel = 1.045; speed = 61.55; sample_time = 0.001 | =plant: a =

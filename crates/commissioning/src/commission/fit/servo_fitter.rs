@@ -1,13 +1,17 @@
+use core::f64::consts::TAU;
 use core::marker::PhantomData;
+use core::ops::ControlFlow;
 
 use super::super::CommissionSettings;
 use super::super::conservative_pid::ConservativePid;
+use super::fitted_servo::FittedServo;
+use super::force_search::{ForceSearch, Forces};
 use super::motion::MotionRecord;
 use super::motion_model::{
     A, B, COULOMB, DELAY, GRAVITY_COSINE, GRAVITY_SINE, LOAD, LOW_SPEED, MotionFitter, OF_SERVO,
     UNKNOWNS,
 };
-use super::servo_fit::{FittedServo, ServoFit};
+use super::servo_fit::ServoFit;
 use super::whitening::inverse_factor;
 use identifier_core::fit::{Blocking, FitResult, Fitter, QUANTISATION_VARIANCE};
 use identifier_core::model::FrictionStep;
@@ -57,13 +61,13 @@ impl<'a, N: Number> ServoFitter<'a, N> {
     /// The same of a model with forces beside the servo, which what it lacks looks like in part.
     const NEARLY_ROUNDING: f64 = 0.5;
 
-    /// The part of the motion's range that forces beside the servo may leave, as their shape is not known as well.
-    const LITTLE: f64 = 3e-4;
+    /// The part of the motion's range that forces beside the servo may leave, as their shape is not known as well. A
+    /// resonance looks like gravity, or a part of a wave.
+    const LITTLE: f64 = 2e-3;
+    const LITTLE_OF_A_BEND: f64 = 3e-4;
 
-    /// The forces that are tried beside the servo: gravity, or friction that rises below this part of the fastest speed.
-    /// They leave at most a part of what the servo alone does. A resonance or a dead band looks like some of it.
-    const FORCES: [Option<f64>; 3] = [None, Some(0.05), Some(0.012)];
-    const LESS: f64 = 0.25;
+    /// The part of the range that counts as left where there is no servo.
+    const NOT_FITTED: f64 = 0.1;
 
     /// For records with these settings.
     #[must_use]
@@ -83,7 +87,7 @@ impl<'a, N: Number> ServoFitter<'a, N> {
     ) -> ServoFit<N> {
         /// Factor on the standard errors of an earlier estimate, because a servo may change.
         const CAUTION: f64 = 2.0;
-        let mut begun = self.begin_with(0, None, motion, known);
+        let mut begun = self.begin_with(Some(ForceSearch::BEGIN), motion, known);
         if let Some(servo) = known {
             let scale = self.scale();
             let mut whitening = [[N::ZERO; UNKNOWNS]; UNKNOWNS];
@@ -99,25 +103,37 @@ impl<'a, N: Number> ServoFitter<'a, N> {
             }
             begun.fitter.know(&mut begun.fit, &whitening);
             // The forces are those of the first motion.
-            begun.forces = Self::FORCES.len();
+            begun.search = None;
         }
         begun
     }
 
+    /// Begins a fit of a first motion with a wave of the angle. The servo alone leaves so much of it, rad, or there is none.
+    #[must_use]
+    pub(crate) fn begin_waves<const W: usize>(
+        &self,
+        motion: &MotionRecord<N, W>,
+        unexplained: Option<f64>,
+    ) -> ServoFit<N> {
+        let range = motion.range().to_f64() * self.settings.resolution;
+        let plain = (Reason::PartlyExplained, self.left(unexplained, motion));
+        self.begin_with(Some(ForceSearch::waves(range, plain)), motion, None)
+    }
+
     fn begin_with<const W: usize>(
         &self,
-        forces: usize,
-        plain: Option<Result<FittedServo, Reason>>,
+        search: Option<ForceSearch>,
         motion: &MotionRecord<N, W>,
         known: Option<&IdentifiedServo>,
     ) -> ServoFit<N> {
-        let fitter = self.fitter_for(motion, known, forces);
+        let forces = search.map_or(Forces::None, |search| search.forces());
+        let best = search.and_then(|search| search.begins_with());
+        let fitter = self.fitter_for(motion, known, best.as_ref(), forces);
         ServoFit {
             fitter,
             fit: fitter.begin_fit(motion.len()),
             found: None,
-            forces,
-            plain,
+            search,
         }
     }
 
@@ -133,8 +149,7 @@ impl<'a, N: Number> ServoFitter<'a, N> {
                 fitter,
                 fit: under_way,
                 found,
-                forces,
-                ..
+                search,
             } = fit;
             let servo = if let Some((result, cost)) = found {
                 if let Some(predicted) = fitter.predict(under_way, motion) {
@@ -142,10 +157,20 @@ impl<'a, N: Number> ServoFitter<'a, N> {
                     continue;
                 }
                 let error = libm::sqrt(cost.to_f64() / motion.len().max(1) as f64);
-                self.servo(result, error, motion, self.low_speed(*forces, motion))
+                let forces = search.map_or(Forces::None, |search| search.forces());
+                self.servo(result, error, motion, forces)
             } else {
                 match fitter.work(under_way, motion) {
-                    None => continue,
+                    None => {
+                        if let Some(search) = search
+                            && let Some(left) = MotionFitter::linear_left(under_way)
+                            && let Some(next) = search.take_first(left.to_f64())
+                        {
+                            *fit = self.begin_with(Some(next), motion, None);
+                            return None;
+                        }
+                        continue;
+                    }
                     Some(Some(result)) => {
                         fitter.begin_prediction(under_way, &result.parameters);
                         *found = Some((result, N::ZERO));
@@ -167,19 +192,26 @@ impl<'a, N: Number> ServoFitter<'a, N> {
         found: Result<FittedServo, Reason>,
         motion: &MotionRecord<N, W>,
     ) -> Option<Result<FittedServo, Reason>> {
-        let plain = fit.plain.unwrap_or(found);
-        let left = |found: Result<FittedServo, Reason>| {
-            found.map_or(f64::INFINITY, |fitted| fitted.servo.unexplained)
-        };
-        let is_little = fit.forces == 0 || left(found) < Self::LESS * left(plain);
-        if found.is_ok_and(|fitted| fitted.explains) && is_little {
+        let left = self.left(found.ok().map(|fitted| fitted.servo.unexplained), motion);
+        let Some(search) = fit.search.filter(|_| self.settings.noise == 0.0) else {
             return Some(found);
+        };
+        match search.take(found, left) {
+            ControlFlow::Continue(next) => {
+                *fit = self.begin_with(Some(next), motion, None);
+                None
+            }
+            ControlFlow::Break(found) => Some(found),
         }
-        if fit.forces >= Self::FORCES.len() || self.settings.noise > 0.0 {
-            return Some(plain);
-        }
-        *fit = self.begin_with(fit.forces + 1, Some(plain), motion, None);
-        None
+    }
+
+    /// The squared error that a servo leaves of a motion, if there is one, without that of rounding, counts².
+    fn left<const W: usize>(&self, unexplained: Option<f64>, motion: &MotionRecord<N, W>) -> f64 {
+        let error = match unexplained {
+            Some(unexplained) => unexplained / self.settings.resolution,
+            None => Self::NOT_FITTED * motion.range().to_f64(),
+        };
+        error * error - QUANTISATION_VARIANCE
     }
 
     /// A fitter for a motion of a servo. Where earlier estimates exist, gains have held it before.
@@ -187,14 +219,15 @@ impl<'a, N: Number> ServoFitter<'a, N> {
         &self,
         motion: &MotionRecord<N, W>,
         known: Option<&IdentifiedServo>,
-        forces: usize,
+        best: Option<&FittedServo>,
+        forces: Forces,
     ) -> MotionFitter<N> {
         let time = self.settings.sample_time;
         let first = self.speed_at_first(motion, known.is_some());
         let (mut initial, mut deviation) = ([None; UNKNOWNS], [None; UNKNOWNS]);
         initial[DELAY] = Some(self.expected_delay());
         deviation[DELAY] = Some(Self::UNKNOWN_DELAY.max(time) / time);
-        if let Some(servo) = known {
+        if let Some(servo) = known.or(best.map(|best| &best.servo)) {
             let scale = self.scale();
             for (value, place) in servo.values().into_iter().zip(OF_SERVO) {
                 if let (Some(initial), Some(scale)) = (initial.get_mut(place), scale.get(place)) {
@@ -203,11 +236,18 @@ impl<'a, N: Number> ServoFitter<'a, N> {
             }
         }
         let low_speed = self.low_speed(forces, motion);
-        if low_speed.is_some() {
-            initial[LOW_SPEED] = Some(0.0);
-        } else if forces > 0 {
-            initial[GRAVITY_SINE] = Some(0.0);
-            initial[GRAVITY_COSINE] = Some(0.0);
+        let beside: &[usize] = match forces {
+            Forces::None => &[],
+            Forces::Wave(_) => &[GRAVITY_SINE, GRAVITY_COSINE],
+            Forces::LowSpeed(_) => &[LOW_SPEED],
+        };
+        for place in beside {
+            if let Some(initial) = initial.get_mut(*place) {
+                *initial = Some(0.0);
+            }
+        }
+        if let (Some(best), Some(_)) = (best, low_speed) {
+            initial[LOW_SPEED] = Some(best.forces.low_speed * self.scale()[LOW_SPEED]);
         }
         let fitter = Fitter::from_rest(
             motion.samples().whole().unsigned_abs(),
@@ -215,13 +255,23 @@ impl<'a, N: Number> ServoFitter<'a, N> {
             self.bounds(motion),
             [initial, deviation],
         );
-        fitter.with_terms(self.settings.resolution, low_speed.unwrap_or(1.0))
+        let order = match forces {
+            Forces::Wave(order) => order,
+            _ => 0.0,
+        };
+        fitter.with_terms(order * self.settings.resolution, low_speed.unwrap_or(1.0))
     }
 
     /// The speed below which friction rises in a model with these forces, counts per sample.
-    fn low_speed<const W: usize>(&self, forces: usize, motion: &MotionRecord<N, W>) -> Option<f64> {
-        let part = (*Self::FORCES.get(forces.checked_sub(1)?)?)?;
-        Some(part * motion.fastest().to_f64())
+    fn low_speed<const W: usize>(
+        &self,
+        forces: Forces,
+        motion: &MotionRecord<N, W>,
+    ) -> Option<f64> {
+        match forces {
+            Forces::LowSpeed(part) => Some(libm::exp(part) * motion.fastest().to_f64()),
+            _ => None,
+        }
     }
 
     /// Samples.
@@ -271,13 +321,16 @@ impl<'a, N: Number> ServoFitter<'a, N> {
         result: &FitResult<N, UNKNOWNS>,
         error: f64,
         motion: &MotionRecord<N, W>,
-        low_speed: Option<f64>,
+        forces: Forces,
     ) -> Result<FittedServo, Reason> {
         /// The largest relative standard error of b with which there is a servo at all.
         const UNCERTAIN: f64 = 0.2;
         /// The part of the motion's range that viscous friction at its bound may leave unexplained. If an amplifier
         /// holds a speed, it leaves 0.03. Beyond, something else moves the servo.
         const MAX_LEFT: f64 = 0.05;
+        /// The relative standard error of b of a servo that sticks, as its friction may have another shape. A dead band
+        /// of the bridge looks like it, with a gain that is less.
+        const SHAPE: f64 = 0.04;
         let is_explained = error <= MAX_LEFT * motion.range().to_f64();
         let is_at_most = |at_bound: bool, value: N| at_bound && value > N::ZERO;
         let friction = is_at_most(result.at_bound[A], result.parameters[A]);
@@ -297,7 +350,7 @@ impl<'a, N: Number> ServoFitter<'a, N> {
             let entry = result.covariance.get(i)?.get(j)?;
             Some(entry.to_f64() * per_scale.get(i)? * per_scale.get(j)?)
         };
-        let servo = IdentifiedServo {
+        let mut servo = IdentifiedServo {
             parameters: ServoParameters::new(value(A), value(B), value(COULOMB), value(LOAD)),
             delay: value(DELAY),
             covariance: OF_SERVO.map(|i| OF_SERVO.map(|j| covariance(i, j).unwrap_or(0.0))),
@@ -307,22 +360,37 @@ impl<'a, N: Number> ServoFitter<'a, N> {
         let is_finite = (servo.values().iter().chain(entries)).all(|value| value.is_finite());
         let uncertain = servo.standard_error(IdentifiedServo::B) > UNCERTAIN * servo.parameters.b;
         if is_finite && servo.parameters.b > 0.0 && !uncertain {
-            let forces = AxisForces {
-                slope: value(GRAVITY_SINE),
-                low_speed: value(LOW_SPEED),
-                per_low_speed_velocity: low_speed.map_or(0.0, |speed| {
-                    self.settings.sample_time / (speed * self.settings.resolution)
-                }),
+            let range = motion.range().to_f64() * self.settings.resolution;
+            let nearly = |part| Self::NEARLY_ROUNDING.max(part * motion.range().to_f64());
+            let most = match forces {
+                Forces::None => Self::UNEXPLAINED,
+                Forces::Wave(order) if order * range < TAU => nearly(Self::LITTLE_OF_A_BEND),
+                _ => nearly(Self::LITTLE),
             };
-            let most = if forces == AxisForces::NONE {
-                Self::UNEXPLAINED
-            } else {
-                Self::NEARLY_ROUNDING.max(Self::LITTLE * motion.range().to_f64())
-            };
+            let mut beside = AxisForces::NONE;
+            match forces {
+                Forces::None => {}
+                Forces::Wave(order) => {
+                    beside.wave = [value(GRAVITY_SINE), value(GRAVITY_COSINE)];
+                    beside.order = order;
+                }
+                Forces::LowSpeed(_) => {
+                    let time = self.settings.sample_time;
+                    let speed = self.low_speed(forces, motion).unwrap_or(f64::INFINITY);
+                    beside.low_speed = value(LOW_SPEED);
+                    beside.per_low_speed_velocity = time / (speed * self.settings.resolution);
+                    let of_shape = SHAPE * servo.parameters.b;
+                    servo.covariance[IdentifiedServo::B][IdentifiedServo::B] += of_shape * of_shape;
+                }
+            }
+            // What bends more than any gravity that can be held changes by turns.
+            let [_, bends] = beside.wave;
+            let [low, high] = self.settings.limits.command;
+            let is_gravity = libm::fabs(bends) <= servo.parameters.b * high.max(-low);
             Ok(FittedServo {
                 servo,
-                forces,
-                explains: error <= most,
+                forces: beside,
+                explains: error <= most && (is_gravity || beside.has_cogging()),
             })
         } else if is_explained {
             Err(Reason::TooLittleEvidence)

@@ -171,10 +171,10 @@ impl LineSearch {
 
     /// Midway between the lines of a survey above a frequency, rad/s.
     #[must_use]
-    pub(crate) fn between(sample_time: f64, lowest: f64) -> Self {
+    pub(crate) fn between(sample_time: f64, part: f64, lowest: f64) -> Self {
         Self {
             between: Some(lowest),
-            ..Self::first_pass(sample_time, 1.0)
+            ..Self::first_pass(sample_time, part)
         }
     }
 
@@ -292,7 +292,7 @@ mod tests {
                 .frequencies()
                 .collect();
             let lowest = first_pass[9] + 1.0;
-            let between: Vec<f64> = LineSearch::between(sample_time, lowest)
+            let between: Vec<f64> = LineSearch::between(sample_time, 1.0, lowest)
                 .all()
                 .frequencies()
                 .collect();

@@ -42,7 +42,7 @@ impl<N: Number> CommissionIsr<N> {
             }
             Activity::Probing(probing) => {
                 let progress = self.probing.learn(probing, increment);
-                let servo = *probing.servo();
+                let (servo, broke_away) = (*probing.servo(), probing.broke_away());
                 match progress {
                     // It is at rest, and known well enough to be led through frequency-response motions.
                     Some(Err(reason @ (Reason::TooLittleEvidence | Reason::Oscillating)))
@@ -55,6 +55,7 @@ impl<N: Number> CommissionIsr<N> {
                         state.end_record(EventKind::Ended {
                             moved: servo,
                             is_cut: true,
+                            broke_away,
                         });
                         self.hold_after_motion(state, &servo)
                     }
@@ -63,6 +64,7 @@ impl<N: Number> CommissionIsr<N> {
                         state.end_record(EventKind::Ended {
                             moved: servo,
                             is_cut: false,
+                            broke_away,
                         });
                         self.hold_after_motion(state, &servo)
                     }
@@ -97,6 +99,7 @@ impl<N: Number> CommissionIsr<N> {
                         state.end_record(EventKind::Ended {
                             moved: servo,
                             is_cut: false,
+                            broke_away: None,
                         });
                         self.hold(state, &servo, delay)
                     }

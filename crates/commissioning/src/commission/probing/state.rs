@@ -259,6 +259,11 @@ impl<N: Number> ProbingState<N> {
         &self.servo
     }
 
+    /// The command at which the servo broke away, if it did.
+    pub(crate) fn broke_away(&self) -> Option<Breakaway<N>> {
+        self.broke_away
+    }
+
     /// Samples after which there was evidence, if there is.
     #[cfg(test)]
     #[must_use]

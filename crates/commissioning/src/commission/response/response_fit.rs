@@ -61,6 +61,9 @@ impl ResponseEstimate {
     /// antiresonance, where both masses move together.
     pub(in crate::commission) const KNOWN_GAIN: f64 = 0.05;
 
+    /// The least gain of a motor alone over that of both masses.
+    const MOTOR_ALONE: f64 = 1.6;
+
     /// True if the lines show the gain of both masses together, and with it the share of each.
     pub(in crate::commission) fn is_known(&self) -> bool {
         self.gain_error <= Self::KNOWN_GAIN
@@ -115,10 +118,12 @@ impl ResponseEstimate {
         self.resonance.is_none() && self.misfit > ResponseFit::CLEAR
     }
 
-    /// True if it shows two masses, and their gain better than another estimate.
+    /// True if it shows two masses, and their gain better than another estimate: one of less error, or one mass of so much
+    /// more gain that it is the motor alone, as lines above the antiresonance show it.
     pub(in crate::commission) fn shows_more_than(&self, other: &Self) -> bool {
         let shows = self.resonance.is_some() && self.is_explained();
-        shows && self.gain_error < other.gain_error
+        let is_motor = other.resonance.is_none() && other.gain > Self::MOTOR_ALONE * self.gain;
+        shows && (self.gain_error < other.gain_error || is_motor)
     }
 
     /// True if one mass explains the response as well as two do, and friction blurs what is left.

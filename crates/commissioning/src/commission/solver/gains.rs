@@ -20,6 +20,9 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// bears it at a damping ratio ζ of 0.003 if b C β/(2 ζ ω²) is at most a half, which is a gain C of 2 ζ Δu a count.
     const UNSEEN: f64 = 0.003 * QUANTISATION_SIGMA;
 
+    /// Friction at rest beyond Coulomb friction, at most, as a part of that.
+    const MOST_AT_REST: f64 = 1.5;
+
     /// Has the next slice begin to look for gains.
     pub(super) fn tune_next(&mut self, goal: Goal, step: f64, fitted: bool) {
         self.work = Work::Tune(goal, step, fitted);
@@ -46,7 +49,19 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 };
                 let resonance = self.designed_resonance();
                 let tuner = Tuner::for_response(&settings, &servo, resonance.as_ref())?;
-                Ok(tuner.with_forces(self.evidence.forces))
+                let [start, _] = Candidate::<N>::start_and_step(step, &self.settings.limits);
+                let mut forces = self.evidence.forces;
+                forces = forces.at_phase(forces.order * start);
+                if resonance.is_none() && self.evidence.unexplained_reason.is_none() {
+                    let coulomb = servo.parameters.coulomb;
+                    let at_rest = (self.evidence.broke_away).map_or(2.0 * coulomb, |broke_away| {
+                        broke_away.friction(&servo.parameters)
+                    });
+                    forces.most_low_speed = (at_rest - coulomb)
+                        .min(Self::MOST_AT_REST * coulomb)
+                        .max(0.0);
+                }
+                Ok(tuner.with_forces(forces))
             });
         self.work = match begun {
             Ok(tuner) => Work::Gains {

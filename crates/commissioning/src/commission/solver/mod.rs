@@ -133,7 +133,16 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             EventKind::Ended { .. } if self.motion == Phase::FrequencyResponse => {
                 self.work = Work::Lines(self.response.begin_lines());
             }
-            EventKind::Ended { moved, is_cut } => self.take_motion(moved, *is_cut),
+            EventKind::Ended {
+                moved,
+                is_cut,
+                broke_away,
+            } => {
+                self.evidence.broke_away = broke_away
+                    .map(|broke_away| broke_away.to_f64())
+                    .or(self.evidence.broke_away);
+                self.take_motion(moved, *is_cut);
+            }
         }
     }
 
@@ -196,7 +205,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             Work::Plan(_) => self.plan(),
             Work::Lines(measuring) => {
-                let slope = self.evidence.forces.slope;
+                let slope = self.evidence.forces.slope();
                 let b = self.evidence.fitted.map_or(1.0, |servo| servo.parameters.b);
                 if self.response.measure(measuring, slope, b) {
                     self.respond();
@@ -230,6 +239,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         match step {
             Step::Fit => {
                 self.fit();
+                None
+            }
+            Step::FitWaves => {
+                self.fit_waves();
                 None
             }
             Step::FrequencyResponse | Step::MoreLines => {

@@ -1,6 +1,7 @@
 //! The order of a commissioning: one table of steps, of which the first whose condition holds is done.
 
 use super::super::response::ResponseEstimate;
+use super::super::rough_model::Breakaway;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
 use identifier_core::tuning::AxisForces;
@@ -12,6 +13,8 @@ pub(super) enum Step {
     Fit,
     /// The first frequency-response motions.
     FrequencyResponse,
+    /// The five numbers are fitted once more, with a wave of the angle.
+    FitWaves,
     /// One more probing motion, where there is no room for those.
     ProbeAgain,
     /// Frequency-response motions with further lines.
@@ -24,9 +27,10 @@ pub(super) enum Step {
 
 impl Step {
     /// In their order.
-    const ORDER: [Self; 6] = [
+    const ORDER: [Self; 7] = [
         Self::Fit,
         Self::FrequencyResponse,
+        Self::FitWaves,
         Self::ProbeAgain,
         Self::MoreLines,
         Self::Gains,
@@ -49,6 +53,7 @@ impl Step {
         match self {
             Self::Fit => evidence.is_recorded && !(evidence.is_cut && evidence.has_room),
             Self::FrequencyResponse => has_servo && evidence.has_room && evidence.rounds == 0,
+            Self::FitWaves => evidence.asks_for_waves(),
             Self::ProbeAgain => has_servo && !evidence.has_room && evidence.asks_for_a_probe(error),
             Self::MoreLines => {
                 has_servo && evidence.has_room && agrees && evidence.asks_for_lines(error)
@@ -65,16 +70,22 @@ pub(super) struct Evidence {
     /// A motion was recorded and is not fitted yet. It was cut short if it was over before there was enough evidence.
     pub(super) is_recorded: bool,
     pub(super) is_cut: bool,
+    /// The motion was fitted with waves.
+    pub(super) has_waves: bool,
     /// Probing motions so far.
     pub(super) probes: u8,
     /// The servo by its motions.
     pub(super) fitted: Option<IdentifiedServo>,
     /// The forces beside it, as the first motion shows them.
     pub(super) forces: AxisForces,
+    /// Where the first motion broke away.
+    pub(super) broke_away: Option<Breakaway<f64>>,
     /// Why one mass does not explain these, if it does not.
     pub(super) unexplained_reason: Option<Reason>,
     /// False if travel, speed, resolution or command leave no room for frequency-response motions.
     pub(super) has_room: bool,
+    /// Some of these were faster than usual, and show no low lines.
+    pub(super) is_faster: bool,
     /// Rounds of these so far.
     pub(super) rounds: u8,
     /// The masses that they have shown, with Coulomb friction and load beneath the lines, rad/s².
@@ -89,11 +100,14 @@ impl Evidence {
     pub(super) const NONE: Self = Self {
         is_recorded: false,
         is_cut: false,
+        has_waves: false,
         probes: 0,
         fitted: None,
         forces: AxisForces::NONE,
+        broke_away: None,
         unexplained_reason: None,
         has_room: true,
+        is_faster: false,
         rounds: 0,
         masses: None,
         balance: None,
@@ -176,6 +190,15 @@ impl Evidence {
         (self.masses).is_none_or(|masses| is_uncertain && masses.may_hide_a_resonance())
     }
 
+    /// True if neither the servo explains the first motion nor masses the lines.
+    fn asks_for_waves(&self) -> bool {
+        let is_first = self.probes == 1 && self.rounds > 0 && !self.has_waves;
+        let shows_masses = (self.masses).is_some_and(|masses| {
+            masses.is_explained() && (masses.is_two_masses() || masses.is_known())
+        });
+        is_first && self.unexplained_reason.is_some() && !shows_masses
+    }
+
     fn asks_for_a_probe(&self, error: f64) -> bool {
         self.probes < Self::MAX_PROBES && error > Self::WELL_KNOWN
     }
@@ -198,7 +221,10 @@ impl Evidence {
 
     fn is_within_tolerance(&self, error: f64, agrees: bool) -> bool {
         let is_explained = match (self.masses, self.unexplained_reason) {
-            (masses, Some(_)) => masses.is_some(),
+            // Faster lines show the motor alone where a spring moves its load below them.
+            (masses, Some(_)) => {
+                masses.is_some_and(|masses| masses.resonance.is_some() || !self.is_faster)
+            }
             (_, None) => agrees,
         };
         is_explained && error <= Self::KNOWN
@@ -236,6 +262,7 @@ mod tests {
         match step {
             Step::Fit => "the five numbers are fitted",
             Step::FrequencyResponse => "frequency response, 2 motions",
+            Step::FitWaves => "the five numbers are fitted with a wave of the angle",
             Step::ProbeAgain => "probe again",
             Step::MoreLines => "frequency response with further lines",
             Step::Gains => "gains, then the trial",

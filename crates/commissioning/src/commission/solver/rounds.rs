@@ -33,6 +33,16 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.evidence.masses.and_then(|masses| masses.resonance)
     }
 
+    /// The part of the usual window in which lines are measured. An axis that is known to stick or to cog moves faster.
+    fn window_part(&self) -> f64 {
+        let forces = &self.evidence.forces;
+        if forces.low_speed > 0.0 || forces.has_cogging() {
+            Self::FASTER
+        } else {
+            1.0
+        }
+    }
+
     /// Measures the frequency response, or more lines of it. Without room the order continues with its next step.
     #[inline(never)]
     pub(super) fn measure(&mut self) {
@@ -48,14 +58,16 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let mode = self.designed_resonance().map(|resonance| resonance.mode);
         let is_low = mode.is_none_or(|mode| mode.frequency < Self::LOW);
         let time = self.settings.sample_time;
+        let part = self.window_part();
         let (search, doubt) = match masses {
             _ if is_open => (LineSearch::first_pass(time, Self::FASTER), Self::DOUBT),
-            _ if is_between => (LineSearch::between(time, 0.0), 1.0),
+            _ if is_between => (LineSearch::between(time, part, 0.0), 1.0),
             Some(masses) if is_low && (masses.is_explained() || rounds > 1) => {
                 (LineSearch::low(time), f64::INFINITY)
             }
-            _ => (LineSearch::first_pass(time, 1.0), f64::INFINITY),
+            _ => (LineSearch::first_pass(time, part), f64::INFINITY),
         };
+        self.evidence.is_faster |= is_open;
         self.work = Work::Plan(Planning {
             search,
             planner: None,
@@ -79,7 +91,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     pub(super) fn look_closer(&mut self, bandwidth: f64, tuned: Tuned) {
         let lowest = Self::ABOVE * bandwidth;
         self.work = Work::Plan(Planning {
-            search: LineSearch::between(self.settings.sample_time, lowest),
+            search: LineSearch::between(self.settings.sample_time, self.window_part(), lowest),
             planner: None,
             is_uncertain: false,
             motions: Self::ROUND,

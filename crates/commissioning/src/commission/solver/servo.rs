@@ -39,6 +39,17 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.work = Work::Fit(fitter.begin(&self.record, before.as_ref()));
     }
 
+    /// Begins to fit it to the first motion, with a wave of the angle.
+    #[inline(never)]
+    pub(super) fn fit_waves(&mut self) {
+        self.evidence.has_waves = true;
+        let unexplained = (self.evidence.fitted)
+            .map(|servo| servo.unexplained)
+            .filter(|unexplained| *unexplained > 0.0);
+        let fitter = ServoFitter::new(&self.settings);
+        self.work = Work::Fit(fitter.begin_waves(&self.record, unexplained));
+    }
+
     /// Takes a servo that was fitted, or why none was.
     #[inline(never)]
     pub(super) fn take_servo(
@@ -47,6 +58,13 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     ) -> Option<DecisionKind<N>> {
         self.work = Work::Decide;
         let evidence = &mut self.evidence;
+        if evidence.probes == 1 && evidence.has_waves {
+            if !fitted.is_ok_and(|fitted| fitted.explains && fitted.forces.has_cogging()) {
+                return None;
+            }
+            // Its lines are measured anew, and faster.
+            (evidence.masses, evidence.rounds) = (None, 0);
+        }
         evidence.unexplained_reason = match fitted {
             Ok(fitted) => {
                 let FittedServo {
@@ -77,11 +95,19 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     ) -> Option<DecisionKind<N>> {
         let servo = self.evidence.servo()?;
         let mut at_rest = servo;
-        at_rest.parameters.coulomb += self.evidence.forces.low_speed;
+        let forces = &self.evidence.forces;
+        at_rest.parameters.coulomb += forces.low_speed;
+        if forces.has_cogging() {
+            at_rest.parameters.coulomb += forces.wave_amplitude();
+        }
         let mut identified = Identified {
             servo,
             ..Identified::new(&at_rest, &self.settings)
         };
+        if forces.has_cogging() {
+            // The force of the place looks like a command that acts less.
+            identified.known = None;
+        }
         if let Some(Resonance { mode, .. }) = self.designed_resonance() {
             let known = identified.known;
             identified.known = known.map(|known| known.with_load_on_a_spring(mode.ratio));
