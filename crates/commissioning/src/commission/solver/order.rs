@@ -254,7 +254,8 @@ impl Evidence {
 
 #[cfg(test)]
 mod tests {
-    use super::Step;
+    use super::*;
+    use identifier_core::parameters::ServoParameters;
     use std::vec::Vec;
 
     /// The text of each step on the page.
@@ -267,6 +268,73 @@ mod tests {
             Step::MoreLines => "frequency response with further lines",
             Step::Gains => "gains, then the trial",
             Step::End => "the end, with a reason",
+        }
+    }
+
+    /// An axis that the five numbers do not explain, and one mass that its lines show.
+    fn unexplained() -> Evidence {
+        let one_mass = ResponseEstimate {
+            gain: 100.0,
+            gain_error: 0.01,
+            friction: [0.0; 2],
+            delay: [0.0; 2],
+            resonance: None,
+            misfit: 0.5,
+            left: 1.0,
+        };
+        Evidence {
+            probes: 1,
+            rounds: 3,
+            has_waves: true,
+            fitted: Some(IdentifiedServo::known(
+                ServoParameters::new(0.0, 100.0, 5.0, 0.0),
+                1e-3,
+            )),
+            unexplained_reason: Some(Reason::PartlyExplained),
+            masses: Some(one_mass),
+            ..Evidence::NONE
+        }
+    }
+
+    /// They show the motor alone where a spring moves its load below them.
+    #[test]
+    fn faster_lines_do_not_show_that_an_unexplained_axis_is_one_mass() {
+        let usual = unexplained();
+        assert_eq!(Step::after(&usual), Step::Gains);
+        let faster = Evidence {
+            is_faster: true,
+            ..usual
+        };
+        assert_eq!(Step::after(&faster), Step::End);
+    }
+
+    #[test]
+    fn waves_are_looked_for_once_and_only_where_nothing_explains_the_axis() {
+        let misfit = |misfit| {
+            let mut evidence = unexplained();
+            evidence.has_waves = false;
+            evidence.masses = evidence
+                .masses
+                .map(|masses| ResponseEstimate { misfit, ..masses });
+            evidence
+        };
+        assert_eq!(Step::after(&misfit(4.0)), Step::FitWaves);
+        for other in [
+            misfit(0.5),
+            Evidence {
+                has_waves: true,
+                ..misfit(4.0)
+            },
+            Evidence {
+                unexplained_reason: None,
+                ..misfit(4.0)
+            },
+            Evidence {
+                probes: 2,
+                ..misfit(4.0)
+            },
+        ] {
+            assert_ne!(Step::after(&other), Step::FitWaves, "{other:?}");
         }
     }
 
