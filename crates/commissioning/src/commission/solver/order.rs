@@ -225,7 +225,9 @@ impl Evidence {
             (masses, Some(_)) => {
                 masses.is_some_and(|masses| masses.resonance.is_some() || !self.is_faster)
             }
-            (_, None) => agrees,
+            // A load that friction holds behind a spring looks like gravity.
+            (None, None) => self.forces == AxisForces::NONE,
+            (Some(_), None) => agrees,
         };
         is_explained && error <= Self::KNOWN
     }
@@ -306,6 +308,28 @@ mod tests {
             ..usual
         };
         assert_eq!(Step::after(&faster), Step::End);
+    }
+
+    /// It looks like a load that friction holds behind a spring.
+    #[test]
+    fn a_force_that_the_motion_alone_shows_is_not_enough_for_gains() {
+        let explained = Evidence {
+            unexplained_reason: None,
+            masses: None,
+            ..unexplained()
+        };
+        assert_eq!(Step::after(&explained), Step::Gains);
+        let gravity = Evidence {
+            forces: AxisForces {
+                wave: [50.0, 0.0],
+                order: 1.0,
+                ..AxisForces::NONE
+            },
+            ..explained
+        };
+        assert_eq!(Step::after(&gravity), Step::End);
+        let masses = unexplained().masses;
+        assert_eq!(Step::after(&Evidence { masses, ..gravity }), Step::Gains);
     }
 
     #[test]
