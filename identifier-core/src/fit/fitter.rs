@@ -98,6 +98,13 @@ pub struct Fit<N, const P: usize> {
     pub(super) disagreement: [N; P],
 }
 
+impl<N: Number, const P: usize> Fit<N, P> {
+    /// The part of the squared motion that its least-squares estimate leaves, which the first two passes make.
+    pub fn linear_left(&self) -> Option<N> {
+        self.linear_left
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum FitStage {
     RecordStatistics,
@@ -220,11 +227,6 @@ where
     pub(super) fn knows_a_parameter(prior: &Prior<N, P>) -> bool {
         let mut known = prior.initial.iter().zip(S::UNKNOWNS);
         known.any(|(initial, unknown)| initial.is_some() && unknown.term().is_none())
-    }
-
-    /// The part of the squared motion that the least-squares estimate of a fit leaves, which its first two passes make.
-    pub fn linear_left(fit: &Fit<N, P>) -> Option<N> {
-        fit.linear_left
     }
 
     /// Begins a fit to a record of this number of blocks.

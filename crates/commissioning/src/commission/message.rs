@@ -205,15 +205,35 @@ mod tests {
 
     const RESOLUTION: f64 = 1e-4;
 
+    fn trial(tuning: &Tuning, travel: [f64; 2]) -> Trial<f64> {
+        candidate(tuning, travel).trial
+    }
+
     /// Where the trial's step of this size begins, rad.
     fn start(step: f64, travel: [f64; 2]) -> f64 {
         let mut tuning = predicted();
         tuning.predicted_response.step = step;
+        candidate(&tuning, travel).start * RESOLUTION
+    }
+
+    fn candidate(tuning: &Tuning, travel: [f64; 2]) -> Candidate<f64> {
         let servo = IdentifiedServo::known(ServoParameters::new(0.0, 200.0, 0.0, 0.0), 0.0);
         let limits = Limits::new(travel, 15.0, [-10.0, 10.0]);
         let settings = CommissionSettings::new(1e-3, RESOLUTION, limits);
-        let candidate = Candidate::<f64>::new(&tuning, &servo, &settings).expect("gains");
-        candidate.start * RESOLUTION
+        Candidate::new(tuning, &servo, &settings).expect("gains")
+    }
+
+    /// From 0 to 0.2 rad of ±0.5: 0.7 of the 0.3 rad beyond it are 1.05 of the step.
+    #[test]
+    fn a_trial_ends_before_its_overshoot_leaves_the_travel() {
+        let [most, expected, less] = [5.0, 1.05, 1.0].map(|overshoot| {
+            let mut tuning = predicted();
+            tuning.predicted_response.step = 0.2;
+            tuning.predicted_response.overshoot = overshoot;
+            trial(&tuning, [-0.5, 0.5])
+        });
+        assert_eq!(most, expected);
+        assert_ne!(most, less);
     }
 
     #[test]

@@ -75,14 +75,16 @@ impl ForceSearch {
         left: [0.0; 3],
     };
 
-    /// For waves in a motion of this range (rad), of which the servo alone leaves this much, squared, for a reason.
-    pub(super) fn waves(range: f64, plain: (Reason, f64)) -> Self {
+    /// For waves in a motion of this range (rad), of which the servo alone leaves this much, squared, for a reason. None if
+    /// the motion is too short to tell any from another.
+    pub(super) fn waves(range: f64, plain: (Reason, f64)) -> Option<Self> {
         let (reason, left) = plain;
-        Self {
+        let search = Self {
             apart: Some(Self::APART / range),
             plain: Some((Err(reason), left)),
             ..Self::BEGIN
-        }
+        };
+        (search.first() > 0).then_some(search)
     }
 
     /// Fits before the parabolas.
@@ -254,10 +256,20 @@ mod tests {
         }
     }
 
+    fn in_waves(range: f64) -> Option<ForceSearch> {
+        ForceSearch::waves(range, (Reason::PartlyExplained, 100.0))
+    }
+
+    #[test]
+    fn no_wave_is_looked_for_in_a_motion_that_is_too_short_for_any() {
+        assert!(in_waves(0.016).is_some());
+        assert_eq!([0.014, 0.0].map(in_waves), [None; 2]);
+    }
+
     /// Of waves 2, 4, 6… those that leave least are kept, and of neighbours the better one.
     #[test]
     fn likely_waves_are_those_that_leave_least() {
-        let mut search = ForceSearch::waves(0.75, (Reason::PartlyExplained, 100.0));
+        let mut search = in_waves(0.75).expect("a period");
         assert_eq!(search.forces(), Forces::Wave(2.0));
         for left in [0.9, 0.3, 0.8, 0.5, 0.7, 0.1, 0.2, 0.6, 0.9] {
             search = search.take_first(left).expect("a first wave");
@@ -275,7 +287,7 @@ mod tests {
             explains: true,
         };
         for (left, is_taken) in [(2.0, false), (0.09, true)] {
-            let mut search = ForceSearch::waves(0.75, (Reason::PartlyExplained, 100.0));
+            let mut search = in_waves(0.75).expect("a period");
             while let Some(next) = search.take_first(0.5) {
                 search = next;
             }

@@ -109,15 +109,17 @@ impl<'a, N: Number> ServoFitter<'a, N> {
     }
 
     /// Begins a fit of a first motion with a wave of the angle. The servo alone leaves so much of it, rad, or there is none.
+    /// None for a motion that is too short, or under a noise that hides a wave.
     #[must_use]
     pub(crate) fn begin_waves<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
         unexplained: Option<f64>,
-    ) -> ServoFit<N> {
+    ) -> Option<ServoFit<N>> {
         let range = motion.range().to_f64() * self.settings.resolution;
         let plain = (Reason::PartlyExplained, self.left(unexplained, motion));
-        self.begin_with(Some(ForceSearch::waves(range, plain)), motion, None)
+        let search = ForceSearch::waves(range, plain).filter(|_| self.settings.noise == 0.0)?;
+        Some(self.begin_with(Some(search), motion, None))
     }
 
     fn begin_with<const W: usize>(
@@ -163,7 +165,7 @@ impl<'a, N: Number> ServoFitter<'a, N> {
                 match fitter.work(under_way, motion) {
                     None => {
                         if let Some(search) = search
-                            && let Some(left) = MotionFitter::linear_left(under_way)
+                            && let Some(left) = under_way.linear_left()
                             && let Some(next) = search.take_first(left.to_f64())
                         {
                             *fit = self.begin_with(Some(next), motion, None);

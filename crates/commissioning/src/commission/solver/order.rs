@@ -78,7 +78,7 @@ pub(super) struct Evidence {
     pub(super) fitted: Option<IdentifiedServo>,
     /// The forces beside it, as the first motion shows them.
     pub(super) forces: AxisForces,
-    /// Where the first motion broke away.
+    /// Where the last motion that the ramp moved broke away.
     pub(super) broke_away: Option<Breakaway<f64>>,
     /// Why one mass does not explain these, if it does not.
     pub(super) unexplained_reason: Option<Reason>,

@@ -47,7 +47,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             .map(|servo| servo.unexplained)
             .filter(|unexplained| *unexplained > 0.0);
         let fitter = ServoFitter::new(&self.settings);
-        self.work = Work::Fit(fitter.begin_waves(&self.record, unexplained));
+        self.work = match fitter.begin_waves(&self.record, unexplained) {
+            Some(fit) => Work::Fit(fit),
+            None => Work::Decide,
+        };
     }
 
     /// Takes a servo that was fitted, or why none was.

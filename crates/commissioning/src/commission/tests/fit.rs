@@ -358,7 +358,12 @@ fn a_wave_of_the_angle_is_explained_with_the_gain_and_a_resonance_is_not() {
         let settings = unknown.settings();
         let motion = recorded::<256>(&unknown, &unknown.probe().samples);
         let fitter = ServoFitter::new(&settings);
-        let mut fit = fitter.begin_waves(&motion, None);
+        let mut fit = fitter.begin_waves(&motion, None).expect("long enough");
+        let noisy = CommissionSettings {
+            noise: 2.0,
+            ..settings
+        };
+        assert_eq!(ServoFitter::new(&noisy).begin_waves(&motion, None), None);
         let found = worked(&fitter, &mut fit, &motion);
         println!("{found:?}");
         let explained = found.ok().filter(|found| found.explains);
