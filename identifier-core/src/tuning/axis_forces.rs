@@ -30,15 +30,10 @@ impl AxisForces {
         self.order > 1.0
     }
 
-    /// The change of the load with the angle, 1/s², where it does not cog.
+    /// True if the load changes with the angle once to a revolution, as gravity and a spring do.
     #[must_use]
-    pub fn slope(&self) -> f64 {
-        let [sine, _] = self.wave;
-        if self.has_cogging() {
-            0.0
-        } else {
-            self.order * sine
-        }
+    pub fn has_gravity(&self) -> bool {
+        self.order > 0.0 && !self.has_cogging()
     }
 
     /// The same from an angle that is so much farther, as a phase of the wave.
@@ -90,11 +85,11 @@ mod tests {
             }
             assert!((from.wave_amplitude() - 13.0_f64.sqrt()).abs() < 1e-12);
         }
-        assert!(forces.slope().abs() < 1e-12);
+        assert!(forces.has_cogging() && !forces.has_gravity());
         let gravity = AxisForces {
             order: 1.0,
             ..forces
         };
-        assert!((gravity.load(1e-6) - 1e-6 * gravity.slope()).abs() < 1e-11);
+        assert!(gravity.has_gravity() && !AxisForces::NONE.has_gravity());
     }
 }

@@ -126,6 +126,15 @@ impl<N: Number> Holding<N> {
         self.balance(command);
     }
 
+    /// Waits where friction holds a servo at rest short of its place. The integral would sooner or later move it on, and
+    /// beyond its place where it rubs more at rest.
+    pub(super) fn wait(&mut self, position: N) {
+        if (self.reference - position).magnitude() > self.rest.within {
+            (self.reference, self.target) = (position, position);
+            self.balance(self.rest.mean_command());
+        }
+    }
+
     /// Disturbs the servo by a command on top of the controller's.
     pub(super) fn disturb(&mut self, command: N) {
         self.disturbance = command;
@@ -219,6 +228,33 @@ mod tests {
     use super::super::conservative_pid::tests::{LIMITS, loop_for};
     use super::*;
     use identifier_core::units::Units;
+
+    /// Friction holds it 30 counts short of its place. Until it waits there, the command grows.
+    #[test]
+    fn a_servo_that_friction_holds_waits_where_it_is_under_a_constant_command() {
+        let (time, counts) = (1e-3, 1e5);
+        let units = Units::new(time, core::f64::consts::TAU / counts).expect("valid");
+        let controller = loop_for(200.0, time, counts, 2.0);
+        let last = ControlSample {
+            error: 30.0,
+            increment: 0.0,
+            velocity: 0.0,
+            command: 2.0,
+        };
+        let pace = 4.0 * units.velocity();
+        let mut holding = Holding::take_over(controller, LIMITS.command, 0.0, &last, pace, 8);
+        let after = |holding: &mut Holding<f64>, samples| {
+            let commands = (0..samples).map(|_| holding.process(0.0, 0.0).expect("within"));
+            commands.last().expect("some")
+        };
+        let [first, grown] = [1, 200].map(|samples| after(&mut holding, samples));
+        assert!(grown > 1.02 * first, "{first} {grown}");
+        assert!(holding.is_at_rest());
+        holding.wait(0.0);
+        let [first, grown] = [1, 500].map(|samples| after(&mut holding, samples));
+        assert!((grown / first - 1.0).abs() < 1e-5, "{first} {grown}");
+        assert!(holding.is_at_rest() && holding.reference() == 0.0);
+    }
 
     #[test]
     fn a_loop_gives_way_without_a_bump_at_rest_and_in_motion() {

@@ -21,6 +21,9 @@ const HIDDEN: f64 = 0.1;
 /// Standard deviation of a count's rounding, counts: the root of a twelfth.
 pub(super) const QUANTISATION_SIGMA: f64 = 0.3;
 
+/// Counts that a servo that moves cannot have missed.
+pub(super) const UNMISSABLE: f64 = 2.5;
+
 /// Counts that are no motion yet: at an edge of the encoder a servo at rest shows one, a servo that moves shows two.
 pub(super) const EDGE_COUNTS: f64 = 1.5;
 

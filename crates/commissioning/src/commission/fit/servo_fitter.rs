@@ -65,6 +65,8 @@ impl<'a, N: Number> ServoFitter<'a, N> {
     /// resonance looks like gravity, or a part of a wave.
     const LITTLE: f64 = 2e-3;
     const LITTLE_OF_A_BEND: f64 = 3e-4;
+    /// The same of one that sticks: when it breaks away differs from time to time, and its lines decide.
+    const LITTLE_OF_STICKING: f64 = 0.01;
 
     /// The part of the range that counts as left where there is no servo.
     const NOT_FITTED: f64 = 0.1;
@@ -367,6 +369,7 @@ impl<'a, N: Number> ServoFitter<'a, N> {
             let most = match forces {
                 Forces::None => Self::UNEXPLAINED,
                 Forces::Wave(order) if order * range < TAU => nearly(Self::LITTLE_OF_A_BEND),
+                Forces::LowSpeed(_) => nearly(Self::LITTLE_OF_STICKING),
                 _ => nearly(Self::LITTLE),
             };
             let mut beside = AxisForces::NONE;

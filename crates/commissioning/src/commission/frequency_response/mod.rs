@@ -11,6 +11,7 @@
 //!
 //! G(ω) = ∑ ±Y / ∑ ±U / (1 − e^(−jωT)), over the motions, minus where the injection was inverted.
 
+mod compensation;
 mod following;
 mod line;
 mod lines;

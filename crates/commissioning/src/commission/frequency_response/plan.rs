@@ -1,8 +1,9 @@
+use super::compensation::Compensation;
 use super::{LineRotations, Lines};
 use crate::commission::{CommissionSettings, RoughModel};
 use identifier_core::number::{Complex, Number};
 use identifier_core::parameters::IdentifiedServo;
-use identifier_core::tuning::Mode;
+use identifier_core::tuning::{AxisForces, Mode};
 
 /// The plan of frequency-response motions of a servo that is identified as one mass, machine units. The solver makes
 /// it, the interrupt carries it out.
@@ -18,6 +19,10 @@ pub(crate) struct ResponsePlan<N> {
 pub(super) struct Motion<N> {
     /// The identified servo.
     pub(super) servo: RoughModel<N>,
+    /// Of how its load changes with the angle.
+    pub(super) compensation: Compensation<N>,
+    /// The command with which it breaks away from standstill, beyond that of its motion.
+    pub(super) breaks_away: N,
     /// Samples from a command to its acceleration.
     pub(super) delay: N,
     /// ω T of the loop that holds it.
@@ -59,6 +64,8 @@ pub(super) struct PlannedLine<N> {
 impl<N: Number> Motion<N> {
     pub(super) const NONE: Self = Self {
         servo: RoughModel::UNKNOWN,
+        compensation: Compensation::NONE,
+        breaks_away: N::ZERO,
         delay: N::ZERO,
         bandwidth: N::ZERO,
         learnt_bandwidth: N::ONE,
@@ -172,6 +179,7 @@ impl<N: Number> ResponsePlanner<N> {
     pub(crate) fn new(
         settings: &CommissionSettings,
         servo: &IdentifiedServo,
+        forces: &AxisForces,
         is_uncertain: bool,
         mode: Option<&Mode>,
         lines: &Lines,
@@ -241,6 +249,8 @@ impl<N: Number> ResponsePlanner<N> {
         let plan = ResponsePlan {
             motion: Motion {
                 servo: RoughModel::from_si(&parameters, time, settings.resolution),
+                compensation: Compensation::new(forces, b, settings.resolution),
+                breaks_away: number(forces.low_speed / b),
                 delay: number(servo.delay / time),
                 learnt_bandwidth: number(libm::sqrt(Self::UNKNOWN_LOAD / unknown)),
                 bandwidth: number(bandwidth.max(Self::MIN_BANDWIDTH) * time),

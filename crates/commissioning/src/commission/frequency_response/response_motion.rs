@@ -5,7 +5,7 @@ use super::window::{ResponseWindows, Window};
 use super::{FrictionBalance, LineSums, Lines, ResponsePlan};
 use crate::commission::RoughModel;
 use crate::commission::holding::Holding;
-use crate::commission::noise::QUANTISATION_SIGMA;
+use crate::commission::noise::{QUANTISATION_SIGMA, UNMISSABLE};
 use identifier_core::number::Number;
 
 /// Frequency-response motions under way: reference, oscillators and sums. Counts and samples.
@@ -21,6 +21,10 @@ pub(in crate::commission) struct ResponseMotion<N> {
     velocity: N,
     heading: N,
     following: Following,
+    /// Samples since the encoder last moved.
+    still: u32,
+    /// The command that balances the change of its load with the angle.
+    compensation: N,
     /// The part of the injection that acts, and whether it has the opposite sign.
     fade: N,
     inverted: bool,
@@ -90,6 +94,8 @@ impl<N: Number> ResponseMotion<N> {
         velocity: N::ZERO,
         heading: N::ZERO,
         following: Following::START,
+        still: 0,
+        compensation: N::ZERO,
         fade: N::ZERO,
         inverted: false,
         window: Window::NONE,
@@ -121,7 +127,7 @@ impl<N: Number> ResponseMotion<N> {
         self.enter(Stage::Approach);
         (self.velocity, self.fade) = (N::ZERO, N::ZERO);
         (self.measured, self.stopped, self.line) = (0, 0, self.count);
-        self.following = Following::START;
+        (self.following, self.compensation) = (Following::START, N::ZERO);
         self.learning = self.motion.learning;
     }
 
@@ -131,6 +137,11 @@ impl<N: Number> ResponseMotion<N> {
         holding: &mut Holding<N>,
         sample: &ResponseWindows<N>,
     ) -> ResponseProgress<N> {
+        self.still = if sample.increment == N::ZERO {
+            self.still.saturating_add(1)
+        } else {
+            0
+        };
         let error = holding.reference() - sample.position;
         let follows = self.following.take(error, &self.motion);
         if self.following.is_over(&self.motion) && self.stage != Stage::Stopping {
@@ -142,6 +153,7 @@ impl<N: Number> ResponseMotion<N> {
         }
         if self.stage == Stage::Window {
             self.window.farthest = self.window.farthest.larger(error.magnitude());
+            self.window.longest_still = self.window.longest_still.max(self.still);
             self.gather(sample);
         }
         let learning = self.learning;
@@ -157,7 +169,9 @@ impl<N: Number> ResponseMotion<N> {
         let feed_forward = self.feed_forward(acceleration);
         // The reference waits for a servo that breaks away late.
         let velocity = if follows { self.velocity } else { N::ZERO };
-        holding.lead(velocity, feed_forward + injection);
+        let ahead = sample.position + self.motion.delay * velocity;
+        self.compensation = self.motion.compensation.command(ahead);
+        holding.lead(velocity, feed_forward + self.compensation + injection);
         if let Some(sums) = self.hand_over() {
             return ResponseProgress::Line(sums);
         }
@@ -229,7 +243,9 @@ impl<N: Number> ResponseMotion<N> {
         let least =
             N::from_f64(Self::STANDS) * self.heading.magnitude() - N::from_f64(QUANTISATION_SIGMA);
         self.line = 0;
-        let has_stopped = self.window.slowest < least;
+        let slow = N::from_f64(Self::STANDS) * self.heading;
+        let has_stopped =
+            self.window.slowest < least || has_missed(slow, self.window.longest_still);
         if self.learning > 0 {
             self.learning -= 1;
             self.handed = Handed::Nothing { has_stopped };
@@ -283,9 +299,14 @@ impl<N: Number> ResponseMotion<N> {
         } else {
             -sample.velocity
         };
-        let [increment, command] = self
-            .window
-            .take(sample, forward, self.motion.window_rotation);
+        // Without the change of the load and the part of the command that balances it.
+        let balanced = ResponseWindows {
+            command: sample.command - self.compensation,
+            ..*sample
+        };
+        let [increment, command] =
+            self.window
+                .take(&balanced, forward, self.motion.window_rotation);
         for line in self.lines.iter_mut().take(usize::from(self.count)) {
             line.gather(increment, command);
         }
@@ -310,7 +331,14 @@ impl<N: Number> ResponseMotion<N> {
         if self.velocity == N::ZERO {
             return servo.holding();
         }
-        servo.command(acceleration + servo.viscous * self.velocity, self.velocity)
+        let command = servo.command(acceleration + servo.viscous * self.velocity, self.velocity);
+        if !has_missed(self.velocity, self.still) {
+            command
+        } else if self.velocity > N::ZERO {
+            command + self.motion.breaks_away
+        } else {
+            command - self.motion.breaks_away
+        }
     }
 
     /// The multisine's next sample.
@@ -364,5 +392,31 @@ impl<N: Number> ResponseMotion<N> {
         };
         line.begin_anew();
         sums
+    }
+}
+
+/// True if a servo at this speed would have passed counts in samples without any: it stands.
+fn has_missed<N: Number>(speed: N, still: u32) -> bool {
+    let still = N::from_count(still.min(1 << 20) as i32);
+    speed.magnitude() * still > N::from_f64(UNMISSABLE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At 0.02 counts a sample the smoothed velocity of a coarse encoder stands between any two counts.
+    #[test]
+    fn a_servo_has_stopped_where_a_coarse_encoder_shows_no_count_for_long() {
+        let has_stopped = |longest_still| {
+            let mut ended = ResponseMotion::<f32>::NONE;
+            (ended.heading, ended.motion.response_motions) = (0.02, 4);
+            ended.window.longest_still = longest_still;
+            ended.end_window();
+            ended.handed == Handed::Nothing { has_stopped: true }
+        };
+        // Counts come every 50 samples.
+        assert!(!has_stopped(60) && !has_stopped(500));
+        assert!(has_stopped(700));
     }
 }

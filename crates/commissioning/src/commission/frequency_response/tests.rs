@@ -16,6 +16,7 @@ use identifier_core::number::Complex;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
+use identifier_core::tuning::AxisForces;
 use identifier_core::units::Units;
 use virtual_servo::{Effects, Encoder, Servo};
 
@@ -167,11 +168,16 @@ impl Axis {
 
     /// Motions of an axis at rest, planned for what is known of it.
     fn response_motion_only(&self, known: ServoParameters) -> Course {
-        self.response_motion_planned(known, false)
+        self.response_motion_planned(known, &AxisForces::NONE, false)
     }
 
-    /// The same for a servo that may differ from its model.
-    fn response_motion_planned(&self, known: ServoParameters, is_uncertain: bool) -> Course {
+    /// The same with forces that are known, or for a servo that may differ from its model.
+    fn response_motion_planned(
+        &self,
+        known: ServoParameters,
+        forces: &AxisForces,
+        is_uncertain: bool,
+    ) -> Course {
         let (time, resolution) = (self.sample_time, TAU / self.counts);
         let settings = self.settings();
         let units = Units::new(time, resolution).expect("allowed");
@@ -182,6 +188,7 @@ impl Axis {
         let plan = ResponsePlanner::new(
             &settings,
             &known,
+            forces,
             is_uncertain,
             None,
             &LineSearch::first_pass(time, 1.0).all(),
@@ -353,6 +360,7 @@ fn an_axis_with_too_little_for_response_motions_gets_no_plan() {
         ResponsePlanner::<f32>::new(
             &settings,
             &known,
+            &AxisForces::NONE,
             false,
             None,
             &LineSearch::first_pass(settings.sample_time, 1.0).all(),
@@ -446,7 +454,7 @@ fn a_servo_that_is_uncertain_is_learnt_before_its_lines_are_measured() {
             friction * axis.servo.coulomb,
             -axis.servo.load,
         );
-        let course = axis.response_motion_planned(taken_for, true);
+        let course = axis.response_motion_planned(taken_for, &AxisForces::NONE, true);
         let off = error(&axis, &course, [10.0, 150.0]);
         let [low, high] = course.travel;
         std::println!(
@@ -460,6 +468,48 @@ fn a_servo_that_is_uncertain_is_learnt_before_its_lines_are_measured() {
     }
 }
 
+/// Detents that are larger than friction pull it from its reference.
+#[test]
+fn cogging_that_is_known_is_balanced_while_the_lines_are_measured() {
+    let mut axis = Axis::ordinary();
+    (axis.effects.ripple, axis.effects.ripple_order) = ([250.0, -150.0], 21);
+    let forces = AxisForces {
+        wave: axis.effects.ripple,
+        order: 21.0,
+        ..AxisForces::NONE
+    };
+    let [balanced, left] = [forces, AxisForces::NONE].map(|forces| {
+        let course = axis.response_motion_planned(axis.servo, &forces, false);
+        let off = error(&axis, &course, [10.0, 150.0]);
+        (course.is_measured_in(4), off)
+    });
+    std::println!("{balanced:?} {left:?}");
+    assert!(balanced.0 && balanced.1 < 0.15, "{balanced:?}");
+    assert!(!left.0 || left.1 > 0.2, "{left:?}");
+}
+
+/// Otherwise the loop pushes until it breaks away, and then beyond its reference.
+#[test]
+fn an_axis_that_is_known_to_stick_breaks_away_by_a_command_for_it() {
+    let mut axis = Axis::ordinary();
+    axis.servo.coulomb = 500.0;
+    axis.effects.low_speed_friction = 600.0;
+    axis.effects.low_speed_velocity = 0.1;
+    let forces = AxisForces {
+        low_speed: 600.0,
+        per_low_speed_velocity: 10.0,
+        ..AxisForces::NONE
+    };
+    let [known, unknown] = [forces, AxisForces::NONE].map(|forces| {
+        let course = axis.response_motion_planned(axis.servo, &forces, false);
+        let off = error(&axis, &course, [10.0, 150.0]);
+        (course.is_measured_in(4), off, course.travel)
+    });
+    std::println!("{known:?} {unknown:?}");
+    assert!(known.0 && known.1 < 0.1, "{known:?}");
+    assert!(!unknown.0 || unknown.1 > 0.2, "{unknown:?}");
+}
+
 /// A loop that is faster than the lowest of them would leave nothing of low lines.
 #[test]
 fn low_lines_have_a_slow_loop() {
@@ -469,7 +519,14 @@ fn low_lines_have_a_slow_loop() {
     let lines = LineSearch::low(axis.sample_time).all();
     let known = IdentifiedServo::known(axis.servo, 0.0);
     let loop_of = |lines: &Lines| {
-        let plan = ResponsePlanner::<f32>::new(&axis.settings(), &known, false, None, lines);
+        let plan = ResponsePlanner::<f32>::new(
+            &axis.settings(),
+            &known,
+            &AxisForces::NONE,
+            false,
+            None,
+            lines,
+        );
         let mut response_motion = ResponseMotion::NONE;
         response_motion.plan(&plan.expect("room").all());
         let (_, _, bandwidth) = response_motion.loop_plan();

@@ -23,6 +23,8 @@ pub(super) struct Window<N> {
     /// The slowest that the servo was, in the direction of the motion, and the farthest from its reference.
     pub(super) slowest: N,
     pub(super) farthest: N,
+    /// The most samples running without a count.
+    pub(super) longest_still: u32,
 }
 
 impl<N: Number> Window<N> {
@@ -32,6 +34,7 @@ impl<N: Number> Window<N> {
         beneath: [N::ZERO; 3],
         slowest: N::ZERO,
         farthest: N::ZERO,
+        longest_still: 0,
     };
 
     /// Begins, in a motion at this speed.

@@ -134,7 +134,17 @@ impl<N: Number> CommissionIsr<N> {
             return Ok(());
         }
         match state.next {
-            Next::Decision | Next::Prove { .. } => {}
+            Next::Decision => {
+                let position = state.position;
+                let hunts = state.bandwidth < self.conservative.max_bandwidth();
+                if is_at_rest
+                    && hunts
+                    && let Activity::Holding(holding) = &mut state.activity
+                {
+                    holding.wait(position);
+                }
+            }
+            Next::Prove { .. } => {}
             Next::End(reason) => return Err(reason),
             Next::Tune => {
                 if is_at_rest {

@@ -1,4 +1,5 @@
 use super::super::conservative_pid::ConservativePid;
+use super::super::noise::UNMISSABLE;
 use super::super::regression::Regression;
 use super::super::rough_model::RoughModel;
 use super::super::{CommissionError, CommissionSettings};
@@ -7,9 +8,6 @@ use super::plan::{COMMANDS, Plan};
 use super::state::{FreeMotion, ProbingStage, ProbingState};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
-
-/// Counts that a servo that moves cannot have missed.
-const MISSED: f64 = 2.5;
 
 /// Counts that a disabled servo at standstill may move.
 const STANDS_WITHIN: f64 = 3.0;
@@ -175,7 +173,7 @@ impl<N: Number> Probing<N> {
         let still = N::from_count(state.still.min(1 << 20) as i32);
         let missed = still * state.observed.velocity.magnitude();
         state.stands =
-            state.still > plan.standing || (state.still > 1 && missed > N::from_f64(MISSED));
+            state.still > plan.standing || (state.still > 1 && missed > N::from_f64(UNMISSABLE));
         if state.stands {
             state.observed.stand();
         } else if state.motion_direction * state.observed.velocity < N::ZERO && increment != N::ZERO

@@ -134,6 +134,12 @@ impl<N: Number> Probing<N> {
         if state.has_turned() {
             return self.turn(state);
         }
+        // The sample of the guess has done enough.
+        let is_first = state.reversals == [0; 2] && state.samples != state.stage_since;
+        if is_first && self.is_to_be_caught(state) {
+            self.catch(state);
+            return state.held;
+        }
         self.braking(state, state.direction)
     }
 

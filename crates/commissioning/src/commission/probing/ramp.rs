@@ -75,12 +75,7 @@ impl<N: Number> Probing<N> {
                 if let Some(guess) = self.breakaway(state, moved, acted) {
                     return self.know(state, &guess, acted);
                 }
-                // Not the ramp has moved it: it must be caught.
-                let [least, most] = plan.command;
-                let given = state.held + state.direction * state.ramp;
-                state.held = given.limited(least, most);
-                state.ramp = N::ZERO;
-                state.direction = -state.direction;
+                self.catch(state);
             } else if comes_back {
                 let guess = Guess::caught(&state.free_motion.turning(), state.free_motion.base);
                 return self.know(state, &guess, acted);
@@ -155,7 +150,7 @@ impl<N: Number> Probing<N> {
 
     /// The command at the break-away; `now` is the present one. A command that grows linearly from there on moves the
     /// servo as the cube of time, q = b u̇ t³/6. None if the ramp had not begun then.
-    fn breakaway(&self, state: &ProbingState<N>, moved: N, now: N) -> Option<Guess<N>> {
+    fn breakaway(&self, state: &mut ProbingState<N>, moved: N, now: N) -> Option<Guess<N>> {
         let plan = &self.plan;
         let first = state.first_count?;
         let samples = state
@@ -181,6 +176,7 @@ impl<N: Number> Probing<N> {
         let is_forward = state.direction > N::ZERO;
         possible.then(|| {
             let gain = N::from_f64(6.0) * motion_direction * (slope * all * all * all).reciprocal();
+            state.noticed_speed = half * gain * slope * all * all;
             Guess {
                 gain,
                 without: -(gain * command),
@@ -192,6 +188,27 @@ impl<N: Number> Probing<N> {
                 }),
             }
         })
+    }
+
+    /// Has the ramp grow against a motion that it has not made, to catch it.
+    pub(super) fn catch(&self, state: &mut ProbingState<N>) {
+        let (acted, guessed) = (state.given(self.plan.delay), state.servo);
+        state.observed.adopt(&guessed, &RoughModel::UNKNOWN, acted);
+        (state.servo, state.noticed_speed) = (RoughModel::UNKNOWN, N::ZERO);
+        let [least, most] = self.plan.command;
+        state.held = state.given(0).limited(least, most);
+        (state.direction, state.ramp) = (-state.direction, N::ZERO);
+        state.enter(ProbingStage::Seek);
+    }
+
+    /// Follows the first brake. True if the servo has been faster in the mean than when it was noticed, as the ramp explains
+    /// it: it rubs less than at rest, and what was guessed from its break-away does not brake it.
+    pub(super) fn is_to_be_caught(&self, state: &mut ProbingState<N>) -> bool {
+        let acted = state.given(self.plan.delay);
+        let moved = state.position - state.origin;
+        state.free_motion.follow(acted, moved);
+        let most = state.noticed_speed * state.free_motion.time;
+        most > N::ZERO && state.direction * moved > most
     }
 
     /// Brakes a servo of which there is a guess now, under the command that acts.
@@ -223,7 +240,7 @@ impl<N: Number> Probing<N> {
             forward,
             broke_away,
         } = *guess;
-        (state.guessed, state.broke_away) = (gain, broke_away);
+        (state.guessed, state.broke_away) = (gain, state.broke_away.or(broke_away));
         // Uncertainty: half of b, half a sample of delay, a tenth of the command's largest acceleration in one
         // direction, and all of that in the difference to the other.
         let none = N::ZERO;

@@ -17,6 +17,8 @@ pub(crate) struct ProbingState<N> {
     pub(super) held: N,
     /// How it broke away, if the ramp did that.
     pub(super) broke_away: Option<Breakaway<N>>,
+    /// Its speed when that was noticed, as the ramp explains it.
+    pub(super) noticed_speed: N,
     /// The direction of the present push.
     pub(super) direction: N,
     /// The furthest position in it.
@@ -210,6 +212,7 @@ impl<N: Number> ProbingState<N> {
             position: N::ZERO,
             held,
             broke_away: None,
+            noticed_speed: N::ZERO,
             direction: plan.first_direction,
             extreme: N::ZERO,
             motion_direction: plan.first_direction,

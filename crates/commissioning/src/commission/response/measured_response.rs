@@ -192,20 +192,13 @@ impl<N: Number> MeasuredResponse<N> {
         }
     }
 
-    /// Measures the next line, or smooths the deviation of the next; true once all are measured. They are those of a
-    /// servo of gain b without the change of its load with the angle, 1/s².
-    pub(in crate::commission) fn measure(
-        &mut self,
-        measuring: &mut LineMeasurement,
-        slope: f64,
-        b: f64,
-    ) -> bool {
+    /// Measures the next line, or smooths the deviation of the next; true once all are measured.
+    pub(in crate::commission) fn measure(&mut self, measuring: &mut LineMeasurement) -> bool {
         let next = (self.first_pass.frequency(measuring.sums)).zip(measuring.rotations.next());
         let measured = self.count - measuring.earlier;
         if let (Some((frequency, turn)), Some(sums)) = (next, self.sums.get(measuring.sums)) {
             measuring.sums += 1;
             let line = sums.line(frequency, turn, self.resolution);
-            let line = line.map(|line| without_slope(&line, slope, b));
             let places =
                 (self.lines.get_mut(self.count)).zip(measuring.deviations.get_mut(measured));
             if let (Some(line), Some((place, deviation))) = (line, places) {
@@ -259,21 +252,6 @@ impl<N: Number> MeasuredResponse<N> {
         if let Some(line) = measured.get_mut(i) {
             line.deviation = median.max(Self::OWN * line.deviation);
         }
-    }
-}
-
-/// A line of a servo of gain b without the change of its load with the angle, 1/s², which it had when it was measured.
-fn without_slope(line: &MeasuredLine, slope: f64, b: f64) -> MeasuredLine {
-    /// The part of the slope by which it changes over a motion. A line far below the frequency of the slope shows little
-    /// else.
-    const CHANGES: f64 = 0.3;
-    let held = Complex::ONE + line.gain.scaled(slope / b);
-    let square = line.frequency * line.frequency;
-    let changed = CHANGES * slope * b / (square * square);
-    MeasuredLine {
-        gain: line.gain / held,
-        deviation: libm::hypot(line.deviation / held.power(), changed),
-        ..*line
     }
 }
 
@@ -358,27 +336,5 @@ impl<N: Number> ResponseSums<N> {
             gain,
             deviation,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// b/(−ω² − κ) is the line of a mass whose load rises by κ with the angle, b/(−ω²) that of the mass.
-    #[test]
-    fn a_line_without_the_slope_is_that_of_the_mass() {
-        let (b, frequency) = (250.0, 60.0);
-        for slope in [-900.0, 0.0, 500.0] {
-            let measured = MeasuredLine {
-                frequency,
-                gain: Complex::ONE.scaled(-b / (frequency * frequency + slope)),
-                deviation: 1e-3,
-            };
-            let mass = without_slope(&measured, slope, b);
-            let expected = -b / (frequency * frequency);
-            assert!((mass.gain.re / expected - 1.0).abs() < 1e-12 && mass.gain.im == 0.0);
-            assert_eq!(mass.deviation > 1.01 * measured.deviation, slope != 0.0);
-        }
     }
 }

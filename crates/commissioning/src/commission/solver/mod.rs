@@ -205,9 +205,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             Work::Plan(_) => self.plan(),
             Work::Lines(measuring) => {
-                let slope = self.evidence.forces.slope();
-                let b = self.evidence.fitted.map_or(1.0, |servo| servo.parameters.b);
-                if self.response.measure(measuring, slope, b) {
+                if self.response.measure(measuring) {
                     self.respond();
                 }
                 None

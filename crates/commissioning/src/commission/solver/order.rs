@@ -2,7 +2,7 @@
 
 use super::super::response::ResponseEstimate;
 use super::super::rough_model::Breakaway;
-use identifier_core::parameters::IdentifiedServo;
+use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::reason::Reason;
 use identifier_core::tuning::AxisForces;
 
@@ -205,7 +205,9 @@ impl Evidence {
 
     fn asks_for_lines(&self, gain_error: f64) -> bool {
         let is_uncertain = self.unexplained_reason.is_some();
-        let shows_too_little = self.masses.map_or(is_uncertain, |masses| {
+        // One that sticks or cogs on its way may do so less where it is faster.
+        let needs_lines = is_uncertain || self.moves_unevenly();
+        let shows_too_little = self.masses.map_or(needs_lines, |masses| {
             let is_apart = self.apart().is_some_and(|[ratio, error]| {
                 let ratio = libm::fabs(ratio);
                 ratio > libm::log(Self::APART) && ratio > Self::ERRORS_APART * error
@@ -213,6 +215,7 @@ impl Evidence {
             is_apart
                 || !masses.is_explained()
                 || masses.may_hide_a_resonance()
+                || (self.rounds < 2 && is_uncertain && !self.motions_know_b())
                 || (self.rounds < 2 && !is_uncertain && masses.may_be_noise())
                 || gain_error > Self::WELL_KNOWN
         });
@@ -227,15 +230,51 @@ impl Evidence {
             }
             // A load that friction holds behind a spring looks like gravity.
             (None, None) => self.forces == AxisForces::NONE,
-            (Some(_), None) => agrees,
+            (Some(_), None) => agrees && !self.may_be_a_spring(),
         };
         is_explained && error <= Self::KNOWN
+    }
+
+    /// True if the motions alone show b well enough for gains.
+    fn motions_know_b(&self) -> bool {
+        self.fitted.is_some_and(|servo| {
+            servo.standard_error(IdentifiedServo::B) <= Self::KNOWN * servo.parameters.b
+        })
+    }
+
+    /// True for an axis that is known to stick or to cog.
+    pub(super) fn moves_unevenly(&self) -> bool {
+        self.forces.low_speed > 0.0 || self.forces.has_cogging()
     }
 
     /// True if response and motions show about the same gain.
     fn agrees(&self) -> bool {
         let most = libm::log(Self::MOST_APART);
         (self.apart()).is_none_or(|[ratio, _]| libm::fabs(ratio) <= most)
+    }
+
+    /// True if lines that masses explain, or there are none, show about this b.
+    pub(super) fn bears_out(&self, b: f64) -> bool {
+        let masses = self.masses.filter(ResponseEstimate::is_explained);
+        masses.is_none_or(|masses| {
+            libm::fabs(libm::log(masses.gain / b)) <= libm::log(Self::MOST_APART)
+        })
+    }
+
+    /// True if what looks like gravity may be the spring of a load that friction holds in the first motion. In those at
+    /// constant speed it moves: they show another gain, or more friction.
+    fn may_be_a_spring(&self) -> bool {
+        let Some(servo) = self.fitted.filter(|_| self.forces.has_gravity()) else {
+            return false;
+        };
+        let is_apart =
+            (self.apart()).is_none_or(|[ratio, _]| libm::fabs(ratio) > libm::log(Self::APART));
+        let ServoParameters { coulomb, load, .. } = servo.parameters;
+        let more = (self.balance).map_or(f64::INFINITY, |[rubs, bears]| {
+            libm::hypot(rubs - coulomb, bears - load)
+        });
+        let all = coulomb + self.forces.wave_amplitude();
+        is_apart || all + more > Self::APART * all
     }
 
     /// Why there are no gains to look for.
@@ -245,6 +284,7 @@ impl Evidence {
             Some(_) if has_resonance => Reason::ResonanceOrBacklash,
             Some(_) if self.masses.is_some() => Reason::PartlyExplained,
             Some(reason) => reason,
+            None if self.may_be_a_spring() => Reason::ResonanceOrBacklash,
             None if self.agrees() => Reason::TooLittleEvidence,
             None if self.apart().is_some_and(|[ratio, _]| ratio < 0.0) && !has_resonance => {
                 Reason::ActuatorWeak
@@ -257,7 +297,6 @@ impl Evidence {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identifier_core::parameters::ServoParameters;
     use std::vec::Vec;
 
     /// The text of each step on the page.
@@ -310,6 +349,27 @@ mod tests {
         assert_eq!(Step::after(&faster), Step::End);
     }
 
+    /// A narrow resonance between lines shows the motor alone above it.
+    #[test]
+    fn lines_that_alone_know_b_are_measured_twice() {
+        let rough = unexplained().fitted.map(|mut servo| {
+            servo.covariance[IdentifiedServo::B][IdentifiedServo::B] = 100.0;
+            servo
+        });
+        let [first, second] = [1, 2].map(|rounds| Evidence {
+            rounds,
+            ..unexplained()
+        });
+        assert_eq!(Step::after(&first), Step::Gains);
+        for (evidence, expected) in [(first, Step::MoreLines), (second, Step::Gains)] {
+            let evidence = Evidence {
+                fitted: rough,
+                ..evidence
+            };
+            assert_eq!(Step::after(&evidence), expected);
+        }
+    }
+
     /// It looks like a load that friction holds behind a spring.
     #[test]
     fn a_force_that_the_motion_alone_shows_is_not_enough_for_gains() {
@@ -319,17 +379,94 @@ mod tests {
             ..unexplained()
         };
         assert_eq!(Step::after(&explained), Step::Gains);
-        let gravity = Evidence {
-            forces: AxisForces {
-                wave: [50.0, 0.0],
-                order: 1.0,
-                ..AxisForces::NONE
-            },
+        assert_eq!(Step::after(&under(1.0, explained)), Step::End);
+        let masses = unexplained().masses;
+        let balance = Some([5.0, 0.0]);
+        let measured = Evidence {
+            masses,
+            balance,
             ..explained
         };
-        assert_eq!(Step::after(&gravity), Step::End);
-        let masses = unexplained().masses;
-        assert_eq!(Step::after(&Evidence { masses, ..gravity }), Step::Gains);
+        assert_eq!(Step::after(&under(1.0, measured)), Step::Gains);
+    }
+
+    /// With a wave of so many periods.
+    fn under(order: f64, evidence: Evidence) -> Evidence {
+        let forces = AxisForces {
+            wave: [50.0, 0.0],
+            order,
+            ..AxisForces::NONE
+        };
+        Evidence { forces, ..evidence }
+    }
+
+    /// Friction holds it in the first motion. At constant speed it moves, and rubs.
+    #[test]
+    fn a_spring_with_a_load_is_not_taken_for_gravity() {
+        let measured = |gain: f64, balance| {
+            let masses = unexplained()
+                .masses
+                .map(|masses| ResponseEstimate { gain, ..masses });
+            let explained = Evidence {
+                unexplained_reason: None,
+                masses,
+                balance: Some(balance),
+                ..unexplained()
+            };
+            [1.0, 20.0].map(|order| Step::after(&under(order, explained)))
+        };
+        assert_eq!(measured(110.0, [10.0, 5.0]), [Step::Gains; 2]);
+        for (gain, balance) in [
+            (75.0, [5.0, 0.0]),
+            (100.0, [20.0, 0.0]),
+            (100.0, [5.0, -15.0]),
+        ] {
+            assert_eq!(measured(gain, balance), [Step::End, Step::Gains]);
+        }
+    }
+
+    #[test]
+    fn a_wave_counts_only_where_lines_that_masses_explain_bear_it_out() {
+        let before = unexplained();
+        for (b, expected) in [(100.0, true), (150.0, true), (180.0, false), (55.0, false)] {
+            assert_eq!(before.bears_out(b), expected, "{b}");
+        }
+        let masses = before.masses.map(|masses| ResponseEstimate {
+            misfit: 4.0,
+            ..masses
+        });
+        assert!(Evidence { masses, ..before }.bears_out(180.0));
+        let masses = None;
+        assert!(Evidence { masses, ..before }.bears_out(180.0));
+    }
+
+    /// The first may have been too slow for its detents, or for its friction at rest.
+    #[test]
+    fn lines_of_an_axis_that_moves_unevenly_are_asked_for_again() {
+        let explained = Evidence {
+            unexplained_reason: None,
+            masses: None,
+            rounds: 1,
+            ..unexplained()
+        };
+        let sticks = AxisForces {
+            low_speed: 10.0,
+            ..AxisForces::NONE
+        };
+        for (axis, expected) in [
+            (under(20.0, explained), Step::MoreLines),
+            (under(1.0, explained), Step::End),
+            (explained, Step::Gains),
+            (
+                Evidence {
+                    forces: sticks,
+                    ..explained
+                },
+                Step::MoreLines,
+            ),
+        ] {
+            assert_eq!(Step::after(&axis), expected, "{axis:?}");
+        }
     }
 
     #[test]

@@ -35,8 +35,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 
     /// The part of the usual window in which lines are measured. An axis that is known to stick or to cog moves faster.
     fn window_part(&self) -> f64 {
-        let forces = &self.evidence.forces;
-        if forces.low_speed > 0.0 || forces.has_cogging() {
+        if self.evidence.moves_unevenly() {
             Self::FASTER
         } else {
             1.0
@@ -120,7 +119,15 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let (is_uncertain, tuned) = (planning.is_uncertain, planning.tuned);
         let mode = self.designed_resonance().map(|resonance| resonance.mode);
         let planner = self.evidence.servo().and_then(|servo| {
-            ResponsePlanner::new(&self.settings, &servo, is_uncertain, mode.as_ref(), &lines)
+            let (settings, forces) = (&self.settings, &self.evidence.forces);
+            ResponsePlanner::new(
+                settings,
+                &servo,
+                forces,
+                is_uncertain,
+                mode.as_ref(),
+                &lines,
+            )
         });
         match (planner, &mut self.work) {
             (Some(planner), Work::Plan(planning)) => {

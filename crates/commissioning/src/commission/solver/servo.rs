@@ -62,7 +62,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.work = Work::Decide;
         let evidence = &mut self.evidence;
         if evidence.probes == 1 && evidence.has_waves {
-            if !fitted.is_ok_and(|fitted| fitted.explains && fitted.forces.has_cogging()) {
+            if !fitted.is_ok_and(|fitted| {
+                fitted.explains
+                    && fitted.forces.has_cogging()
+                    && evidence.bears_out(fitted.servo.parameters.b)
+            }) {
                 return None;
             }
             // Its lines are measured anew, and faster.

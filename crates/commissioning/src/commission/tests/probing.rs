@@ -323,3 +323,31 @@ fn a_stated_gain_bounds_how_far_a_stuck_encoder_lets_an_axis_go() {
         assert!((unseen - distance).abs() < 1e-9, "{duration} s: {unseen}");
     }
 }
+
+/// The break-away of an axis that rubs less in motion looks like a multiple of its gain, which would hardly brake it.
+#[test]
+fn an_axis_that_rubs_nearly_twice_as_much_at_rest_is_caught_within_its_travel() {
+    for counts in [2000.0, 10_000.0, 65_536.0] {
+        for (sample_time, low_speed_velocity) in [(1e-3, 0.4), (2.5e-4, 0.1), (1e-4, 0.2)] {
+            let unknown = Unknown {
+                parameters: ServoParameters::new(3.0, 4000.0, 7000.0, 4000.0),
+                effects: Effects {
+                    low_speed_friction: 5500.0,
+                    low_speed_velocity,
+                    ..Effects::NONE
+                },
+                delay: 0.5,
+                counts,
+                sample_time,
+                limits: Limits::new([-0.9, 0.9], 84.0, [-10.0, 10.0]),
+                held: Some(-1.0),
+                between_edges: 0.3,
+            };
+            let Probed {
+                reached, travel, ..
+            } = unknown.probe();
+            println!("{counts} {sample_time} {low_speed_velocity}: {reached:.3?}");
+            assert!(travel < 1.0, "{counts} {sample_time}: {reached:?}");
+        }
+    }
+}
