@@ -157,7 +157,7 @@ fn what_is_refused_moves_nothing_and_writes_nothing() {
 }
 
 /// Servos that five numbers do not explain, beside gains that hold them: the effect of each, and why it gets no gains. An
-/// axis that cogs by a fifth of the command ends by whichever detent it comes to rest in.
+/// axis that cogs by nearly half of the command ends by whichever detent it comes to rest in.
 #[cfg(unix)]
 const EFFECTS: [(&str, Option<Reason>, &str, &str); 2] = [
     (
@@ -171,7 +171,7 @@ const EFFECTS: [(&str, Option<Reason>, &str, &str); 2] = [
     (
         "ripple",
         None,
-        "a = 0.5\nb = 257.7\ncoulomb = 30.0\nload = 3.0\nripple = [500.0, 0.0]\nripple_order = 24\n\
+        "a = 0.5\nb = 257.7\ncoulomb = 30.0\nload = 3.0\nripple = [1200.0, 0.0]\nripple_order = 24\n\
          [encoder]\ncounts_per_rev = 20000\n[amplifier]\nlimit = 10.0\n\
          [controller]\nkp = 1.6\nkd = 0.06\nki = 4.0\nsample_time = 0.001\n",
         "travel = 0.5",
