@@ -21,8 +21,13 @@ const HIDDEN: f64 = 0.1;
 /// Standard deviation of a count's rounding, counts: the root of a twelfth.
 pub(super) const QUANTISATION_SIGMA: f64 = 0.3;
 
-/// Counts that a servo that moves cannot have missed.
-pub(super) const UNMISSABLE: f64 = 2.5;
+/// True if a servo at this speed would have passed counts in so many samples without any: it stands.
+pub(super) fn has_missed<N: Number>(speed: N, still: u32) -> bool {
+    /// Counts that a servo that moves cannot have missed.
+    const MISSED: f64 = 2.5;
+    let still = N::from_count(still.min(1 << 20) as i32);
+    still * speed.magnitude() > N::from_f64(MISSED)
+}
 
 /// Counts that are no motion yet: at an edge of the encoder a servo at rest shows one, a servo that moves shows two.
 pub(super) const EDGE_COUNTS: f64 = 1.5;

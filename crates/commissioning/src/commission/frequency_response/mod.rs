@@ -11,7 +11,6 @@
 //!
 //! G(ω) = ∑ ±Y / ∑ ±U / (1 − e^(−jωT)), over the motions, minus where the injection was inverted.
 
-mod compensation;
 mod following;
 mod line;
 mod lines;

@@ -1,4 +1,3 @@
-use super::compensation::Compensation;
 use super::{LineRotations, Lines};
 use crate::commission::{CommissionSettings, RoughModel};
 use identifier_core::number::{Complex, Number};
@@ -19,10 +18,8 @@ pub(crate) struct ResponsePlan<N> {
 pub(super) struct Motion<N> {
     /// The identified servo.
     pub(super) servo: RoughModel<N>,
-    /// Of how its load changes with the angle.
-    pub(super) compensation: Compensation<N>,
-    /// The command with which it breaks away from standstill, beyond that of its motion.
-    pub(super) breaks_away: N,
+    /// The forces beside it, in command units.
+    pub(super) forces: AxisForces<N>,
     /// Samples from a command to its acceleration.
     pub(super) delay: N,
     /// ω T of the loop that holds it.
@@ -64,8 +61,7 @@ pub(super) struct PlannedLine<N> {
 impl<N: Number> Motion<N> {
     pub(super) const NONE: Self = Self {
         servo: RoughModel::UNKNOWN,
-        compensation: Compensation::NONE,
-        breaks_away: N::ZERO,
+        forces: AxisForces::NONE,
         delay: N::ZERO,
         bandwidth: N::ZERO,
         learnt_bandwidth: N::ONE,
@@ -249,8 +245,7 @@ impl<N: Number> ResponsePlanner<N> {
         let plan = ResponsePlan {
             motion: Motion {
                 servo: RoughModel::from_si(&parameters, time, settings.resolution),
-                compensation: Compensation::new(forces, b, settings.resolution),
-                breaks_away: number(forces.low_speed / b),
+                forces: forces.in_units(b, settings.resolution),
                 delay: number(servo.delay / time),
                 learnt_bandwidth: number(libm::sqrt(Self::UNKNOWN_LOAD / unknown)),
                 bandwidth: number(bandwidth.max(Self::MIN_BANDWIDTH) * time),

@@ -5,7 +5,7 @@ use super::window::{ResponseWindows, Window};
 use super::{FrictionBalance, LineSums, Lines, ResponsePlan};
 use crate::commission::RoughModel;
 use crate::commission::holding::Holding;
-use crate::commission::noise::{QUANTISATION_SIGMA, UNMISSABLE};
+use crate::commission::noise::has_missed;
 use identifier_core::number::Number;
 
 /// Frequency-response motions under way: reference, oscillators and sums. Counts and samples.
@@ -81,7 +81,7 @@ impl<N: Number> ResponseMotion<N> {
     /// The part of the largest error that a loop of less bandwidth may have once the servo is learnt.
     const HELD: f64 = 0.5;
 
-    /// The part of the motion's speed at which it has stopped, but for a count of the smoothed velocity.
+    /// The part of the motion's speed below which it has stopped.
     const STANDS: f64 = 0.2;
 
     /// Without a plan.
@@ -153,7 +153,6 @@ impl<N: Number> ResponseMotion<N> {
         }
         if self.stage == Stage::Window {
             self.window.farthest = self.window.farthest.larger(error.magnitude());
-            self.window.longest_still = self.window.longest_still.max(self.still);
             self.gather(sample);
         }
         let learning = self.learning;
@@ -170,7 +169,7 @@ impl<N: Number> ResponseMotion<N> {
         // The reference waits for a servo that breaks away late.
         let velocity = if follows { self.velocity } else { N::ZERO };
         let ahead = sample.position + self.motion.delay * velocity;
-        self.compensation = self.motion.compensation.command(ahead);
+        self.compensation = -self.motion.forces.load(ahead);
         holding.lead(velocity, feed_forward + self.compensation + injection);
         if let Some(sums) = self.hand_over() {
             return ResponseProgress::Line(sums);
@@ -230,7 +229,7 @@ impl<N: Number> ResponseMotion<N> {
                 self.enter(Stage::Settling);
             }
             Stage::Settling if self.passed >= self.motion.settling => {
-                self.window.begin(self.motion.speed);
+                self.window = Window::NONE;
                 self.enter(Stage::Window);
             }
             Stage::Window if self.passed >= self.motion.window => self.end_window(),
@@ -240,12 +239,9 @@ impl<N: Number> ResponseMotion<N> {
 
     /// Has the sums handed over, unless the servo stopped, and turns it round.
     fn end_window(&mut self) {
-        let least =
-            N::from_f64(Self::STANDS) * self.heading.magnitude() - N::from_f64(QUANTISATION_SIGMA);
         self.line = 0;
         let slow = N::from_f64(Self::STANDS) * self.heading;
-        let has_stopped =
-            self.window.slowest < least || has_missed(slow, self.window.longest_still);
+        let has_stopped = has_missed(slow, self.window.longest_still);
         if self.learning > 0 {
             self.learning -= 1;
             self.handed = Handed::Nothing { has_stopped };
@@ -294,11 +290,6 @@ impl<N: Number> ResponseMotion<N> {
 
     /// Takes a sample into the sums of every line.
     fn gather(&mut self, sample: &ResponseWindows<N>) {
-        let forward = if self.heading > N::ZERO {
-            sample.velocity
-        } else {
-            -sample.velocity
-        };
         // Without the change of the load and the part of the command that balances it.
         let balanced = ResponseWindows {
             command: sample.command - self.compensation,
@@ -306,7 +297,7 @@ impl<N: Number> ResponseMotion<N> {
         };
         let [increment, command] =
             self.window
-                .take(&balanced, forward, self.motion.window_rotation);
+                .take(&balanced, self.still, self.motion.window_rotation);
         for line in self.lines.iter_mut().take(usize::from(self.count)) {
             line.gather(increment, command);
         }
@@ -333,12 +324,14 @@ impl<N: Number> ResponseMotion<N> {
         }
         let command = servo.command(acceleration + servo.viscous * self.velocity, self.velocity);
         if !has_missed(self.velocity, self.still) {
-            command
-        } else if self.velocity > N::ZERO {
-            command + self.motion.breaks_away
-        } else {
-            command - self.motion.breaks_away
+            return command;
         }
+        let toward = if self.velocity > N::ZERO {
+            N::ONE
+        } else {
+            -N::ONE
+        };
+        command + toward * self.motion.forces.low_speed
     }
 
     /// The multisine's next sample.
@@ -393,12 +386,6 @@ impl<N: Number> ResponseMotion<N> {
         line.begin_anew();
         sums
     }
-}
-
-/// True if a servo at this speed would have passed counts in samples without any: it stands.
-fn has_missed<N: Number>(speed: N, still: u32) -> bool {
-    let still = N::from_count(still.min(1 << 20) as i32);
-    speed.magnitude() * still > N::from_f64(UNMISSABLE)
 }
 
 #[cfg(test)]

@@ -240,6 +240,17 @@ impl Axis {
         course
     }
 
+    /// True if the lines of the servo alone are measured, to a tenth, where these forces are known and not otherwise.
+    fn is_measured_only_with(&self, forces: &AxisForces) -> bool {
+        let is_measured = |forces| {
+            let course = self.response_motion_planned(self.servo, forces, false);
+            let off = error(self, &course, [10.0, 150.0]);
+            std::println!("{off:.4}");
+            course.is_measured_in(4) && off < 0.1
+        };
+        is_measured(forces) && !is_measured(&AxisForces::NONE)
+    }
+
     /// Of one mass, sampled and held.
     fn exact(&self, omega: f64) -> Complex {
         let (time, ServoParameters { a, b, .. }) = (self.sample_time, self.servo);
@@ -478,14 +489,7 @@ fn cogging_that_is_known_is_balanced_while_the_lines_are_measured() {
         order: 21.0,
         ..AxisForces::NONE
     };
-    let [balanced, left] = [forces, AxisForces::NONE].map(|forces| {
-        let course = axis.response_motion_planned(axis.servo, &forces, false);
-        let off = error(&axis, &course, [10.0, 150.0]);
-        (course.is_measured_in(4), off)
-    });
-    std::println!("{balanced:?} {left:?}");
-    assert!(balanced.0 && balanced.1 < 0.15, "{balanced:?}");
-    assert!(!left.0 || left.1 > 0.2, "{left:?}");
+    assert!(axis.is_measured_only_with(&forces));
 }
 
 /// Otherwise the loop pushes until it breaks away, and then beyond its reference.
@@ -500,14 +504,7 @@ fn an_axis_that_is_known_to_stick_breaks_away_by_a_command_for_it() {
         per_low_speed_velocity: 10.0,
         ..AxisForces::NONE
     };
-    let [known, unknown] = [forces, AxisForces::NONE].map(|forces| {
-        let course = axis.response_motion_planned(axis.servo, &forces, false);
-        let off = error(&axis, &course, [10.0, 150.0]);
-        (course.is_measured_in(4), off, course.travel)
-    });
-    std::println!("{known:?} {unknown:?}");
-    assert!(known.0 && known.1 < 0.1, "{known:?}");
-    assert!(!unknown.0 || unknown.1 > 0.2, "{unknown:?}");
+    assert!(axis.is_measured_only_with(&forces));
 }
 
 /// A loop that is faster than the lowest of them would leave nothing of low lines.

@@ -20,8 +20,7 @@ pub(super) struct Window<N> {
     turned: [N; 2],
     /// ∑ h_k Δq_k, ∑ sin(2πk/n) Δq_k and ∑ h_k u_k.
     beneath: [N; 3],
-    /// The slowest that the servo was, in the direction of the motion, and the farthest from its reference.
-    pub(super) slowest: N,
+    /// The farthest that the servo was from its reference.
     pub(super) farthest: N,
     /// The most samples running without a count.
     pub(super) longest_still: u32,
@@ -32,31 +31,19 @@ impl<N: Number> Window<N> {
     pub(super) const NONE: Self = Self {
         turned: [N::ONE, N::ZERO],
         beneath: [N::ZERO; 3],
-        slowest: N::ZERO,
         farthest: N::ZERO,
         longest_still: 0,
     };
 
-    /// Begins, in a motion at this speed.
-    pub(super) fn begin(&mut self, speed: N) {
-        *self = Self {
-            slowest: speed,
-            ..Self::NONE
-        };
-    }
-
-    /// Takes a sample of a servo that moves `forward` at this velocity; its increment and its command, weighted. `rotation`
-    /// is e^(j2π/n).
+    /// Takes a sample, after so many without a count; its increment and its command, weighted. `rotation` is e^(j2π/n).
     #[inline(always)]
     pub(super) fn take(
         &mut self,
         sample: &ResponseWindows<N>,
-        forward: N,
+        still: u32,
         rotation: [N; 2],
     ) -> [N; 2] {
-        if forward < self.slowest {
-            self.slowest = forward;
-        }
+        self.longest_still = self.longest_still.max(still);
         let [cosine, sine] = self.turned;
         let weight = N::ONE - cosine;
         self.turned = product(self.turned, rotation);
@@ -93,7 +80,6 @@ mod tests {
         let command_at = |velocity: f64| 0.3 + 0.01 * velocity;
         let angle = core::f64::consts::TAU / f64::from(SAMPLES);
         let mut window = Window::<f64>::NONE;
-        window.begin(first);
         for k in 0..SAMPLES {
             let velocity = first + acceleration * f64::from(k);
             let sample = ResponseWindows {
@@ -102,14 +88,14 @@ mod tests {
                 velocity,
                 command: command_at(velocity),
             };
-            window.take(&sample, velocity, [libm::cos(angle), libm::sin(angle)]);
+            window.take(&sample, k % 7, [libm::cos(angle), libm::sin(angle)]);
         }
         let balance = window.balance(SAMPLES);
+        assert_eq!(window.longest_still, 6);
         let middle = first + acceleration * 0.5 * f64::from(SAMPLES);
         std::println!("{balance:?} {middle}");
         assert!((balance.velocity / middle - 1.0).abs() < 1e-9);
         assert!((balance.acceleration / acceleration - 1.0).abs() < 1e-4);
         assert!((balance.command / command_at(middle) - 1.0).abs() < 1e-9);
-        assert!((window.slowest - first).abs() < 1e-12);
     }
 }

@@ -1,5 +1,5 @@
 use super::super::conservative_pid::ConservativePid;
-use super::super::noise::UNMISSABLE;
+use super::super::noise::has_missed;
 use super::super::regression::Regression;
 use super::super::rough_model::RoughModel;
 use super::super::{CommissionError, CommissionSettings};
@@ -170,10 +170,8 @@ impl<N: Number> Probing<N> {
         self.observer
             .observe(&mut state.observed, &state.servo, increment, acted);
         // One that moves as fast as it is thought to would have passed counts.
-        let still = N::from_count(state.still.min(1 << 20) as i32);
-        let missed = still * state.observed.velocity.magnitude();
-        state.stands =
-            state.still > plan.standing || (state.still > 1 && missed > N::from_f64(UNMISSABLE));
+        let has_missed = state.still > 1 && has_missed(state.observed.velocity, state.still);
+        state.stands = state.still > plan.standing || has_missed;
         if state.stands {
             state.observed.stand();
         } else if state.motion_direction * state.observed.velocity < N::ZERO && increment != N::ZERO

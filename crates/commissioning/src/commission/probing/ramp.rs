@@ -21,6 +21,7 @@ impl<N: Number> Guess<N> {
             without: acceleration - gain * base,
             forward: moved > N::ZERO,
             broke_away: None,
+            speed: N::ZERO,
         }
     }
 }
@@ -150,7 +151,7 @@ impl<N: Number> Probing<N> {
 
     /// The command at the break-away; `now` is the present one. A command that grows linearly from there on moves the
     /// servo as the cube of time, q = b u̇ t³/6. None if the ramp had not begun then.
-    fn breakaway(&self, state: &mut ProbingState<N>, moved: N, now: N) -> Option<Guess<N>> {
+    fn breakaway(&self, state: &ProbingState<N>, moved: N, now: N) -> Option<Guess<N>> {
         let plan = &self.plan;
         let first = state.first_count?;
         let samples = state
@@ -176,7 +177,6 @@ impl<N: Number> Probing<N> {
         let is_forward = state.direction > N::ZERO;
         possible.then(|| {
             let gain = N::from_f64(6.0) * motion_direction * (slope * all * all * all).reciprocal();
-            state.noticed_speed = half * gain * slope * all * all;
             Guess {
                 gain,
                 without: -(gain * command),
@@ -186,6 +186,7 @@ impl<N: Number> Probing<N> {
                     is_forward,
                     other: None,
                 }),
+                speed: half * gain * slope * all * all,
             }
         })
     }
@@ -194,7 +195,7 @@ impl<N: Number> Probing<N> {
     pub(super) fn catch(&self, state: &mut ProbingState<N>) {
         let (acted, guessed) = (state.given(self.plan.delay), state.servo);
         state.observed.adopt(&guessed, &RoughModel::UNKNOWN, acted);
-        (state.servo, state.noticed_speed) = (RoughModel::UNKNOWN, N::ZERO);
+        state.servo = RoughModel::UNKNOWN;
         let [least, most] = self.plan.command;
         state.held = state.given(0).limited(least, most);
         (state.direction, state.ramp) = (-state.direction, N::ZERO);
@@ -223,7 +224,7 @@ impl<N: Number> Probing<N> {
         };
         state.observed.adopt(&RoughModel::UNKNOWN, &servo, acted);
         state.servo = servo;
-        state.pending_estimate = Some(*guess);
+        (state.pending_estimate, state.noticed_speed) = (Some(*guess), guess.speed);
         state.aim(state.motion_direction);
         state.enter(ProbingStage::Brake);
         self.brake(state)
@@ -239,6 +240,7 @@ impl<N: Number> Probing<N> {
             without,
             forward,
             broke_away,
+            ..
         } = *guess;
         (state.guessed, state.broke_away) = (gain, state.broke_away.or(broke_away));
         // Uncertainty: half of b, half a sample of delay, a tenth of the command's largest acceleration in one

@@ -17,7 +17,7 @@ pub(crate) struct ProbingState<N> {
     pub(super) held: N,
     /// How it broke away, if the ramp did that.
     pub(super) broke_away: Option<Breakaway<N>>,
-    /// Its speed when that was noticed, as the ramp explains it.
+    /// The speed at which that was noticed, as the ramp explains it.
     pub(super) noticed_speed: N,
     /// The direction of the present push.
     pub(super) direction: N,
@@ -84,6 +84,8 @@ pub(super) struct Guess<N> {
     pub(super) without: N,
     pub(super) forward: bool,
     pub(super) broke_away: Option<Breakaway<N>>,
+    /// The speed at which that was noticed, as the ramp explains it; zero if the ramp has not moved it.
+    pub(super) speed: N,
 }
 
 /// Stages of the probing motion.
@@ -176,6 +178,7 @@ impl<N: Number> FreeMotion<N> {
             without: -(direction * falls) - gain * self.base,
             forward: direction < N::ZERO,
             broke_away: None,
+            speed: N::ZERO,
         })
     }
 

@@ -1,7 +1,9 @@
 use std::vec::Vec;
 
 use super::unknown_servos::{Unknown, unknown_servos};
-use crate::commission::{CommissionSettings, FittedServo, MotionRecord, ServoFit, ServoFitter};
+use crate::commission::{
+    CommissionSettings, FittedServo, Limits, MotionRecord, ServoFit, ServoFitter,
+};
 use identifier_core::fit::Recorder;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::parameters::ServoParameters;
@@ -323,6 +325,30 @@ fn gravity_and_falling_friction_are_explained_with_the_gain() {
         assert!((found_slope - slope).abs() <= 0.05 * slope.abs());
         let is_falling = effects.low_speed_friction > 0.0;
         assert_eq!(found.forces.low_speed > 0.0, is_falling);
+    }
+}
+
+/// When it breaks away differs from time to time, which leaves more than a count of the motion.
+#[test]
+fn friction_that_doubles_at_rest_is_explained_within_its_standard_error() {
+    for (low_speed_friction, low_speed_velocity) in [(770.0, 0.136), (900.0, 0.2), (800.0, 0.05)] {
+        let unknown = Unknown {
+            parameters: ServoParameters::new(2.9, 407.0, 700.0, -318.0),
+            counts: 4096.0,
+            sample_time: 2.5e-4,
+            limits: Limits::new([-0.28, 0.28], 26.0, [-10.0, 10.0]),
+            ..ordinary(Effects {
+                low_speed_friction,
+                low_speed_velocity,
+                ..Effects::NONE
+            })
+        };
+        let motion = recorded::<256>(&unknown, &unknown.probe().samples);
+        let found = found(&unknown.settings(), &motion, None).expect("a servo");
+        let off = found.servo.parameters.b - unknown.parameters.b;
+        println!("{off:.2} {found:?}");
+        assert!(found.explains);
+        assert!(off.abs() < 2.0 * found.servo.standard_error(IdentifiedServo::B));
     }
 }
 

@@ -1,10 +1,13 @@
 use std::vec::Vec;
 
 use super::unknown_servos::{Probed, Unknown, unknown_servos};
-use crate::commission::{CommissionError, CommissionSettings, Limits, Probing, RoughModel};
+use crate::commission::{
+    CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, Limits, Phase, Probing,
+    RoughModel,
+};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
-use virtual_servo::Effects;
+use virtual_servo::{Effects, Encoder, Servo};
 
 #[test]
 fn travel_and_speed_are_kept_by_every_unknown_servo_and_nearly_all_end_with_evidence() {
@@ -343,11 +346,53 @@ fn an_axis_that_rubs_nearly_twice_as_much_at_rest_is_caught_within_its_travel() 
                 held: Some(-1.0),
                 between_edges: 0.3,
             };
-            let Probed {
-                reached, travel, ..
-            } = unknown.probe();
-            println!("{counts} {sample_time} {low_speed_velocity}: {reached:.3?}");
-            assert!(travel < 1.0, "{counts} {sample_time}: {reached:?}");
+            let moved = unknown.probe();
+            println!(
+                "{counts} {sample_time} {low_speed_velocity}: {:.3?}",
+                moved.reached
+            );
+            assert!(
+                moved.travel < 1.0,
+                "{counts} {sample_time}: {:?}",
+                moved.reached
+            );
+            assert!(moved.has_broken_away, "{counts} {sample_time}");
         }
     }
+}
+
+/// While nothing decides. Friction at rest has the loop that holds it slip about its place by some counts for ever, and with
+/// less bandwidth by more.
+#[test]
+fn an_axis_that_hunts_while_it_is_held_waits_where_friction_holds_it() {
+    const LONG: f64 = 12.0;
+    let (time, counts) = (2.5e-4, 20_000.0);
+    let limits = Limits::new([-0.9, 0.9], 84.0, [-10.0, 10.0]);
+    let settings = CommissionSettings::new(time, std::f64::consts::TAU / counts, limits);
+    let isr = CommissionIsr::<f32>::new(&settings, None).expect("allowed");
+    let sticks = Effects {
+        low_speed_friction: 3480.0,
+        low_speed_velocity: 0.5,
+        ..Effects::NONE
+    };
+    let parameters = ServoParameters::new(6.3, 1850.0, 2650.0, 940.0);
+    let mut servo = Servo::at_rest(&parameters, &sticks, time, 1).expect("a servo");
+    let (encoder, mut state) = (Encoder::new(counts), isr.start(0, None));
+    let mut late = [i32::MAX, i32::MIN];
+    for sample in 0..(LONG / time) as u32 {
+        let count = encoder.read(servo.position()) as i32;
+        if f64::from(sample) * time > 0.5 * LONG {
+            late = [late[0].min(count), late[1].max(count)];
+        }
+        let inputs = CommissionInputs {
+            count: Some(count),
+            late: false,
+            stop: None,
+        };
+        let step = isr.process(&mut state, &inputs);
+        servo.advance(step.command.unwrap_or(0.0).into());
+    }
+    println!("{:?} {late:?}", state.phase());
+    assert_eq!(state.phase(), Phase::Fit);
+    assert!(late[1] - late[0] <= 2, "{late:?}");
 }

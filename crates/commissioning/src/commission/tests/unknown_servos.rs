@@ -151,6 +151,7 @@ impl Unknown {
                 "it ends: {self:?}"
             );
         }
+        result.has_broken_away = state.is_some_and(|state| state.broke_away().is_some());
         let evidence = state.and_then(|state| state.evidence());
         result.evidence = evidence.map(|samples| f64::from(samples) * time);
         result
@@ -170,6 +171,8 @@ pub(crate) struct Probed {
     pub(crate) speed: f64,
     /// The largest speed backwards, relative to the limit.
     pub(crate) backwards: f64,
+    /// True if the command at its break-away is known.
+    pub(crate) has_broken_away: bool,
     /// Increment and command of every sample.
     pub(crate) samples: Vec<[f32; 2]>,
 }
@@ -182,6 +185,7 @@ impl Probed {
         travel: 0.0,
         speed: 0.0,
         backwards: 0.0,
+        has_broken_away: false,
         samples: Vec::new(),
     };
 
