@@ -53,9 +53,9 @@ impl Driven {
         }
     }
 
-    /// Ends every wait for the drive, until it is stopped, when this is set.
-    pub fn end_waits_by(&mut self, interruption: &'static AtomicBool) {
-        self.client.interruption = Some(interruption);
+    /// Ends every wait for the drive, until it is stopped, when this is set; none ends early without it.
+    pub fn end_waits_by(&mut self, interruption: Option<&'static AtomicBool>) {
+        self.client.interruption = interruption;
     }
 
     /// Passes on every report that it hears, those that a wait is for, too.
@@ -309,7 +309,7 @@ mod tests {
             |_| None,
             |drive| {
                 drive.ask(Command::Start).expect("it obeys");
-                drive.end_waits_by(&INTERRUPTION);
+                drive.end_waits_by(Some(&INTERRUPTION));
                 assert!(matches!(drive.status(), Err(DriveError::Interrupted)));
                 drive.stop().expect("it obeys");
             },

@@ -70,10 +70,11 @@ impl Link {
         // A program has one link.
         let stops: &AtomicBool = Box::leak(Box::default());
         drive.pass_reports_to(report);
-        drive.end_waits_by(stops);
+        drive.end_waits_by(Some(stops));
         let thread = thread::spawn(move || {
             serve(&mut drive, &ordered, &answer, stops)?;
-            stops.store(false, Ordering::Relaxed);
+            // What ended the commands may be set only now, and the end has waits of its own.
+            drive.end_waits_by(None);
             end(&mut drive, at_end)
         });
         Self {
@@ -175,7 +176,7 @@ fn obey(
         Command::Stop => {
             stops.store(false, Ordering::Relaxed);
             let stopped = drive.stop_and_stay();
-            drive.end_waits_by(stops);
+            drive.end_waits_by(Some(stops));
             stopped
         }
         _ if stops.load(Ordering::Relaxed) => return Ok(None),
@@ -281,6 +282,22 @@ mod tests {
             assert_eq!(received.count(waits), before + 1);
         }
         assert_eq!(received.count(Command::Start), 2);
+    }
+
+    #[test]
+    fn nothing_ends_the_last_wait_for_a_drive_that_is_left_running() {
+        let mut asked = 0;
+        let (port, received) = scripted_line::obedient(move |request| {
+            let is_first = request.command == Command::Hello && asked == 0;
+            asked += usize::from(request.command == Command::Hello);
+            is_first.then_some(None)
+        });
+        let drive = Driven::new(Client::new(port), 1.0, AtEnd::Leave);
+        let mut link = Link::open(drive, AtEnd::Leave);
+        link.orders = None;
+        arrives(&received, Command::Hello, 1);
+        link.close().expect("it is asked once more");
+        assert_eq!(received.count(Command::Hello), 2);
     }
 
     #[test]

@@ -135,7 +135,7 @@ fn driving(
     let settings = client.settings()?;
     let link_timeout = settings.protection.link_timeout;
     let mut drive = Driven::new(client, link_timeout, AtEnd::Stop);
-    drive.end_waits_by(interruption::end_requested());
+    drive.end_waits_by(Some(interruption::end_requested()));
     interruption::before_end(drive.last_stop());
     let done = verb(&mut drive);
     let Err(why) = done else { return Ok(()) };
