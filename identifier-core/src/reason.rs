@@ -138,13 +138,13 @@ catalogue! {
         "free the axis, check encoder and amplifier, or allow a larger command";
     TooLittleEvidence = 110, "too-little-evidence", Uncertain, Controlled:
         "the motion within the limits does not determine the servo well enough",
-        "allow more travel, speed or duration, or use a finer encoder";
+        "allow more travel, speed, command or duration, or use a finer encoder";
     EstimateAtBound = 111, "estimate-at-bound", Uncertain, Controlled:
         "an estimate is at its bound and therefore not valid",
         "check the unit of the command, the counts per revolution, the amplifier's current limit and any bounds";
     PartlyExplained = 120, "partly-explained", Uncertain, Controlled:
         "the model explains the motion only in part: the residual exceeds the noise",
-        "record a log and identify it with servo-id";
+        "allow more travel, or record a log and identify it with servo-id";
     ResonanceOrBacklash = 121, "resonance-or-backlash", Uncertain, Controlled:
         "the servo is not one rigid inertia, and its frequency response does not determine a model of two",
         "stiffen the coupling, remove its backlash, or record a log and identify it with servo-id";
@@ -168,7 +168,8 @@ catalogue! {
         "check the encoder's shield and wires";
     Reversed = 153, "reversed", Uncertain, Immediate:
         "the servo moved against the command: encoder or actuator is reversed",
-        "swap two motor wires or the encoder's channels; if the command acts late, declare its delay";
+        "swap two motor wires or the encoder's channels; if the command acts late, declare its delay; if gravity or cogging needs \
+        half of the command, allow a larger one";
     ActuatorDead = 154, "actuator-dead", Uncertain, Immediate:
         "the command does not move the servo: the actuator is dead, or the encoder does not show the motion",
         "check the amplifier, its supply and its enable line, then the encoder";

@@ -2,6 +2,7 @@
 
 use commissioning::Phase;
 use host_sim::scenario::{Arithmetic, Purpose, Scenario};
+use identifier_core::reason::Reason;
 
 use super::judged::{Judged, commission};
 
@@ -61,4 +62,53 @@ fn much_backlash_is_refused_and_nothing_kept() {
     assert_eq!(end.phase, Phase::Aborted);
     assert!(end.reason.is_some());
     assert!(judged.outcome.tuning.is_none());
+}
+
+/// An axis on which more acts than its limits bear, what is said of it, and the remedy that this names.
+#[test]
+fn what_is_said_of_an_axis_that_is_held_helps() {
+    let gravity = "coulomb = 90.0\ngravity = [0.0, -2200.0]";
+    let cogs = "coulomb = 90.0\nripple = [1200.0, 0.0]\nripple_order = 48";
+    let is_held = "coulomb = 1200.0\nripple = [1500.0, 0.0]\nripple_order = 12";
+    let long_waves = "coulomb = 90.0\nripple = [250.0, 0.0]\nripple_order = 12";
+    // Travel, speed and command, where all of the command is 2577 rad/s², and those that the reason asks for.
+    for (rate, forces, [before, after], reason) in [
+        (
+            1.0,
+            gravity,
+            [[0.5, 20.0, 10.0], [0.5, 20.0, 20.0]],
+            Reason::TooLittleEvidence,
+        ),
+        (
+            1.0,
+            cogs,
+            [[0.5, 20.0, 10.0], [0.5, 20.0, 25.0]],
+            Reason::Reversed,
+        ),
+        (
+            4.0,
+            is_held,
+            [[0.5, 50.0, 10.0], [0.5, 50.0, 40.0]],
+            Reason::DoesNotMove,
+        ),
+        (
+            1.0,
+            long_waves,
+            [[0.15, 20.0, 10.0], [0.5, 20.0, 10.0]],
+            Reason::PartlyExplained,
+        ),
+    ] {
+        let outcome = |[travel, speed, limit]: [f64; 3]| {
+            let text = format!(
+                "[plant]\na = 1.2\nb = 257.7\n{forces}\n[encoder]\ncounts_per_rev = {}\n[amplifier]\nlimit = {limit}\n\
+                 [commission]\ntravel = {travel}\nspeed = {speed}\nsample_time = {}\n",
+                16384.0 * rate,
+                1e-3 / rate
+            );
+            commission(&scenario("held", &text)).outcome
+        };
+        assert_eq!(outcome(before).reason(), Some(reason), "{forces}");
+        let after = outcome(after);
+        assert!(after.is_applied(), "{forces}: {:?}", after.end);
+    }
 }

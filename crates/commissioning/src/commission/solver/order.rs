@@ -88,6 +88,8 @@ pub(super) struct Evidence {
     pub(super) is_faster: bool,
     /// Rounds of these so far.
     pub(super) rounds: u8,
+    /// Rounds whose lines were fitted.
+    pub(super) measured: u8,
     /// The masses that they have shown, with Coulomb friction and load beneath the lines, rad/s².
     pub(super) masses: Option<ResponseEstimate>,
     pub(super) balance: Option<[f64; 2]>,
@@ -109,6 +111,7 @@ impl Evidence {
         has_room: true,
         is_faster: false,
         rounds: 0,
+        measured: 0,
         masses: None,
         balance: None,
         doubt: 1.0,
@@ -215,7 +218,7 @@ impl Evidence {
             is_apart
                 || !masses.is_explained()
                 || masses.may_hide_a_resonance()
-                || (self.rounds < 2 && is_uncertain && !self.motions_know_b())
+                || (self.measured < 2 && is_uncertain && !self.motions_know_b())
                 || (self.rounds < 2 && !is_uncertain && masses.may_be_noise())
                 || gain_error > Self::WELL_KNOWN
         });
@@ -226,7 +229,8 @@ impl Evidence {
         let is_explained = match (self.masses, self.unexplained_reason) {
             // Faster lines show the motor alone where a spring moves its load below them.
             (masses, Some(_)) => {
-                masses.is_some_and(|masses| masses.resonance.is_some() || !self.is_faster)
+                (self.measured > 1 || self.motions_know_b())
+                    && masses.is_some_and(|masses| masses.resonance.is_some() || !self.is_faster)
             }
             // A load that friction holds behind a spring looks like gravity.
             (None, None) => self.forces == AxisForces::NONE,
@@ -273,8 +277,9 @@ impl Evidence {
         let more = (self.balance).map_or(f64::INFINITY, |[rubs, bears]| {
             libm::hypot(rubs - coulomb, bears - load)
         });
-        let all = coulomb + self.forces.wave_amplitude();
-        is_apart || all + more > Self::APART * all
+        // What is known of b is known of gravity.
+        let most = (Self::APART - 1.0) * coulomb + Self::WELL_KNOWN * self.forces.wave_amplitude();
+        is_apart || more > most
     }
 
     /// Why there are no gains to look for.
@@ -284,6 +289,7 @@ impl Evidence {
             Some(_) if has_resonance => Reason::ResonanceOrBacklash,
             Some(_) if self.masses.is_some() => Reason::PartlyExplained,
             Some(reason) => reason,
+            None if self.masses.is_none() => Reason::TooLittleEvidence,
             None if self.may_be_a_spring() => Reason::ResonanceOrBacklash,
             None if self.agrees() => Reason::TooLittleEvidence,
             None if self.apart().is_some_and(|[ratio, _]| ratio < 0.0) && !has_resonance => {
@@ -356,17 +362,24 @@ mod tests {
             servo.covariance[IdentifiedServo::B][IdentifiedServo::B] = 100.0;
             servo
         });
-        let [first, second] = [1, 2].map(|rounds| Evidence {
-            rounds,
-            ..unexplained()
-        });
-        assert_eq!(Step::after(&first), Step::Gains);
-        for (evidence, expected) in [(first, Step::MoreLines), (second, Step::Gains)] {
+        // A round without enough of them measures nothing.
+        for (rounds, measured, expected) in [
+            (1, 1, Step::MoreLines),
+            (2, 2, Step::Gains),
+            (2, 1, Step::MoreLines),
+            (3, 1, Step::End),
+        ] {
+            let sure = Evidence {
+                rounds,
+                measured,
+                ..unexplained()
+            };
+            assert_eq!(Step::after(&sure), Step::Gains);
             let evidence = Evidence {
                 fitted: rough,
-                ..evidence
+                ..sure
             };
-            assert_eq!(Step::after(&evidence), expected);
+            assert_eq!(Step::after(&evidence), expected, "{rounds} {measured}");
         }
     }
 
@@ -415,11 +428,12 @@ mod tests {
             };
             [1.0, 20.0].map(|order| Step::after(&under(order, explained)))
         };
-        assert_eq!(measured(110.0, [10.0, 5.0]), [Step::Gains; 2]);
+        // A quarter of its friction and a fiftieth of its gravity.
+        assert_eq!(measured(110.0, [6.5, 1.5]), [Step::Gains; 2]);
         for (gain, balance) in [
             (75.0, [5.0, 0.0]),
-            (100.0, [20.0, 0.0]),
-            (100.0, [5.0, -15.0]),
+            (100.0, [7.5, 0.0]),
+            (100.0, [5.0, -2.5]),
         ] {
             assert_eq!(measured(gain, balance), [Step::End, Step::Gains]);
         }

@@ -171,6 +171,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             .masses
             .filter(|before| before.shows_more_than(&shown));
         self.evidence.masses = Some(before.unwrap_or(shown));
+        self.evidence.measured += 1;
         let servo = self.evidence.servo();
         let balance = servo.and_then(|servo| self.response.friction(&servo.parameters));
         self.evidence.balance = balance.or(self.evidence.balance);

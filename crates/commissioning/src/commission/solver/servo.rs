@@ -70,7 +70,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 return None;
             }
             // Its lines are measured anew, and faster.
-            (evidence.masses, evidence.rounds) = (None, 0);
+            (evidence.masses, evidence.rounds, evidence.measured) = (None, 0, 0);
         }
         evidence.unexplained_reason = match fitted {
             Ok(fitted) => {
