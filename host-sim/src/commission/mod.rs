@@ -181,6 +181,7 @@ impl Commissioning {
                     no_gains: tuning_error.copied(),
                     trial: done.trial,
                     noise: noise * self.settings.resolution,
+                    forces: *solver.forces(),
                     response: FrequencyResponse::new(solver.response(), solver.resonance()),
                     course: course.finish(time),
                 });

@@ -1,6 +1,7 @@
 use commissioning::{Phase, TrialResult};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
+use identifier_core::tuning::AxisForces;
 use identifier_core::tuning::{Tuning, TuningError};
 
 use super::{Course, FrequencyResponse};
@@ -44,6 +45,8 @@ pub struct Outcome {
     pub trial: Option<TrialResult>,
     /// Standard deviation of the encoder's noise at rest before the first motion, rad; 0 where rounding hides it.
     pub noise: f64,
+    /// The forces that it found beside the five numbers, from where the axis began.
+    pub forces: AxisForces,
     /// The measured frequency response; none if the axis had too little travel for it.
     pub response: Option<FrequencyResponse>,
     /// Its phases, and how far the servo went.

@@ -40,6 +40,35 @@ fn refusal(text: &str) -> String {
     answer
 }
 
+/// A joint under gravity of 475 rad/s², one that sticks and one that cogs.
+#[test]
+fn a_force_that_was_found_is_said() {
+    let joint = scenario_text("commission_gravity.toml");
+    let sticks = joint.replace(
+        "gravity = [240.0, -410.0]",
+        "low_speed_friction = 60.0\nlow_speed_velocity = 0.5",
+    );
+    let cogs = joint.replace(
+        "gravity = [240.0, -410.0]",
+        "ripple = [240.0, 320.0]\nripple_order = 24",
+    );
+    for (text, said, size) in [
+        (&joint, "by gravity or a spring: ", 475.0),
+        (&sticks, "Friction is higher by ", 60.0),
+        (&cogs, "Cogging: ", 400.0),
+    ] {
+        let folder = with(text);
+        let shown = folder.done(CALL);
+        let found = shown.split(said).nth(1).expect(&shown);
+        let found: f64 = found
+            .split(' ')
+            .next()
+            .and_then(|word| word.parse().ok())
+            .expect(&shown);
+        assert!((found / size - 1.0).abs() < 0.2, "{said}{found}");
+    }
+}
+
 #[test]
 fn an_unknown_servo_ends_with_gains_and_their_derivation() {
     let folder = with(PAPER);

@@ -133,7 +133,7 @@ fn pictures_and_reports_have_no_cut_text_no_overlap_and_no_empty_figure() {
         "friction.toml",
         "paper.toml",
         "sweep.toml",
-        "commission.toml",
+        "commission_gravity.toml",
     ]
     .map(scenario);
     let log =

@@ -22,6 +22,9 @@ fn assert_self_contained(page: &str) {
     }
 }
 
+/// The title of a figure that only an axis has on which gravity or cogging acts.
+const LOAD_BY_ANGLE: &str = "Load by the angle";
+
 #[test]
 fn every_verb_reports() {
     let folder = own_folder();
@@ -29,6 +32,7 @@ fn every_verb_reports() {
         "friction.toml",
         "sweep.toml",
         "commission.toml",
+        "commission_gravity.toml",
         "replay.toml",
     ] {
         folder.write(name, scenario_text(name));
@@ -38,7 +42,8 @@ fn every_verb_reports() {
     for (words, part) in [
         ("run friction.toml --json result.json --csv rows.csv", ""),
         ("identify log.csv.gz --scenario replay.toml", ""),
-        ("commission commission.toml", ""),
+        ("commission commission.toml", "of the trial"),
+        ("commission commission_gravity.toml", LOAD_BY_ANGLE),
         ("tune result.json --scenario friction.toml", ""),
         ("sweep sweep.toml --runs 3", ""),
         ("compare compare.toml", "relay-least-squares"),
@@ -46,6 +51,7 @@ fn every_verb_reports() {
         let page = reported(&folder, words);
         assert_self_contained(&page);
         assert!(page.contains(part), "{words}");
+        assert_eq!(page.contains(LOAD_BY_ANGLE), part == LOAD_BY_ANGLE);
         // A sweep and a comparison are tables.
         let is_drawn = !words.starts_with("sweep") && !words.starts_with("compare");
         for part in ["<svg class=\"drawing\"", "<noscript>"] {

@@ -14,7 +14,7 @@ use super::{
 use identifier_core::fit::Block;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
-use identifier_core::tuning::{Goal, MeasuredLine, Resonance, Tuner, TunerState};
+use identifier_core::tuning::{AxisForces, Goal, MeasuredLine, Resonance, Tuner, TunerState};
 use order::{Evidence, Step};
 use planning::Planning;
 
@@ -171,6 +171,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     #[must_use]
     pub fn response(&self) -> &[MeasuredLine] {
         self.response.lines()
+    }
+
+    /// The forces beside the five numbers, as the first motion shows them, from where it began.
+    #[must_use]
+    pub fn forces(&self) -> &AxisForces {
+        &self.evidence.forces
     }
 
     /// The resonance in the response, if the servo is one of two masses. None if the lines leave the gain open.

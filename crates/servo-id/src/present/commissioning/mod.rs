@@ -12,7 +12,7 @@ use host_sim::result::commissioning::{COMMISSIONED, commissioned_truth, commissi
 use host_sim::scenario::Scenario;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
-use identifier_core::tuning::{Resonance, Tuning};
+use identifier_core::tuning::{AxisForces, Resonance, Tuning};
 use identifier_log::result::{FeedForward, Gains, KnownForces};
 use identifier_log::verdict::Cause;
 
@@ -227,7 +227,28 @@ fn found(of: &Commissioned<'_>) -> Vec<Block> {
         outcome.trial.as_ref(),
     );
     blocks.push(Block::Text(masses(outcome)));
+    blocks.extend(forces(&outcome.forces).map(Block::Text));
     blocks
+}
+
+/// The forces that were found beside the five numbers.
+fn forces(found: &AxisForces) -> Option<String> {
+    let (size, order) = (figure(found.wave_amplitude()), figure(found.order));
+    if found.has_cogging() {
+        return Some(format!(
+            "Cogging: {size} rad/s², {order} periods to a revolution."
+        ));
+    }
+    if found.has_gravity() {
+        return Some(format!(
+            "The load changes with the angle, by gravity or a spring: {size} rad/s²."
+        ));
+    }
+    let (more, below) = (found.low_speed, 1.0 / found.per_low_speed_velocity);
+    (more > 0.0).then(|| {
+        let [more, below] = [more, below].map(figure);
+        format!("Friction is higher by {more} rad/s² at rest, and below {below} rad/s.")
+    })
 }
 
 /// The masses by the frequency response.

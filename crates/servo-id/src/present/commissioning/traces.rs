@@ -108,7 +108,45 @@ pub(super) fn figures(of: &Commissioned<'_>, traces: &CommissionTraces) -> Vec<F
         measured.map(|(response, servo)| bode(response, &servo.parameters, scenario.sample_time())),
     );
     figures.extend(margins(scenario, outcome));
+    figures.extend(load(of));
     figures
+}
+
+/// The load by the angle, within the friction that holds the axis, as found and as it is; none where none was found to
+/// change.
+fn load(of: &Commissioned<'_>) -> Option<Figure> {
+    const POINTS: u32 = 400;
+    let (outcome, effects) = (of.outcome, &of.scenario.effects);
+    let found = outcome.servo().filter(|_| outcome.forces.order > 0.0)?;
+    let [low, high] = of.limits.travel;
+    let angles = (0..=POINTS).map(|at| low + (high - low) * f64::from(at) / f64::from(POINTS));
+    let points = |load: &dyn Fn(f64) -> f64| {
+        let points = angles.clone().map(|q| (q, load(q)));
+        points.collect::<Vec<_>>()
+    };
+    let ServoParameters { coulomb, load, .. } = found.parameters;
+    let load = points(&|q| load + outcome.forces.load(q));
+    let bounds = load.iter().flat_map(|(_, d)| [d - coulomb, d + coulomb]);
+    let bounds = bounds.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], d| {
+        [low.min(d), high.max(d)]
+    });
+    let mut traces = vec![Trace {
+        name: "found ± Coulomb friction".to_owned(),
+        band: vec![coulomb; load.len()],
+        points: load,
+    }];
+    traces.extend(of.scenario.plant.map(|servo| {
+        let wave = |[of_sine, of_cosine]: [f64; 2], angle: f64| {
+            of_sine * angle.sin() + of_cosine * angle.cos()
+        };
+        let truth = |q: f64| {
+            let cogging = wave(effects.ripple, f64::from(effects.ripple_order) * q);
+            servo.load + wave(effects.gravity, q) + cogging
+        };
+        Trace::new("true", points(&truth))
+    }));
+    let [axis, title] = ["q [rad]", "Load by the angle"];
+    Some(Figure::new(title, axis, "d [rad/s²]", traces).within(Some(bounds)))
 }
 
 /// The sensitivity of the loop under the gains that were found, with the measured lines; none where none were found.
