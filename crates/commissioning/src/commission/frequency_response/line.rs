@@ -20,9 +20,6 @@ impl<N: Number> LineState<N> {
     /// The first amplitude for a servo that is identified as one mass only, as a part of the largest amplitude.
     const CAUTION: f64 = 0.4;
 
-    /// The factor on an amplitude under which the servo stopped.
-    const SMALLER: f64 = 0.6;
-
     pub(super) const NONE: Self = Self {
         rotation: [N::ONE, N::ZERO],
         turned: [N::ONE, N::ZERO],
@@ -64,13 +61,6 @@ impl<N: Number> LineState<N> {
         self.position[1] += -(increment * im);
         self.command[0] += command * re;
         self.command[1] += -(command * im);
-    }
-
-    /// Makes the injection smaller, as the servo stopped: the more, the more it moved the servo over what is wanted.
-    pub(super) fn shrink(&mut self, wanted: N) {
-        let smaller = N::from_f64(Self::SMALLER) * self.amplitude;
-        self.adapt(wanted);
-        self.amplitude = self.amplitude.limited(N::ZERO, smaller);
     }
 
     /// Changes the amplitude so that the sum of the increments becomes half of `wanted`: that of a velocity of the wanted

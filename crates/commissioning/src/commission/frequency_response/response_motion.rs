@@ -31,12 +31,12 @@ pub(in crate::commission) struct ResponseMotion<N> {
     window: Window<N>,
     /// True if its balance is to be handed over after the lines.
     is_balanced: bool,
-    /// Motions in which the servo is still to be learnt, that were measured, and those that were not as the servo stopped.
+    /// Motions in which the servo is still to be learnt, and those that were measured.
     learning: u8,
     measured: u8,
-    stopped: u8,
-    /// The motion whose sums are handed over, and the next line of it.
-    handed: Handed,
+    /// Whether the injection was inverted in the motion whose sums are handed over, and the next line of it. None if it
+    /// only adapts the amplitudes.
+    handed: Option<bool>,
     line: u8,
 }
 
@@ -47,15 +47,6 @@ enum Stage {
     Settling,
     Window,
     Stopping,
-}
-
-/// The sums that are handed over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Handed {
-    /// Those of a motion whose injection was inverted or not.
-    Sums { inverted: bool },
-    /// None: the amplitudes are adapted, and become smaller if the servo stopped.
-    Nothing { has_stopped: bool },
 }
 
 /// The state of the motions after a sample.
@@ -75,14 +66,8 @@ impl<N: Number> ResponseMotion<N> {
     /// harmonics of the quantisation on different lines.
     const SPEEDS: [f64; 2] = [1.0, 0.8];
 
-    /// Motions in which the servo may stop: they are done again with a smaller injection.
-    const MAX_STOPPED: u8 = 4;
-
     /// The part of the largest error that a loop of less bandwidth may have once the servo is learnt.
     const HELD: f64 = 0.5;
-
-    /// The part of the motion's speed below which it has stopped.
-    const STANDS: f64 = 0.2;
 
     /// Without a plan.
     pub(in crate::commission) const NONE: Self = Self {
@@ -102,8 +87,7 @@ impl<N: Number> ResponseMotion<N> {
         is_balanced: false,
         learning: 0,
         measured: 0,
-        stopped: 0,
-        handed: Handed::Nothing { has_stopped: false },
+        handed: None,
         line: 0,
     };
 
@@ -126,7 +110,7 @@ impl<N: Number> ResponseMotion<N> {
         self.heading = if is_beyond { -speed } else { speed };
         self.enter(Stage::Approach);
         (self.velocity, self.fade) = (N::ZERO, N::ZERO);
-        (self.measured, self.stopped, self.line) = (0, 0, self.count);
+        (self.measured, self.line) = (0, self.count);
         (self.following, self.compensation) = (Following::START, N::ZERO);
         self.learning = self.motion.learning;
     }
@@ -237,20 +221,14 @@ impl<N: Number> ResponseMotion<N> {
         }
     }
 
-    /// Has the sums handed over, unless the servo stopped, and turns it round.
+    /// Has the sums handed over, unless it was to be learnt, and turns it round.
     fn end_window(&mut self) {
         self.line = 0;
-        let slow = N::from_f64(Self::STANDS) * self.heading;
-        let has_stopped = has_missed(slow, self.window.longest_still);
         if self.learning > 0 {
             self.learning -= 1;
-            self.handed = Handed::Nothing { has_stopped };
-        } else if has_stopped && self.stopped < Self::MAX_STOPPED {
-            self.stopped += 1;
-            self.handed = Handed::Nothing { has_stopped };
+            self.handed = None;
         } else {
-            let inverted = self.inverted;
-            self.handed = Handed::Sums { inverted };
+            self.handed = Some(self.inverted);
             self.is_balanced = true;
             self.measured += 1;
         }
@@ -295,9 +273,7 @@ impl<N: Number> ResponseMotion<N> {
             command: sample.command - self.compensation,
             ..*sample
         };
-        let [increment, command] =
-            self.window
-                .take(&balanced, self.still, self.motion.window_rotation);
+        let [increment, command] = self.window.take(&balanced, self.motion.window_rotation);
         for line in self.lines.iter_mut().take(usize::from(self.count)) {
             line.gather(increment, command);
         }
@@ -364,46 +340,14 @@ impl<N: Number> ResponseMotion<N> {
         let wanted = self.motion.line_speed;
         let window = N::from_count(self.motion.window as i32);
         let line = self.lines.get_mut(usize::from(number))?;
-        let sums = match self.handed {
-            Handed::Nothing { has_stopped } => {
-                if has_stopped {
-                    line.shrink(wanted * window);
-                } else {
-                    line.adapt(wanted * window);
-                }
-                None
-            }
-            Handed::Sums { inverted } => {
-                line.adapt(wanted * window);
-                Some(LineSums {
-                    line: number,
-                    inverted,
-                    position: line.position,
-                    command: line.command,
-                })
-            }
-        };
+        line.adapt(wanted * window);
+        let sums = self.handed.map(|inverted| LineSums {
+            line: number,
+            inverted,
+            position: line.position,
+            command: line.command,
+        });
         line.begin_anew();
         sums
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// At 0.02 counts a sample the smoothed velocity of a coarse encoder stands between any two counts.
-    #[test]
-    fn a_servo_has_stopped_where_a_coarse_encoder_shows_no_count_for_long() {
-        let has_stopped = |longest_still| {
-            let mut ended = ResponseMotion::<f32>::NONE;
-            (ended.heading, ended.motion.response_motions) = (0.02, 4);
-            ended.window.longest_still = longest_still;
-            ended.end_window();
-            ended.handed == Handed::Nothing { has_stopped: true }
-        };
-        // Counts come every 50 samples.
-        assert!(!has_stopped(60) && !has_stopped(500));
-        assert!(has_stopped(700));
     }
 }

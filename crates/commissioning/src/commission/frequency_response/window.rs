@@ -22,8 +22,6 @@ pub(super) struct Window<N> {
     beneath: [N; 3],
     /// The farthest that the servo was from its reference.
     pub(super) farthest: N,
-    /// The most samples running without a count.
-    pub(super) longest_still: u32,
 }
 
 impl<N: Number> Window<N> {
@@ -32,18 +30,11 @@ impl<N: Number> Window<N> {
         turned: [N::ONE, N::ZERO],
         beneath: [N::ZERO; 3],
         farthest: N::ZERO,
-        longest_still: 0,
     };
 
-    /// Takes a sample, after so many without a count; its increment and its command, weighted. `rotation` is e^(j2π/n).
+    /// Takes a sample; its increment and its command, weighted. `rotation` is e^(j2π/n).
     #[inline(always)]
-    pub(super) fn take(
-        &mut self,
-        sample: &ResponseWindows<N>,
-        still: u32,
-        rotation: [N; 2],
-    ) -> [N; 2] {
-        self.longest_still = self.longest_still.max(still);
+    pub(super) fn take(&mut self, sample: &ResponseWindows<N>, rotation: [N; 2]) -> [N; 2] {
         let [cosine, sine] = self.turned;
         let weight = N::ONE - cosine;
         self.turned = product(self.turned, rotation);
@@ -88,10 +79,9 @@ mod tests {
                 velocity,
                 command: command_at(velocity),
             };
-            window.take(&sample, k % 7, [libm::cos(angle), libm::sin(angle)]);
+            window.take(&sample, [libm::cos(angle), libm::sin(angle)]);
         }
         let balance = window.balance(SAMPLES);
-        assert_eq!(window.longest_still, 6);
         let middle = first + acceleration * 0.5 * f64::from(SAMPLES);
         std::println!("{balance:?} {middle}");
         assert!((balance.velocity / middle - 1.0).abs() < 1e-9);

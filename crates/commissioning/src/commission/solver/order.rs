@@ -126,11 +126,9 @@ impl Evidence {
     const WELL_KNOWN: f64 = 0.02;
     const KNOWN: f64 = ResponseEstimate::KNOWN_GAIN;
 
-    /// The ratio of the response's b to that of the motions above which further lines are measured, with its standard
-    /// errors. Then the largest ratio for which gains are computed. If friction holds the load, the response is that
-    /// of the motor only.
+    /// The ratio of the response's b to that of the motions up to which gravity counts. Then the largest for which gains
+    /// are computed. If friction holds the load, the response is that of the motor only.
     const APART: f64 = 1.25;
-    const ERRORS_APART: f64 = 3.0;
     const MOST_APART: f64 = 1.6;
 
     /// The servo by motions and response together.
@@ -165,19 +163,14 @@ impl Evidence {
         })
     }
 
-    /// The logarithm of the response's b over that of the motions, with its standard error. None if the motions are
-    /// not explained, or there is no response.
-    fn apart(&self) -> Option<[f64; 2]> {
+    /// The logarithm of the response's b over that of the motions. None if the motions are not explained, or there is no
+    /// response.
+    fn apart(&self) -> Option<f64> {
         let (servo, masses) = (self.fitted.as_ref()?, self.masses.as_ref()?);
-        let b = servo.parameters.b;
-        let error = libm::hypot(
-            servo.standard_error(IdentifiedServo::B) / b,
-            masses.gain_error,
-        );
         // Lines of an axis that sticks meanwhile show no gain.
         let is_over = masses.resonance.is_some() || masses.is_one_mass() || self.rounds > 1;
         let is_sure = self.unexplained_reason.is_none() && is_over;
-        is_sure.then(|| [libm::log(masses.gain / b), error])
+        is_sure.then(|| libm::log(masses.gain / servo.parameters.b))
     }
 
     /// True if one mass explains the lines, or nearly does and the motions too.
@@ -211,15 +204,8 @@ impl Evidence {
         // One that sticks or cogs on its way may do so less where it is faster.
         let needs_lines = is_uncertain || self.moves_unevenly();
         let shows_too_little = self.masses.map_or(needs_lines, |masses| {
-            let is_apart = self.apart().is_some_and(|[ratio, error]| {
-                let ratio = libm::fabs(ratio);
-                ratio > libm::log(Self::APART) && ratio > Self::ERRORS_APART * error
-            });
-            is_apart
-                || !masses.is_explained()
-                || masses.may_hide_a_resonance()
+            !masses.is_explained()
                 || (self.measured < 2 && is_uncertain && !self.motions_know_b())
-                || (self.rounds < 2 && !is_uncertain && masses.may_be_noise())
                 || gain_error > Self::WELL_KNOWN
         });
         self.rounds < Self::MAX_ROUNDS && shows_too_little
@@ -254,7 +240,7 @@ impl Evidence {
     /// True if response and motions show about the same gain.
     fn agrees(&self) -> bool {
         let most = libm::log(Self::MOST_APART);
-        (self.apart()).is_none_or(|[ratio, _]| libm::fabs(ratio) <= most)
+        (self.apart()).is_none_or(|ratio| libm::fabs(ratio) <= most)
     }
 
     /// True if lines that masses explain, or there are none, show about this b.
@@ -272,7 +258,7 @@ impl Evidence {
             return false;
         };
         let is_apart =
-            (self.apart()).is_none_or(|[ratio, _]| libm::fabs(ratio) > libm::log(Self::APART));
+            (self.apart()).is_none_or(|ratio| libm::fabs(ratio) > libm::log(Self::APART));
         let ServoParameters { coulomb, load, .. } = servo.parameters;
         let more = (self.balance).map_or(f64::INFINITY, |[rubs, bears]| {
             libm::hypot(rubs - coulomb, bears - load)
@@ -292,7 +278,7 @@ impl Evidence {
             None if self.masses.is_none() => Reason::TooLittleEvidence,
             None if self.may_be_a_spring() => Reason::ResonanceOrBacklash,
             None if self.agrees() => Reason::TooLittleEvidence,
-            None if self.apart().is_some_and(|[ratio, _]| ratio < 0.0) && !has_resonance => {
+            None if self.apart().is_some_and(|ratio| ratio < 0.0) && !has_resonance => {
                 Reason::ActuatorWeak
             }
             None => Reason::ResonanceOrBacklash,
