@@ -103,6 +103,11 @@ impl ResponseEstimate {
         }
     }
 
+    /// True if a second mass explains a part of the errors of one mass alone, as it may of noise.
+    pub(in crate::commission) fn may_be_noise(&self) -> bool {
+        self.resonance.is_some() && self.left >= ResponseFit::NEARLY_ALL
+    }
+
     /// True if a second mass explains nearly all that one leaves.
     pub(in crate::commission) fn is_two_masses(&self) -> bool {
         self.resonance.is_some() && self.left < ResponseFit::NEARLY_ALL

@@ -206,6 +206,7 @@ impl Evidence {
         let shows_too_little = self.masses.map_or(needs_lines, |masses| {
             !masses.is_explained()
                 || (self.measured < 2 && is_uncertain && !self.motions_know_b())
+                || (self.rounds < 2 && !is_uncertain && masses.may_be_noise())
                 || gain_error > Self::WELL_KNOWN
         });
         self.rounds < Self::MAX_ROUNDS && shows_too_little
@@ -287,8 +288,9 @@ impl Evidence {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+    use identifier_core::tuning::{Mode, Resonance};
     use std::vec::Vec;
 
     /// The text of each step on the page.
@@ -305,7 +307,7 @@ mod tests {
     }
 
     /// An axis that the five numbers do not explain, and one mass that its lines show.
-    fn unexplained() -> Evidence {
+    pub(in super::super) fn unexplained() -> Evidence {
         let one_mass = ResponseEstimate {
             gain: 100.0,
             gain_error: 0.01,
@@ -366,6 +368,38 @@ mod tests {
                 ..sure
             };
             assert_eq!(Step::after(&evidence), expected, "{rounds} {measured}");
+        }
+    }
+
+    /// Of an axis that the five numbers explain.
+    #[test]
+    fn a_second_mass_that_may_be_noise_is_looked_for_again() {
+        let mode = Mode {
+            frequency: 300.0,
+            damping: 0.01,
+            ratio: 0.2,
+        };
+        let resonance = Some(Resonance {
+            mode,
+            errors: [0.01, 0.1],
+        });
+        for (rounds, left, expected) in [
+            (1, 0.3, Step::MoreLines),
+            (2, 0.3, Step::Gains),
+            (1, 0.02, Step::Gains),
+        ] {
+            let masses = unexplained().masses.map(|masses| ResponseEstimate {
+                resonance,
+                left,
+                ..masses
+            });
+            let evidence = Evidence {
+                unexplained_reason: None,
+                rounds,
+                masses,
+                ..unexplained()
+            };
+            assert_eq!(Step::after(&evidence), expected, "{rounds} {left}");
         }
     }
 

@@ -126,8 +126,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
 #[cfg(test)]
 mod tests {
     use super::super::super::Limits;
-    use super::super::super::response::ResponseEstimate;
-    use super::super::order::Evidence;
+    use super::super::order::tests::unexplained;
     use super::*;
     use identifier_core::parameters::ServoParameters;
     use identifier_core::tuning::AxisForces;
@@ -138,21 +137,7 @@ mod tests {
         let settings = CommissionSettings::new(1e-3, 1e-3, limits);
         let has_cogging = |b: f64| {
             let mut solver = CommissionSolver::<f32, 16>::new(&settings).expect("allowed");
-            solver.evidence = Evidence {
-                probes: 1,
-                rounds: 1,
-                has_waves: true,
-                masses: Some(ResponseEstimate {
-                    gain: 100.0,
-                    gain_error: 0.1,
-                    friction: [0.0; 2],
-                    delay: [0.0; 2],
-                    resonance: None,
-                    misfit: 0.5,
-                    left: 1.0,
-                }),
-                ..Evidence::NONE
-            };
+            solver.evidence = unexplained();
             let servo = IdentifiedServo::known(ServoParameters::new(0.0, b, 5.0, 0.0), 1e-3);
             let forces = AxisForces {
                 wave: [20.0, 0.0],
