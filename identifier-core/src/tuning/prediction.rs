@@ -31,6 +31,9 @@ pub(super) struct ResponsePrediction {
     measure: StepMeasure<f64>,
     /// The largest distance from the first position, rad.
     farthest: f64,
+    /// True if friction that is higher at rest may hold the servo short of its place, until the integral moves it on and
+    /// beyond.
+    hunts: bool,
     /// True if the predicted quantity has been reached.
     seen: bool,
     predicted_response: PredictedResponse,
@@ -72,6 +75,10 @@ const LATE_PEAK: f64 = 7.0;
 
 /// An overshoot beyond which a loop does not hold what changes with the angle.
 const MAX_OVERSHOOT: f64 = 1.0;
+
+/// The time for which a servo that hunts is followed, as a multiple of that of a step.
+const HUNTS: f64 = 4.0;
+
 /// Time within the band after which it has settled, 1/ω.
 const SETTLED: f64 = 6.0;
 
@@ -207,6 +214,7 @@ impl ResponsePrediction {
             closed_loop: scene.step(design)?,
             measure: scene.measure(),
             farthest: 0.0,
+            hunts: scene.forces.low_speed > 0.0,
             seen: false,
             predicted_response: PredictedResponse {
                 step: scene.settings.step,
@@ -258,6 +266,9 @@ impl ResponsePrediction {
         let taken = self.measure.samples();
         let longer_than = |time| taken > samples(time, &self.design, &self.closed_loop);
         match self.stage {
+            PredictedQuantity::Step if self.hunts => {
+                longer_than(HUNTS * PredictedResponse::MAX_TIME)
+            }
             PredictedQuantity::Step | PredictedQuantity::Possible(_) => {
                 let settled = self.measure.settled();
                 longer_than(PredictedResponse::MAX_TIME)
@@ -311,9 +322,9 @@ impl ResponsePrediction {
                 self.predicted_response.quickest_rise_time = self.predicted_response.rise_time;
                 self.predicted_response.slowest_rise_time = self.predicted_response.rise_time;
                 self.take_overshoot();
-                let settled = self.measure.settled();
-                self.predicted_response.settling_time =
-                    sample_time * f64::from(settled.unwrap_or(taken));
+                let settled = self.measure.settled().unwrap_or(taken);
+                let most = samples(PredictedResponse::MAX_TIME, &self.design, &self.closed_loop);
+                self.predicted_response.settling_time = sample_time * f64::from(settled.min(most));
                 scene.possible_step(&self.design, 0)
             }
             PredictedQuantity::Possible(place) => {

@@ -433,6 +433,32 @@ fn the_prediction_bounds_what_friction_at_rest_may_do() {
     );
 }
 
+/// Friction at rest stops it beyond its place, until the integral moves it on and farther beyond on the other side.
+#[test]
+fn the_predicted_overshoot_is_that_of_an_axis_that_hunts() {
+    let (low_speed, speed) = (90.0, 0.3);
+    let forces = AxisForces {
+        low_speed,
+        per_low_speed_velocity: 1.0 / speed,
+        ..AxisForces::NONE
+    };
+    let goal = settings(Goal::Bandwidth(30.0));
+    let tuning = beside(forces, 30.0).expect("gains");
+    let effects = Effects {
+        low_speed_friction: low_speed,
+        low_speed_velocity: speed,
+        ..Effects::NONE
+    };
+    let overshoot = |times| {
+        let bench = bench_of(&tuning, &goal, &STICKING, &effects, 0.0);
+        step(bench, &goal, times * PredictedResponse::MAX_TIME / 30.0).overshoot()
+    };
+    let predicted = tuning.predicted_response.overshoot;
+    let [first, hunting] = [1.0, 4.0].map(overshoot);
+    println!("{predicted} {first} {hunting}");
+    assert!((predicted - hunting).abs() < 0.02 && hunting > first + 0.05);
+}
+
 /// A step from any place of the waves is within the bounds, and one of them is not within those of the first place.
 #[test]
 fn the_prediction_of_cogging_is_that_from_all_places_of_its_waves() {

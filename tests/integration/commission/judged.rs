@@ -27,7 +27,7 @@ pub(super) struct Judged {
 pub(super) struct Kept {
     /// Excess of the rise time beyond the predicted range, relative to the nearer end; infinite if it never rose.
     pub(super) rise: f64,
-    /// Overshoot, and overshoot beyond the predicted, as a part of the step.
+    /// Overshoot, and overshoot beyond the predicted and half a count, as a part of the step.
     pub(super) whole_overshoot: f64,
     pub(super) overshoot: f64,
     /// Final error of the step, relative to it.
@@ -137,7 +137,9 @@ fn kept(scenario: &Scenario, outcome: &Outcome) -> Option<Kept> {
     Some(Kept {
         rise: response.rise_time().map_or(f64::INFINITY, off),
         whole_overshoot: response.overshoot(),
-        overshoot: response.overshoot() - predicted_response.overshoot,
+        overshoot: response.overshoot()
+            - predicted_response.overshoot
+            - 0.5 * scenario.stated.resolution / response.step(),
         left_over: response.left_over(),
     })
 }

@@ -143,8 +143,6 @@ pub(super) struct Candidate<N: Number> {
     /// The gains and their predicted response, SI.
     pub(super) tuning: Tuning,
     pub(super) controller: Loop<N>,
-    /// Where the trial's step begins, counts from where the commissioning began.
-    pub(super) start: N,
     pub(super) trial: Trial<N>,
     /// Samples for which the servo must be still to have come to rest under them.
     pub(super) rest: u32,
@@ -190,8 +188,7 @@ impl<N: Number> Candidate<N> {
         Ok(Self {
             tuning: *tuning,
             controller: HoldingGains::tuned(tuning, limits).build(&units)?,
-            start: N::from_f64(start * units.position()),
-            trial: Trial::new(&within, &units, step, servo, returns),
+            trial: Trial::new(&within, &units, [start, step], servo, returns),
             rest: (0.5 * settling / settings.sample_time) as u32,
         })
     }
@@ -213,7 +210,7 @@ mod tests {
     fn start(step: f64, travel: [f64; 2]) -> f64 {
         let mut tuning = predicted();
         tuning.predicted_response.step = step;
-        candidate(&tuning, travel).start * RESOLUTION
+        trial(&tuning, travel).start() * RESOLUTION
     }
 
     fn candidate(tuning: &Tuning, travel: [f64; 2]) -> Candidate<f64> {

@@ -311,10 +311,11 @@ impl<N: Number> CommissionIsr<N> {
                 Next::Tune
             }
             DecisionKind::Tuned(candidate) => {
-                if candidate.start != N::ZERO
+                let start = candidate.trial.start();
+                if start != N::ZERO
                     && let Activity::Holding(holding) = &mut state.activity
                 {
-                    holding.send(candidate.start);
+                    holding.send(start);
                 }
                 state.candidate = Some(*candidate);
                 Next::Trial

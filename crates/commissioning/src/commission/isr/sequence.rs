@@ -294,9 +294,11 @@ impl<N: Number> CommissionIsr<N> {
             return Err(Reason::NoGains);
         };
         let last = held.resting();
-        // Friction may hold it a little short of where it was sent.
         let mut holding = self.held_after(candidate.controller, state.position, &last);
         holding.rest_for(candidate.rest);
+        if candidate.trial.is_away(state.position) {
+            holding.send(candidate.trial.start());
+        }
         let trial = Activity::OnTrial(holding, candidate.trial);
         state.phase = Phase::Trial;
         state.begin(trial);

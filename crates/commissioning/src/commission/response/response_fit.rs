@@ -144,7 +144,7 @@ impl ResponseFit {
     const EXPLAINED: f64 = 1.0;
 
     /// The same of a fit that leaves what friction blurs, more than the motions of a line differ.
-    const BLURRED: f64 = 3.0;
+    const BLURRED: f64 = 2.0;
     /// The part of the errors of one mass that two may leave if they are the cause. A load that changes with the angle,
     /// which partly looks like a second mass, leaves more.
     const NEARLY_ALL: f64 = 0.1;

@@ -52,7 +52,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 let [start, _] = Candidate::<N>::start_and_step(step, &self.settings.limits);
                 let mut forces = self.evidence.forces;
                 forces = forces.at_phase(forces.order * start);
-                if resonance.is_none() && self.evidence.unexplained_reason.is_none() {
+                if resonance.is_none() {
                     let coulomb = servo.parameters.coulomb;
                     let at_rest = (self.evidence.broke_away).map_or(2.0 * coulomb, |broke_away| {
                         broke_away.friction(&servo.parameters)

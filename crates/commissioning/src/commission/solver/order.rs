@@ -131,6 +131,9 @@ impl Evidence {
     const APART: f64 = 1.25;
     const MOST_APART: f64 = 1.6;
 
+    /// The same up to which motions that nothing explains bear out lines.
+    const BORNE_OUT: f64 = 1.1;
+
     /// The servo by motions and response together.
     pub(super) fn servo(&self) -> Option<IdentifiedServo> {
         let mut servo = self.fitted?;
@@ -215,10 +218,11 @@ impl Evidence {
     fn is_within_tolerance(&self, error: f64, agrees: bool) -> bool {
         let is_explained = match (self.masses, self.unexplained_reason) {
             // Faster lines show the motor alone where a spring moves its load below them.
-            (masses, Some(_)) => {
-                (self.measured > 1 || self.motions_know_b())
-                    && masses.is_some_and(|masses| masses.resonance.is_some() || !self.is_faster)
-            }
+            (masses, Some(_)) => masses.is_some_and(|masses| {
+                let is_sure = self.measured > 1 || self.motions_know_b();
+                let is_whole = masses.resonance.is_some() || !self.is_faster;
+                self.is_borne_out(&masses) || (is_sure && is_whole)
+            }),
             // A load that friction holds behind a spring looks like gravity.
             (None, None) => self.forces == AxisForces::NONE,
             (Some(_), None) => agrees && !self.may_be_a_spring(),
@@ -230,6 +234,13 @@ impl Evidence {
     fn motions_know_b(&self) -> bool {
         self.fitted.is_some_and(|servo| {
             servo.standard_error(IdentifiedServo::B) <= Self::KNOWN * servo.parameters.b
+        })
+    }
+
+    /// True if the motions show about the gain of these lines. They moved the whole axis, not a motor alone.
+    fn is_borne_out(&self, masses: &ResponseEstimate) -> bool {
+        self.fitted.is_some_and(|servo| {
+            libm::fabs(libm::log(masses.gain / servo.parameters.b)) < libm::log(Self::BORNE_OUT)
         })
     }
 
@@ -331,25 +342,55 @@ pub(super) mod tests {
         }
     }
 
+    /// The same with this b by the motions, which know it badly.
+    fn with_rough(b: f64, evidence: Evidence) -> Evidence {
+        let fitted = evidence.fitted.map(|mut servo| {
+            servo.parameters.b = b;
+            servo.covariance[IdentifiedServo::B][IdentifiedServo::B] = b * b;
+            servo
+        });
+        Evidence { fitted, ..evidence }
+    }
+
     /// They show the motor alone where a spring moves its load below them.
     #[test]
-    fn faster_lines_do_not_show_that_an_unexplained_axis_is_one_mass() {
-        let usual = unexplained();
-        assert_eq!(Step::after(&usual), Step::Gains);
-        let faster = Evidence {
-            is_faster: true,
-            ..usual
-        };
-        assert_eq!(Step::after(&faster), Step::End);
+    fn faster_lines_show_that_an_unexplained_axis_is_one_mass_only_if_motions_bear_them_out() {
+        for (b, is_faster, expected) in [
+            (70.0, false, Step::Gains),
+            (70.0, true, Step::End),
+            (95.0, true, Step::Gains),
+        ] {
+            let evidence = Evidence {
+                is_faster,
+                measured: 3,
+                ..with_rough(b, unexplained())
+            };
+            assert_eq!(Step::after(&evidence), expected, "{b} {is_faster}");
+        }
+    }
+
+    /// An axis that sticks while they are measured.
+    #[test]
+    fn lines_that_no_mass_explains_do_not_contradict_the_motions_until_they_are_measured_again() {
+        let masses = unexplained().masses.map(|masses| ResponseEstimate {
+            gain: 50.0,
+            misfit: 2.5,
+            ..masses
+        });
+        for (rounds, expected) in [(1, Step::MoreLines), (2, Step::End)] {
+            let evidence = Evidence {
+                unexplained_reason: None,
+                masses,
+                rounds,
+                ..unexplained()
+            };
+            assert_eq!(Step::after(&evidence), expected, "{rounds}");
+        }
     }
 
     /// A narrow resonance between lines shows the motor alone above it.
     #[test]
     fn lines_that_alone_know_b_are_measured_twice() {
-        let rough = unexplained().fitted.map(|mut servo| {
-            servo.covariance[IdentifiedServo::B][IdentifiedServo::B] = 100.0;
-            servo
-        });
         // A round without enough of them measures nothing.
         for (rounds, measured, expected) in [
             (1, 1, Step::MoreLines),
@@ -363,10 +404,7 @@ pub(super) mod tests {
                 ..unexplained()
             };
             assert_eq!(Step::after(&sure), Step::Gains);
-            let evidence = Evidence {
-                fitted: rough,
-                ..sure
-            };
+            let evidence = with_rough(70.0, sure);
             assert_eq!(Step::after(&evidence), expected, "{rounds} {measured}");
         }
     }
