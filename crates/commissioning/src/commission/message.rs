@@ -181,6 +181,7 @@ impl<N: Number> Candidate<N> {
         let mut within = *tuning;
         let overshoot = &mut within.predicted_response.overshoot;
         *overshoot = overshoot.min(Self::USED * room / libm::fabs(step));
+        let beside = room - *overshoot * libm::fabs(step);
         // Under noise a servo rests too rarely to be waited for once more.
         let returns = settings.noise == 0.0;
         // A servo that hunts about its friction is still for a while too.
@@ -188,7 +189,7 @@ impl<N: Number> Candidate<N> {
         Ok(Self {
             tuning: *tuning,
             controller: HoldingGains::tuned(tuning, limits).build(&units)?,
-            trial: Trial::new(&within, &units, [start, step], servo, returns),
+            trial: Trial::new(&within, &units, [start, beside, step], servo, returns),
             rest: (0.5 * settling / settings.sample_time) as u32,
         })
     }

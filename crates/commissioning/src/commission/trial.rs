@@ -18,8 +18,10 @@ pub(super) struct Trial<N> {
     twice_friction: N,
     /// Samples from a command to its effect.
     delay: u32,
-    /// Where the step begins, counts from where the commissioning began, and the step with its sign.
+    /// Where the step begins, counts from where the commissioning began, and how far beside it may. The step, with its
+    /// sign.
     start: N,
+    beside: N,
     step: N,
     /// True if the axis may go back.
     returns: bool,
@@ -89,9 +91,6 @@ impl<N: Number> Trial<N> {
     pub(super) const RISE: f64 = 0.15;
     const SLOWER: f64 = 3.0;
 
-    /// The distance from where the step is to begin at which it may, as a part of it.
-    const AWAY: f64 = 0.1;
-
     /// Tolerance of the overshoot, as a part of the step.
     pub(super) const OVERSHOOT: f64 = 0.03;
 
@@ -109,12 +108,12 @@ impl<N: Number> Trial<N> {
     const BESIDES: f64 = 0.5;
     const PATIENCE: f64 = 30.0;
 
-    /// The trial of a step under gains for a servo: where it begins, rad from where the commissioning began, and its size
-    /// with its sign. On an axis that `returns` it includes the step back.
+    /// The trial of a step under gains for a servo: where it begins, rad from where the commissioning began, how far beside
+    /// it may, and its size with its sign. On an axis that `returns` it includes the step back.
     pub(super) fn new(
         tuning: &Tuning,
         units: &Units,
-        [start, step]: [f64; 2],
+        [start, beside, step]: [f64; 3],
         servo: &IdentifiedServo,
         returns: bool,
     ) -> Self {
@@ -145,6 +144,7 @@ impl<N: Number> Trial<N> {
             ),
             delay: libm::ceil(samples(delay)) as u32,
             start: N::from_f64(start * units.position()),
+            beside: N::from_f64(beside * units.position()),
             step: N::from_f64(counts),
             returns,
             balance: N::from_f64(-servo.load / b),
@@ -181,9 +181,9 @@ impl<N: Number> Trial<N> {
         self.start
     }
 
-    /// True if friction holds the servo away from there.
+    /// True if friction holds the servo so far from there that the overshoot may leave the travel.
     pub(super) fn is_away(&self, position: N) -> bool {
-        (position - self.start).magnitude() > N::from_f64(Self::AWAY) * self.step.magnitude()
+        (position - self.start).magnitude() > self.beside
     }
 
     /// The time after which a transient of the servo is over, s.
@@ -456,7 +456,7 @@ pub(super) mod tests {
         let mut holding = Holding::take_over(controller, limit, 0.0, &at_rest, 1.0, 60);
         let mut servo = IdentifiedServo::known(ServoParameters::new(0.0, B, coulomb, 0.0), 1e-3);
         super::super::corrected::set_one_known(&mut servo, IdentifiedServo::COULOMB, error);
-        let mut trial = Trial::<f64>::new(tuning, &units, [0.0, step], &servo, true);
+        let mut trial = Trial::<f64>::new(tuning, &units, [0.0, 0.0, step], &servo, true);
         let [mut from, mut to] = [0.0; 2];
         for _ in 0..100_000 {
             let reference = holding.reference() * units.position_unit();

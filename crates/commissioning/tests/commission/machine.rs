@@ -1,9 +1,11 @@
-use commissioning::{CommissionError, CommissionIsr, HoldingGains, Phase};
+use commissioning::{
+    CommissionError, CommissionInputs, CommissionIsr, HoldingGains, Phase, SynchronousCommission,
+};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Goal;
-use virtual_servo::SplitMix64;
+use virtual_servo::{Encoder, Servo, SplitMix64};
 
 use crate::faults::PHASES;
 use crate::rig::{Bench, ordinary};
@@ -262,4 +264,35 @@ fn a_sensitivity_that_the_tuner_refuses_is_refused_before_any_motion() {
         bench.commission(&mut |_| None).state.phase(),
         Phase::Applied
     );
+}
+
+/// It may have the gains before the servo is at rest after its last motion.
+#[test]
+fn a_background_of_any_speed_leaves_no_phase_out() {
+    let bench = ordinary();
+    let time = bench.settings.sample_time;
+    for slices in [1, 10, 2000] {
+        let mut servo = Servo::at_rest(&bench.servo, &bench.effects, time, 1).expect("allowed");
+        let encoder = Encoder::new(bench.counts);
+        let mut commission =
+            SynchronousCommission::<f32>::new(&bench.settings, None, None).expect("allowed");
+        let mut seen = vec![Phase::Idle];
+        while !seen.last().is_some_and(|phase| phase.is_end()) {
+            let inputs = CommissionInputs {
+                count: Some(encoder.read(servo.position()) as i32),
+                late: false,
+                stop: None,
+            };
+            let done = commission.sample_with_slices(&inputs, slices);
+            servo.advance(done.command.unwrap_or(0.0));
+            if seen.last() != Some(&done.phase) {
+                seen.push(done.phase);
+            }
+        }
+        println!("{slices} {seen:?}");
+        assert!(
+            seen.ends_with(&[Phase::Gains, Phase::Trial, Phase::Applied]),
+            "{slices} {seen:?}"
+        );
+    }
 }

@@ -146,13 +146,16 @@ impl<N: Number> CommissionIsr<N> {
             }
             Next::Prove { .. } => {}
             Next::End(reason) => return Err(reason),
+            // A fast background may have the gains before the servo is at rest.
+            Next::Tune | Next::Trial if !is_at_rest => {}
             Next::Tune => {
-                if is_at_rest {
-                    self.know(state);
-                    state.next = Next::Decision;
-                    state.phase = Phase::Gains;
-                    state.passed = 0;
-                }
+                self.begin_gains(state);
+                state.next = Next::Decision;
+            }
+            Next::Trial if state.phase != Phase::Gains => self.begin_gains(state),
+            Next::Trial => {
+                state.next = Next::Decision;
+                self.begin_trial(state)?;
             }
             Next::ResponseMotion => {
                 if is_at_rest {
@@ -182,12 +185,6 @@ impl<N: Number> CommissionIsr<N> {
                 self.begin_motion(state)?;
             }
             Next::PreRoll(samples) => state.next = Next::PreRoll(samples - 1),
-            Next::Trial => {
-                if is_at_rest {
-                    state.next = Next::Decision;
-                    self.begin_trial(state)?;
-                }
-            }
         }
         Ok(())
     }
@@ -287,6 +284,12 @@ impl<N: Number> CommissionIsr<N> {
         holding.send(N::ZERO);
         state.begin(Activity::Holding(holding));
         Ok(())
+    }
+
+    fn begin_gains(&self, state: &mut CommissionState<N>) {
+        self.know(state);
+        state.phase = Phase::Gains;
+        state.passed = 0;
     }
 
     fn begin_trial(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
