@@ -39,8 +39,13 @@ fn an_ordinary_servo_ends_with_new_gains_that_keep_their_prediction() {
         assert!(within(course.travel, limits.travel) && within(course.command, limits.command));
         assert!(course.travel[1] > 0.02 && course.speed > 0.2 && course.speed <= limits.speed);
         assert_eq!(course.state.phase(), Phase::Applied);
-        let seen: Vec<_> = course.phases.iter().map(|(phase, _)| *phase).collect();
+        let mut seen: Vec<_> = course.phases.iter().map(|(phase, _)| *phase).collect();
         let expected = [&[Phase::Idle], &PHASES[..], &[Phase::Applied]].concat();
+        // Gains may ask for further lines, once.
+        let further = [Phase::FrequencyResponse, Phase::Gains];
+        if seen.len() > expected.len() && seen[6..8] == further {
+            seen.drain(6..8);
+        }
         assert_eq!(seen, expected);
     }
 }

@@ -130,7 +130,13 @@ impl Bench {
     /// Commissions it with a fault; the course and the time of the fault, s.
     pub(crate) fn commission_with(&self, injection: &FaultInjection) -> (Course, f64) {
         let sound = self.run(&[], &mut |_| None);
-        let began = sound.began(injection.phase).expect("it came so far");
+        // Gains may ask for further lines, and are tried after the last search.
+        let mut phases: Vec<_> = sound.phases.iter().collect();
+        if injection.phase == Phase::Gains {
+            phases.reverse();
+        }
+        let of = phases.iter().find(|(phase, _)| *phase == injection.phase);
+        let (_, began) = of.expect("it came so far");
         let time = began + f64::from(injection.after) * self.settings.sample_time;
         let fault = InjectedFault::lasting(injection.kind, time, injection.size);
         (self.run(&[fault], &mut |_| None), time)

@@ -92,9 +92,9 @@ impl<N: Number> CommissionIsr<N> {
     /// The cut-off of the velocity estimate that gains take over with, ω T.
     const CUTOFF: f64 = 0.2;
 
-    /// Time assumed for a slice of the solver, s. On a Cortex-M4F at 168 MHz the mean slice takes a quarter of it. A few
+    /// Time assumed for a slice of the solver, s. On a Cortex-M4F at 168 MHz the mean slice takes half of it. A few
     /// that end a fit or begin a search take longer than all of it (`commission-slice` in the firmware's budget).
-    const SLICE: f64 = 1e-4;
+    const SLICE: f64 = 5e-5;
 
     /// Delay beyond the declared one that a command may have before the servo is identified, samples.
     const UNKNOWN_DELAY: f64 = 2.0;
