@@ -72,8 +72,6 @@ encode! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit<N, const P: usize> {
     pub(super) prior: Prior<N, P>,
-    /// Rows that make the errors of the initial values white, if these are known together. Units of a block.
-    pub(super) known: Option<[[N; P]; P]>,
     pub(super) blocks: usize,
     pub(super) next: usize,
     pub(super) stage: FitStage,
@@ -233,7 +231,6 @@ where
     pub fn begin_fit(&self, blocks: usize) -> Fit<N, P> {
         Fit {
             prior: self.prior,
-            known: None,
             blocks,
             next: 0,
             stage: FitStage::RecordStatistics,

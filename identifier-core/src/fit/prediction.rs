@@ -3,15 +3,6 @@ use super::record::Blocks;
 use crate::model::IdentifiableSet;
 use crate::number::Number;
 
-/// A block as the open-loop simulation of the record predicts it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Predicted<N, const P: usize> {
-    /// The servo's position less the model's, counts, weighted so that its variance is that of the position's noise.
-    pub error: N,
-    /// The change of the model's position per unit of each unknown (of a sample), weighted alike.
-    pub row: [N; P],
-}
-
 impl<N, S, const P: usize> Fitter<N, S, P>
 where
     N: Number,
@@ -25,15 +16,12 @@ where
         self.begin_pass(fit);
     }
 
-    /// Continues a prediction by one block of the record; none behind the last.
-    pub fn predict(&self, fit: &mut Fit<N, P>, record: &impl Blocks<N>) -> Option<Predicted<N, P>> {
+    /// Continues a prediction by one block of the record: the servo's position less the model's, counts, weighted so that its
+    /// variance is that of the position's noise. None behind the last.
+    pub fn predict(&self, fit: &mut Fit<N, P>, record: &impl Blocks<N>) -> Option<N> {
         let block = record.block(fit.next)?;
         self.model_block(fit, record, block);
         fit.next += 1;
-        let weight = fit.pass.gain.weight;
-        Some(Predicted {
-            error: fit.pass.model.error * weight,
-            row: core::array::from_fn(|i| fit.pass.tangents.position[i] * weight * self.scale[i]),
-        })
+        Some(fit.pass.model.error * fit.pass.gain.weight)
     }
 }

@@ -19,12 +19,6 @@ where
     /// The start from the prior, behind the two of the linear pass.
     pub(super) const FROM_PRIOR: u32 = 2;
 
-    /// Makes a fit treat its initial values as jointly known. The rows of `whitening` make their errors white, in
-    /// machine units of a sample.
-    pub fn know(&self, fit: &mut Fit<N, P>, whitening: &[[N; P]; P]) {
-        fit.known = Some(whitening.map(|row| core::array::from_fn(|i| row[i] * self.per_scale[i])));
-    }
-
     /// The unknowns to start from.
     pub(super) fn begin_start(&self, fit: &mut Fit<N, P>, start: u32) {
         let mut trial = fit.linear[usize::from(start == 1)];
@@ -68,18 +62,6 @@ where
         fit.next = 0;
         fit.pass = self.first_pass(fit);
         let deviation = root(fit.noise);
-        if let Some(known) = &fit.known {
-            for row in known {
-                let mut error = N::ZERO;
-                for i in 0..P {
-                    let initial = fit.prior.initial[i].unwrap_or(fit.trial[i]);
-                    error += row[i] * (initial - fit.trial[i]);
-                }
-                let row = row.map(|entry| entry * deviation);
-                fit.pass.equations.add(&row, error * deviation);
-            }
-            return;
-        }
         for i in 0..P {
             let weight = fit.prior.weight[i] * deviation;
             if let Some(initial) = fit.prior.initial[i].filter(|_| weight > N::ZERO) {

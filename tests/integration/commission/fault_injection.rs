@@ -51,7 +51,7 @@ const KINDS: [Kind; 14] = [
     Kind {
         sizes: [500.0, 5000.0],
         // For an unknown servo it may be a motion.
-        since: Phase::ProbeAgain,
+        since: Phase::FrequencyResponse,
         ..Kind::fault(FaultKind::EncoderJump, &[Reason::EncoderJumped])
     },
     Kind::fault(FaultKind::EncoderReversed, &[Reason::Reversed]),

@@ -2,7 +2,7 @@ use super::frequency_response::{FrictionBalance, LineSums, ResponsePlan};
 use super::gains::{HoldingGains, Loop};
 use super::rough_model::Breakaway;
 use super::trial::Trial;
-use super::{CommissionSettings, Limits, Phase, RoughModel};
+use super::{CommissionSettings, Limits, RoughModel};
 use crate::watch::{KnownServo, LOW_SPEED};
 use identifier_core::error::OutOfRange;
 use identifier_core::identifier::NumberedBlock;
@@ -22,7 +22,7 @@ impl<N> RecordEvent<N> {
     #[must_use]
     pub fn recorded(&self, blocks: u16) -> u16 {
         match self.0 {
-            EventKind::Begins(_) => 0,
+            EventKind::Begins => 0,
             EventKind::Block(_) => blocks.saturating_add(1),
             EventKind::Balance(_) | EventKind::Line(_) | EventKind::Ended { .. } => blocks,
         }
@@ -32,8 +32,8 @@ impl<N> RecordEvent<N> {
 /// The events of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum EventKind<N> {
-    /// A motion of this phase begins: [`Phase::Probe`] or [`Phase::ProbeAgain`].
-    Begins(Phase),
+    /// The motion that is recorded begins, or the rest before it.
+    Begins,
     /// A piece of its record.
     Block(NumberedBlock<N>),
     /// The mean motion of a frequency-response motion that is over, after the sums of its lines.
@@ -60,8 +60,6 @@ pub struct Decision<N: Number>(pub(super) DecisionKind<N>);
 pub(super) enum DecisionKind<N: Number> {
     /// The servo as one mass explains its motion. Another decision follows.
     Identified(Identified<N>),
-    /// The servo in its estimate after a motion, not yet within tolerance. It is probed again.
-    Uncertain(Identified<N>),
     /// The response is to be measured as planned. [`Verified`] follows, or another plan.
     ///
     /// [`Verified`]: Self::Verified
@@ -79,9 +77,7 @@ impl<N: Number> Decision<N> {
     #[must_use]
     pub fn servo(&self) -> Option<&IdentifiedServo> {
         match &self.0 {
-            DecisionKind::Identified(known)
-            | DecisionKind::Uncertain(known)
-            | DecisionKind::Verified(known) => Some(&known.servo),
+            DecisionKind::Identified(known) | DecisionKind::Verified(known) => Some(&known.servo),
             _ => None,
         }
     }

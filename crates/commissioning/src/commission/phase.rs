@@ -11,8 +11,6 @@ pub enum Phase {
     Probe,
     /// The servo is held while the solver fits.
     Fit,
-    /// A further motion, where the travel has no room for frequency-response motions and b is uncertain.
-    ProbeAgain,
     /// The servo moves both ways at constant speed under a multisine, which shows a resonance that friction hides.
     FrequencyResponse,
     /// The servo is held while the solver searches gains.
@@ -29,12 +27,11 @@ pub enum Phase {
 
 impl Phase {
     /// All, in their order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 10] = [
         Self::Idle,
         Self::Rest,
         Self::Probe,
         Self::Fit,
-        Self::ProbeAgain,
         Self::FrequencyResponse,
         Self::Gains,
         Self::Trial,
@@ -51,7 +48,6 @@ impl Phase {
             Self::Rest => "rest",
             Self::Probe => "probe",
             Self::Fit => "fit",
-            Self::ProbeAgain => "probe-again",
             Self::FrequencyResponse => "frequency-response",
             Self::Gains => "gains",
             Self::Trial => "trial",

@@ -97,14 +97,6 @@ impl<N: Number> Activity<N> {
 pub(super) enum Next<N> {
     /// Nothing before the solver answers.
     Decision,
-    /// Gains for the present estimate hold it; then the next motion.
-    Hold,
-    /// The next motion once it is at rest.
-    MotionRecord,
-    /// The next motion once it is at rest where it came to rest, under the command that balances the load.
-    Stay,
-    /// The next motion after this many samples of its record.
-    PreRoll(u32),
     /// The frequency-response motions once it is at rest.
     ResponseMotion,
     /// Gains are looked for.
@@ -163,7 +155,7 @@ impl<N: Number> CommissionState<N> {
             recorder: Recorder::EMPTY,
             is_recording: matches!(activity, Activity::Free),
             event: match activity {
-                Activity::Free => Some(EventKind::Begins(Phase::Rest)),
+                Activity::Free => Some(EventKind::Begins),
                 _ => None,
             },
             response_motion: ResponseMotion::NONE,
@@ -289,20 +281,10 @@ impl<N: Number> CommissionState<N> {
         }
     }
 
-    /// Has the servo stay where it is, under the command that balances its load.
-    pub(super) fn stay(&mut self) -> Result<(), Reason> {
-        let (Some(known), Activity::Holding(holding)) = (&self.identified, &mut self.activity)
-        else {
-            return Err(Reason::TooLittleEvidence);
-        };
-        holding.stay(self.position, known.rough.holding());
-        Ok(())
-    }
-
     pub(super) fn begin_record(&mut self) {
         self.recorder.begin_anew();
         self.is_recording = true;
-        self.event = Some(EventKind::Begins(self.phase));
+        self.event = Some(EventKind::Begins);
     }
 
     pub(super) fn end_record(&mut self, event: EventKind<N>) {

@@ -1,8 +1,8 @@
 //! A servo with its encoder, and a commissioning of it.
 
 use commissioning::{
-    CommissionInputs, CommissionIsr, CommissionSettings, CommissionState, HoldingGains, Limits,
-    Phase, SynchronousCommission,
+    CommissionInputs, CommissionSettings, CommissionState, HoldingGains, Limits, Phase,
+    SynchronousCommission,
 };
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
@@ -64,8 +64,6 @@ pub(crate) struct Course {
     /// Extremes of the true motion, rad and rad/s, and of the command.
     pub(crate) travel: [f64; 2],
     pub(crate) speed: f64,
-    /// The largest true speed in the recorded rest before the second and the third motion, rad/s.
-    pub(crate) speed_at_rest: f64,
     pub(crate) command: [f64; 2],
     /// The times in which the command or the reference moves the servo, s, and when the stage was disabled.
     pub(crate) ordered: Vec<f64>,
@@ -171,7 +169,7 @@ impl Bench {
             .map(|seed| Background::new(seed, commission.slices()));
         let mut phases = vec![(Phase::Idle, 0.0)];
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
-        let (mut speed, mut speed_at_rest) = (0.0_f64, 0.0_f64);
+        let mut speed = 0.0_f64;
         let mut commands = vec![];
         let (mut after, mut ordered, mut disabled, mut reference) = (vec![], vec![], None, None);
         for k in 0..(MAX_DURATION / sample_time) as u64 {
@@ -214,13 +212,6 @@ impl Bench {
             let position = servo.position();
             travel = [travel[0].min(position), travel[1].max(position)];
             speed = speed.max(servo.velocity().abs());
-            if done.phase == Phase::ProbeAgain {
-                let &(_, began) = phases.last().expect("it began");
-                let recorded = (k as f64 * sample_time - began) / sample_time;
-                if recorded < CommissionIsr::<f32>::PRE_ROLL.1 {
-                    speed_at_rest = speed_at_rest.max(servo.velocity().abs());
-                }
-            }
             if done.phase.is_end() {
                 after.push(done.command);
                 if after.len() as f64 * sample_time > AFTERWARDS {
@@ -234,7 +225,6 @@ impl Bench {
             phases,
             travel,
             speed,
-            speed_at_rest,
             command,
             ordered,
             given: commands,

@@ -10,7 +10,6 @@ mod motion_model;
 mod piece;
 mod servo_fit;
 mod servo_fitter;
-mod whitening;
 
 pub(crate) use fitted_servo::FittedServo;
 pub(crate) use motion::MotionRecord;

@@ -10,6 +10,6 @@ pub(crate) struct ServoFit<N> {
     pub(super) fit: MotionFit<N>,
     /// The result, and the sum of the squares of the errors of its prediction so far.
     pub(super) found: Option<(FitResult<N, UNKNOWNS>, N)>,
-    /// The search for forces beside the servo, of a first motion.
-    pub(super) search: Option<ForceSearch>,
+    /// The search for forces beside the servo.
+    pub(super) search: ForceSearch,
 }

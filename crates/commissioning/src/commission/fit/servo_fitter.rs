@@ -3,7 +3,6 @@ use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
 use super::super::CommissionSettings;
-use super::super::conservative_pid::ConservativePid;
 use super::fitted_servo::FittedServo;
 use super::force_search::{ForceSearch, Forces};
 use super::motion::MotionRecord;
@@ -12,7 +11,6 @@ use super::motion_model::{
     UNKNOWNS,
 };
 use super::servo_fit::ServoFit;
-use super::whitening::inverse_factor;
 use identifier_core::fit::{Blocking, FitResult, Fitter, QUANTISATION_VARIANCE};
 use identifier_core::model::FrictionStep;
 use identifier_core::number::Number;
@@ -82,32 +80,8 @@ impl<'a, N: Number> ServoFitter<'a, N> {
 
     /// Begins a fit.
     #[must_use]
-    pub(crate) fn begin<const W: usize>(
-        &self,
-        motion: &MotionRecord<N, W>,
-        known: Option<&IdentifiedServo>,
-    ) -> ServoFit<N> {
-        /// Factor on the standard errors of an earlier estimate, because a servo may change.
-        const CAUTION: f64 = 2.0;
-        let mut begun = self.begin_with(Some(ForceSearch::BEGIN), motion, known);
-        if let Some(servo) = known {
-            let scale = self.scale();
-            let mut whitening = [[N::ZERO; UNKNOWNS]; UNKNOWNS];
-            for (factors, at) in inverse_factor(&servo.covariance).iter().zip(OF_SERVO) {
-                for (factor, place) in factors.iter().zip(OF_SERVO) {
-                    let row = whitening.get_mut(at);
-                    if let (Some(entry), Some(scale)) =
-                        (row.and_then(|row| row.get_mut(place)), scale.get(place))
-                    {
-                        *entry = N::from_f64(factor / (CAUTION * scale));
-                    }
-                }
-            }
-            begun.fitter.know(&mut begun.fit, &whitening);
-            // The forces are those of the first motion.
-            begun.search = None;
-        }
-        begun
+    pub(crate) fn begin<const W: usize>(&self, motion: &MotionRecord<N, W>) -> ServoFit<N> {
+        self.begin_with(ForceSearch::BEGIN, motion)
     }
 
     /// Begins a fit of a first motion with a wave of the angle. The servo alone leaves so much of it, rad, or there is none.
@@ -121,18 +95,15 @@ impl<'a, N: Number> ServoFitter<'a, N> {
         let range = motion.range().to_f64() * self.settings.resolution;
         let plain = (Reason::PartlyExplained, self.left(unexplained, motion));
         let search = ForceSearch::waves(range, plain).filter(|_| self.settings.noise == 0.0)?;
-        Some(self.begin_with(Some(search), motion, None))
+        Some(self.begin_with(search, motion))
     }
 
     fn begin_with<const W: usize>(
         &self,
-        search: Option<ForceSearch>,
+        search: ForceSearch,
         motion: &MotionRecord<N, W>,
-        known: Option<&IdentifiedServo>,
     ) -> ServoFit<N> {
-        let forces = search.map_or(Forces::None, |search| search.forces());
-        let best = search.and_then(|search| search.begins_with());
-        let fitter = self.fitter_for(motion, known, best.as_ref(), forces);
+        let fitter = self.fitter_for(motion, &search);
         ServoFit {
             fitter,
             fit: fitter.begin_fit(motion.len()),
@@ -156,21 +127,19 @@ impl<'a, N: Number> ServoFitter<'a, N> {
                 search,
             } = fit;
             let servo = if let Some((result, cost)) = found {
-                if let Some(predicted) = fitter.predict(under_way, motion) {
-                    *cost += predicted.error * predicted.error;
+                if let Some(error) = fitter.predict(under_way, motion) {
+                    *cost += error * error;
                     continue;
                 }
                 let error = libm::sqrt(cost.to_f64() / motion.len().max(1) as f64);
-                let forces = search.map_or(Forces::None, |search| search.forces());
-                self.servo(result, error, motion, forces)
+                self.servo(result, error, motion, search.forces())
             } else {
                 match fitter.work(under_way, motion) {
                     None => {
-                        if let Some(search) = search
-                            && let Some(left) = under_way.linear_left()
+                        if let Some(left) = under_way.linear_left()
                             && let Some(next) = search.take_first(left.to_f64())
                         {
-                            *fit = self.begin_with(Some(next), motion, None);
+                            *fit = self.begin_with(next, motion);
                             return None;
                         }
                         continue;
@@ -197,12 +166,12 @@ impl<'a, N: Number> ServoFitter<'a, N> {
         motion: &MotionRecord<N, W>,
     ) -> Option<Result<FittedServo, Reason>> {
         let left = self.left(found.ok().map(|fitted| fitted.servo.unexplained), motion);
-        let Some(search) = fit.search.filter(|_| self.settings.noise == 0.0) else {
+        if self.settings.noise > 0.0 {
             return Some(found);
-        };
-        match search.take(found, left) {
+        }
+        match fit.search.take(found, left) {
             ControlFlow::Continue(next) => {
-                *fit = self.begin_with(Some(next), motion, None);
+                *fit = self.begin_with(next, motion);
                 None
             }
             ControlFlow::Break(found) => Some(found),
@@ -218,20 +187,19 @@ impl<'a, N: Number> ServoFitter<'a, N> {
         error * error - QUANTISATION_VARIANCE
     }
 
-    /// A fitter for a motion of a servo. Where earlier estimates exist, gains have held it before.
+    /// A fitter for a motion of a servo, with the forces that a search has come to.
     fn fitter_for<const W: usize>(
         &self,
         motion: &MotionRecord<N, W>,
-        known: Option<&IdentifiedServo>,
-        best: Option<&FittedServo>,
-        forces: Forces,
+        search: &ForceSearch,
     ) -> MotionFitter<N> {
         let time = self.settings.sample_time;
-        let first = self.speed_at_first(motion, known.is_some());
+        let (forces, best) = (search.forces(), search.begins_with());
+        let first = self.speed_at_first(motion);
         let (mut initial, mut deviation) = ([None; UNKNOWNS], [None; UNKNOWNS]);
         initial[DELAY] = Some(self.expected_delay());
         deviation[DELAY] = Some(Self::UNKNOWN_DELAY.max(time) / time);
-        if let Some(servo) = known.or(best.map(|best| &best.servo)) {
+        if let Some(FittedServo { servo, .. }) = &best {
             let scale = self.scale();
             for (value, place) in servo.values().into_iter().zip(OF_SERVO) {
                 if let (Some(initial), Some(scale)) = (initial.get_mut(place), scale.get(place)) {
@@ -284,18 +252,10 @@ impl<'a, N: Number> ServoFitter<'a, N> {
     }
 
     /// The standard deviation of the speed with which a record begins, counts per sample. The servo was at
-    /// standstill, or conservative gains held it, under which it hunts by a count. A disabled servo may begin to
-    /// move.
-    fn speed_at_first<const W: usize>(&self, motion: &MotionRecord<N, W>, held: bool) -> f64 {
-        let time = self.settings.sample_time;
-        let hunting = if held {
-            let sampled = ConservativePid::<N>::MAX_BANDWIDTH_PER_SAMPLE;
-            0.5 * (ConservativePid::<N>::MAX_BANDWIDTH * time).min(sampled)
-        } else {
-            Self::STOOD
-        };
-        let first = motion.speed_at_first(N::from_f64(0.002 / time)).to_f64();
-        hunting + 0.5 * first
+    /// standstill. A disabled servo may begin to move.
+    fn speed_at_first<const W: usize>(&self, motion: &MotionRecord<N, W>) -> f64 {
+        let samples = N::from_f64(0.002 / self.settings.sample_time);
+        Self::STOOD + 0.5 * motion.speed_at_first(samples).to_f64()
     }
 
     /// Machine units per SI unit.

@@ -46,8 +46,6 @@ pub struct CommissionIsr<N: Number> {
     /// Samples of a rest, and that the solver may take.
     rest: u32,
     patience: u32,
-    /// Samples that are recorded before a motion.
-    lead: u32,
     /// Delay of the commands before the servo is identified, samples.
     delay: N,
     /// The command by which that of a rest may differ from the load's besides what friction explains.
@@ -79,9 +77,6 @@ pub struct CommissionStep<N> {
 impl<N: Number> CommissionIsr<N> {
     /// Time for which a servo must be still to be at rest, s, and samples.
     pub const REST: (f64, f64) = (0.02, 8.0);
-
-    /// Recorded rest before a motion, s, and samples: as long as a command may be late.
-    pub const PRE_ROLL: (f64, f64) = (2e-3, 4.0);
 
     /// The longest that the solver may take, or a servo may need to come to rest, s.
     pub const PATIENCE: f64 = 30.0;
@@ -123,7 +118,6 @@ impl<N: Number> CommissionIsr<N> {
         let samples = |time: f64| time / settings.sample_time;
         let [low, high] = limits.command;
         let (rest, fewest) = Self::REST;
-        let (lead, least_pre_roll) = Self::PRE_ROLL;
         let delay = samples(settings.command_delay) + Self::UNKNOWN_DELAY;
         Ok(Self {
             settings: *settings,
@@ -146,7 +140,6 @@ impl<N: Number> CommissionIsr<N> {
             // Casts saturate.
             rest: samples(rest).max(fewest) as u32,
             patience: samples(Self::PATIENCE) as u32,
-            lead: samples(lead).max(least_pre_roll) as u32,
             delay: N::from_f64(delay),
             spare: N::from_f64(Self::SPARE * high.min(-low)),
             units,
@@ -297,10 +290,6 @@ impl<N: Number> CommissionIsr<N> {
             DecisionKind::Identified(known) => {
                 state.identified = Some(*known);
                 return;
-            }
-            DecisionKind::Uncertain(known) => {
-                state.identified = Some(*known);
-                Next::Hold
             }
             DecisionKind::ResponseMotion(plan) => {
                 state.response_motion.plan(plan);

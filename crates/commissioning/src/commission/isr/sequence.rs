@@ -13,9 +13,6 @@ use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
 impl<N: Number> CommissionIsr<N> {
-    /// The size of a further motion, a part of the first.
-    const PART: f64 = 0.8;
-
     /// Continues the activity after its command, or begins the next one.
     pub(super) fn proceed(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
         let Some(increment) = state.observation.increment else {
@@ -57,7 +54,7 @@ impl<N: Number> CommissionIsr<N> {
                             is_cut: true,
                             broke_away,
                         });
-                        self.hold_after_motion(state, &servo)
+                        self.hold(state, &servo, self.delay)
                     }
                     None => Ok(()),
                     Some(Ok(())) => {
@@ -66,7 +63,7 @@ impl<N: Number> CommissionIsr<N> {
                             is_cut: false,
                             broke_away,
                         });
-                        self.hold_after_motion(state, &servo)
+                        self.hold(state, &servo, self.delay)
                     }
                     Some(Err(reason)) => Err(reason),
                 }
@@ -164,41 +161,8 @@ impl<N: Number> CommissionIsr<N> {
                     self.begin_response_motion(state)?;
                 }
             }
-            Next::Hold => {
-                state.next = Next::MotionRecord;
-                self.hold_known(state)?;
-            }
-            Next::MotionRecord => {
-                if is_at_rest {
-                    self.know(state);
-                    state.next = Next::Stay;
-                    state.stay()?;
-                }
-            }
-            Next::Stay => {
-                if is_at_rest {
-                    self.begin_pre_roll(state);
-                }
-            }
-            Next::PreRoll(0) => {
-                state.next = Next::Decision;
-                self.begin_motion(state)?;
-            }
-            Next::PreRoll(samples) => state.next = Next::PreRoll(samples - 1),
         }
         Ok(())
-    }
-
-    /// Holds a servo after a motion with gains from its estimates, or from how it moved.
-    fn hold_after_motion(
-        &self,
-        state: &mut CommissionState<N>,
-        moved: &RoughModel<N>,
-    ) -> Result<(), Reason> {
-        let unknown = (*moved, self.delay);
-        let known = state.identified.as_ref();
-        let (servo, delay) = known.map_or(unknown, |known| (known.rough, known.delay));
-        self.hold(state, &servo, delay)
     }
 
     fn begin_probing(&self, state: &mut CommissionState<N>, probing: ProbingState<N>) {
@@ -208,24 +172,6 @@ impl<N: Number> CommissionIsr<N> {
             state.begin_record();
         }
         state.begin(Activity::Probing(probing));
-    }
-
-    /// Begins the record of the next motion while the servo is still held. Commands act late, so the fit needs those
-    /// before the motion.
-    fn begin_pre_roll(&self, state: &mut CommissionState<N>) {
-        state.phase = Phase::ProbeAgain;
-        state.next = Next::PreRoll(self.lead);
-        state.begin_record();
-    }
-
-    fn begin_motion(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
-        let Some(known) = &state.identified else {
-            return Err(Reason::TooLittleEvidence);
-        };
-        let position = state.position;
-        let probing = (self.probing).start_from_known(&known.rough, position, Self::PART);
-        state.begin(Activity::Probing(probing));
-        Ok(())
     }
 
     /// Begins the frequency-response motions of a servo at rest, under the loop that they plan.
@@ -254,16 +200,6 @@ impl<N: Number> CommissionIsr<N> {
         if let Some(known) = &identified.known {
             self.watch.know(&mut state.watch, known);
         }
-    }
-
-    /// Holds and watches the servo by the model that the solver identified.
-    fn hold_known(&self, state: &mut CommissionState<N>) -> Result<(), Reason> {
-        self.know(state);
-        let Some(known) = &state.identified else {
-            return Err(Reason::TooLittleEvidence);
-        };
-        let (servo, delay) = (known.rough, known.delay);
-        self.hold(state, &servo, delay)
     }
 
     /// Holds the servo with conservative gains, and brings it back to where it began.

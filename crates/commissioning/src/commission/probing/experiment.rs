@@ -1,10 +1,9 @@
 use super::super::conservative_pid::ConservativePid;
 use super::super::noise::has_missed;
 use super::super::regression::Regression;
-use super::super::rough_model::RoughModel;
 use super::super::{CommissionError, CommissionSettings};
 use super::observer::{Observer, ObserverState};
-use super::plan::{COMMANDS, Plan};
+use super::plan::Plan;
 use super::state::{FreeMotion, ProbingStage, ProbingState};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
@@ -74,28 +73,6 @@ impl<N: Number> Probing<N> {
             state.observed = observed;
         }
         Some(state)
-    }
-
-    /// Begins a later motion of an identified servo, `position` counts from the beginning of the first. It has a `part`
-    /// of the usual half-cycle, so that it is not the same motion again.
-    #[must_use]
-    pub(crate) fn start_from_known(
-        &self,
-        servo: &RoughModel<N>,
-        position: N,
-        part: f64,
-    ) -> ProbingState<N> {
-        let mut state = ProbingState::new(&self.plan, None);
-        state.servo = *servo;
-        state.guessed = state.servo.gain;
-        state.known_before = true;
-        state.position = position;
-        state.extreme = position;
-        state.part = N::from_f64(part);
-        state.commands = [state.servo.holding(); COMMANDS];
-        self.choose_half_cycle(&mut state);
-        state.enter(ProbingStage::Push);
-        state
     }
 
     /// The command of a sample: the counts that the encoder has moved since the last.
@@ -231,14 +208,11 @@ impl<N: Number> Probing<N> {
             if let Some(broke_away) = &state.broke_away {
                 estimate.confine(broke_away, self.plan.command[1]);
             }
-            // A model fitted in many passes is better than the estimate of one.
-            if !state.known_before {
-                if state.stage == ProbingStage::Push {
-                    state.push_on_with(&estimate);
-                }
-                state.observed.adopt(&state.servo, &estimate, acted);
-                state.servo = estimate;
+            if state.stage == ProbingStage::Push {
+                state.push_on_with(&estimate);
             }
+            state.observed.adopt(&state.servo, &estimate, acted);
+            state.servo = estimate;
             state.is_new = true;
             if !self.regression.is_dense() {
                 // Judged in the next sample: this one has done enough.
@@ -281,8 +255,22 @@ impl<N: Number> Probing<N> {
 #[cfg(test)]
 mod tests {
     use super::super::super::rough_model::Breakaway;
+    use super::super::super::rough_model::RoughModel;
     use super::super::super::tests::unknown_servos::Unknown;
+    use super::super::plan::COMMANDS;
     use super::*;
+
+    impl<N: Number> Probing<N> {
+        /// In the half-cycles of a servo that is known like this.
+        pub(in super::super) fn pushing(&self, servo: &RoughModel<N>) -> ProbingState<N> {
+            let mut state = ProbingState::new(&self.plan, None);
+            state.servo = *servo;
+            state.guessed = servo.gain;
+            self.choose_half_cycle(&mut state);
+            state.enter(ProbingStage::Push);
+            state
+        }
+    }
 
     /// Two half-cycles of a tenth of the relay's shortest one, at half of the planned speed, end it. This holds at
     /// every rate. The loop then holds with 0.4 of its bandwidth, 0.16 of its stiffness.
@@ -300,7 +288,7 @@ mod tests {
                 per_gain: 100.0,
                 ..RoughModel::UNKNOWN
             };
-            let mut state = probing.start_from_known(&servo, 0.0, 1.0);
+            let mut state = probing.pushing(&servo);
             let half_cycle = (0.1 * 2.0 * probing.plan.half_cycle_speed).round().max(1.0) as u32;
             let speed = 0.5 * probing.plan.usable_speed;
             let half_cycles = |sample: &u32| sample / half_cycle;
@@ -342,7 +330,7 @@ mod tests {
             backward: 2.0 * gain,
             viscous: 0.0,
         };
-        let mut state = probing.start_from_known(&servo, 0.0, 1.0);
+        let mut state = probing.pushing(&servo);
         state.aim(motion_direction);
         state.extra = 1.0;
         state.broke_away = Some(Breakaway {

@@ -39,7 +39,7 @@ impl<N: Number> Probing<N> {
             acceleration = acceleration.limited(N::ZERO, most);
         }
         state.acceleration = acceleration;
-        state.amplitude = amplitude * state.part;
+        state.amplitude = amplitude;
     }
 
     /// Position and velocity, along a direction, where a decision of now begins to act.
@@ -200,10 +200,6 @@ impl<N: Number> Probing<N> {
         if state.reversals.iter().any(|&count| count < 2) {
             return false;
         }
-        if state.known_before && state.samples >= self.plan.later {
-            // The fit judges whether the motion was informative, or it is there to be predicted.
-            return true;
-        }
         let speed = state.acceleration * self.plan.half_cycle_speed * N::from_f64(0.5);
         let most = N::from_f64(KNOWN / QUANTISATION_SIGMA) * state.acceleration;
         let accelerated = [N::ONE, -N::ONE].map(|direction| {
@@ -262,7 +258,7 @@ mod tests {
             backward: 8.0 * gain,
             viscous: 0.0,
         };
-        let state = probing.start_from_known(&servo, 0.0, 1.0);
+        let state = probing.pushing(&servo);
         (probing, state)
     }
 

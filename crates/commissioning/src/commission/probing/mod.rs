@@ -1,4 +1,4 @@
-//! The first motion of an unknown servo, within limits for any servo, and later motions of an identified one.
+//! The first motion of an unknown servo, within limits for any servo.
 //!
 //! **Ramp.** From the holding command, or zero, the command grows until the encoder has moved by a few counts. It
 //! grows exponentially at first, then by at most 2 % of the limit a millisecond. A linearly growing command moves a

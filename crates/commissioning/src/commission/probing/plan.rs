@@ -41,8 +41,6 @@ pub(super) struct Plan<N> {
     pub(super) longest: u32,
     /// Samples within which a motion that is to end must be at rest.
     pub(super) settling: u32,
-    /// Samples after which a motion of an identified servo may end.
-    pub(super) later: u32,
     pub(super) first_direction: N,
     /// Samples for which a servo that holds must not move to be at rest.
     pub(super) quiet: u32,
@@ -100,9 +98,6 @@ impl<N: Number> Plan<N> {
     /// The time within which a motion that is to end must be at rest, s.
     const SETTLING: f64 = 1.0;
 
-    /// The time after which a motion of an identified servo may end, s.
-    const LATER: f64 = 0.15;
-
     pub(super) fn new(settings: &CommissionSettings) -> Self {
         let time = settings.sample_time;
         let counts = 1.0 / settings.resolution;
@@ -152,7 +147,6 @@ impl<N: Number> Plan<N> {
             standing: samples(0.005).max(3.0) as u32,
             longest: samples(limits.duration) as u32,
             settling: samples(Self::SETTLING) as u32,
-            later: samples(Self::LATER.min(limits.duration)) as u32,
             first_direction: number(if travel[1] >= -travel[0] { 1.0 } else { -1.0 }),
             quiet: samples(0.004).max(4.0) as u32,
             usual_viscous: number(20.0 * time),

@@ -52,13 +52,9 @@ pub(crate) struct ProbingState<N> {
     pub(super) ending_for: u32,
     /// Command added beyond the predicted one.
     pub(super) extra: N,
-    /// True if the servo was known before the motion.
-    pub(super) known_before: bool,
     /// Acceleration and amplitude of the present half-cycle.
     pub(super) acceleration: N,
     pub(super) amplitude: N,
-    /// The part of the usual half-cycle.
-    pub(super) part: N,
     /// The direction in which it did not move under all of the command.
     pub(super) blocked: Option<N>,
     /// Reversals at the low and at the high end.
@@ -235,10 +231,8 @@ impl<N: Number> ProbingState<N> {
             at_limit: 0,
             ending_for: 0,
             extra: N::ZERO,
-            known_before: false,
             acceleration: N::ZERO,
             amplitude: N::ZERO,
-            part: N::ONE,
             blocked: None,
             reversals: [0; 2],
             half_cycles: HalfCycles::from(N::ZERO),

@@ -8,8 +8,8 @@ mod trial_step;
 use super::message::{DecisionKind, EventKind};
 use super::response::{LineMeasurement, MeasuredResponse, ResponseFit};
 use super::{
-    CommissionError, CommissionSettings, Decision, Limits, MotionRecord, Phase, RecordEvent,
-    RoughModel, ServoFit, ServoFitter,
+    CommissionError, CommissionSettings, Decision, Limits, MotionRecord, RecordEvent, RoughModel,
+    ServoFit, ServoFitter,
 };
 use identifier_core::fit::Block;
 use identifier_core::number::Number;
@@ -23,8 +23,6 @@ use planning::Planning;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommissionSolver<N: Number, const W: usize = 256> {
     settings: CommissionSettings,
-    /// The phase of the motion that is recorded.
-    motion: Phase,
     record: MotionRecord<N, W>,
     response: MeasuredResponse<N>,
     evidence: Evidence,
@@ -78,7 +76,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     pub fn idle() -> Self {
         Self {
             settings: CommissionSettings::new(0.0, 0.0, NO_LIMITS),
-            motion: Phase::Idle,
             record: MotionRecord::EMPTY,
             response: MeasuredResponse::NONE,
             evidence: Evidence::NONE,
@@ -104,7 +101,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     pub fn begin(&mut self, settings: &CommissionSettings) -> Result<(), CommissionError> {
         settings.check()?;
         self.settings = settings.in_units_of_noise();
-        self.motion = Phase::Idle;
         self.record.clear();
         self.response.restart(&self.settings);
         self.evidence = Evidence::NONE;
@@ -116,11 +112,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Takes an event of the interrupt.
     pub fn take(&mut self, finding: &RecordEvent<N>) {
         match &finding.0 {
-            EventKind::Begins(phase) => {
-                if matches!(phase, Phase::Rest | Phase::Probe) {
-                    self.evidence = Evidence::NONE;
-                }
-                self.motion = *phase;
+            EventKind::Begins => {
+                self.evidence = Evidence::NONE;
                 self.work = Work::Nothing;
                 self.record.clear();
             }
@@ -130,7 +123,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             }
             EventKind::Balance(balance) => self.response.take_balance(balance),
             EventKind::Line(sums) => self.response.take(sums),
-            EventKind::Ended { .. } if self.motion == Phase::FrequencyResponse => {
+            EventKind::Ended { .. } if self.evidence.rounds > 0 => {
                 self.work = Work::Lines(self.response.begin_lines());
             }
             EventKind::Ended {
@@ -151,12 +144,11 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let is_complete = self.record.is_complete();
         let rough = self.roughly(moved);
         let evidence = &mut self.evidence;
-        evidence.probes += 1;
         (evidence.is_recorded, evidence.is_cut) = (is_complete, is_cut);
         if is_cut || !is_complete {
             evidence.unexplained_reason = Some(Reason::TooLittleEvidence);
         }
-        evidence.fitted = evidence.fitted.or(rough);
+        evidence.fitted = rough;
         self.work = Work::Decide;
     }
 
@@ -252,10 +244,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Step::FrequencyResponse | Step::MoreLines => {
                 self.measure();
                 None
-            }
-            Step::ProbeAgain => {
-                self.work = Work::Nothing;
-                self.publish(DecisionKind::Uncertain)
             }
             Step::Gains => {
                 self.tune_next(self.settings.goal, self.first_step(), false);

@@ -15,8 +15,6 @@ pub(super) enum Step {
     FrequencyResponse,
     /// The five numbers are fitted once more, with a wave of the angle.
     FitWaves,
-    /// One more probing motion, where there is no room for those.
-    ProbeAgain,
     /// Frequency-response motions with further lines.
     MoreLines,
     /// The search for gains.
@@ -27,11 +25,10 @@ pub(super) enum Step {
 
 impl Step {
     /// In their order.
-    const ORDER: [Self; 7] = [
+    const ORDER: [Self; 6] = [
         Self::Fit,
         Self::FrequencyResponse,
         Self::FitWaves,
-        Self::ProbeAgain,
         Self::MoreLines,
         Self::Gains,
         Self::End,
@@ -54,7 +51,6 @@ impl Step {
             Self::Fit => evidence.is_recorded && !(evidence.is_cut && evidence.has_room),
             Self::FrequencyResponse => has_servo && evidence.has_room && evidence.rounds == 0,
             Self::FitWaves => evidence.asks_for_waves(),
-            Self::ProbeAgain => has_servo && !evidence.has_room && evidence.asks_for_a_probe(error),
             Self::MoreLines => {
                 has_servo && evidence.has_room && agrees && evidence.asks_for_lines(error)
             }
@@ -72,8 +68,6 @@ pub(super) struct Evidence {
     pub(super) is_cut: bool,
     /// The motion was fitted with waves.
     pub(super) has_waves: bool,
-    /// Probing motions so far.
-    pub(super) probes: u8,
     /// The servo by its motions.
     pub(super) fitted: Option<IdentifiedServo>,
     /// The forces beside it, as the first motion shows them.
@@ -103,7 +97,6 @@ impl Evidence {
         is_recorded: false,
         is_cut: false,
         has_waves: false,
-        probes: 0,
         fitted: None,
         forces: AxisForces::NONE,
         broke_away: None,
@@ -117,8 +110,7 @@ impl Evidence {
         doubt: 1.0,
     };
 
-    /// The most probing motions, and rounds of frequency-response motions.
-    const MAX_PROBES: u8 = 3;
+    /// The most rounds of frequency-response motions.
     pub(super) const MAX_ROUNDS: u8 = 3;
 
     /// The standard error of b below which no further motions are made, and the largest for which gains are computed,
@@ -191,15 +183,11 @@ impl Evidence {
 
     /// True if neither the servo explains the first motion nor masses the lines.
     fn asks_for_waves(&self) -> bool {
-        let is_first = self.probes == 1 && self.rounds > 0 && !self.has_waves;
+        let is_first = self.rounds > 0 && !self.has_waves;
         let shows_masses = (self.masses).is_some_and(|masses| {
             masses.is_explained() && (masses.is_two_masses() || masses.is_known())
         });
         is_first && self.unexplained_reason.is_some() && !shows_masses
-    }
-
-    fn asks_for_a_probe(&self, error: f64) -> bool {
-        self.probes < Self::MAX_PROBES && error > Self::WELL_KNOWN
     }
 
     fn asks_for_lines(&self, gain_error: f64) -> bool {
@@ -310,7 +298,6 @@ pub(super) mod tests {
             Step::Fit => "the five numbers are fitted",
             Step::FrequencyResponse => "frequency response, 2 motions",
             Step::FitWaves => "the five numbers are fitted with a wave of the angle",
-            Step::ProbeAgain => "probe again",
             Step::MoreLines => "frequency response with further lines",
             Step::Gains => "gains, then the trial",
             Step::End => "the end, with a reason",
@@ -329,7 +316,6 @@ pub(super) mod tests {
             left: 1.0,
         };
         Evidence {
-            probes: 1,
             rounds: 3,
             has_waves: true,
             fitted: Some(IdentifiedServo::known(
@@ -560,10 +546,6 @@ pub(super) mod tests {
             },
             Evidence {
                 unexplained_reason: None,
-                ..misfit(4.0)
-            },
-            Evidence {
-                probes: 2,
                 ..misfit(4.0)
             },
         ] {

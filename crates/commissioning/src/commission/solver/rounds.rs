@@ -1,6 +1,5 @@
 //! The rounds of frequency-response motions, and the masses that they show.
 
-use super::super::Phase;
 use super::super::frequency_response::{LineSearch, ResponsePlanner};
 use super::super::message::DecisionKind;
 use super::super::response::ResponseEstimate;
@@ -112,7 +111,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 Some(_) => Evidence::MAX_ROUNDS,
                 None => self.evidence.rounds + 1,
             };
-            (self.work, self.motion) = (Work::Nothing, Phase::FrequencyResponse);
+            self.work = Work::Nothing;
             return Some(DecisionKind::ResponseMotion(plan));
         }
         let lines = planning.search.work()?;

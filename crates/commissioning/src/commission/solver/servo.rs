@@ -33,10 +33,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     #[inline(never)]
     pub(super) fn fit(&mut self) {
         self.evidence.is_recorded = false;
-        // The first motion has no estimate before it.
-        let before = self.evidence.fitted.filter(|_| self.evidence.probes > 1);
         let fitter = ServoFitter::new(&self.settings);
-        self.work = Work::Fit(fitter.begin(&self.record, before.as_ref()));
+        self.work = Work::Fit(fitter.begin(&self.record));
     }
 
     /// Begins to fit it to the first motion, with a wave of the angle.
@@ -61,7 +59,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     ) -> Option<DecisionKind<N>> {
         self.work = Work::Decide;
         let evidence = &mut self.evidence;
-        if evidence.probes == 1 && evidence.has_waves {
+        if evidence.has_waves {
             if !fitted.is_ok_and(|fitted| {
                 fitted.explains
                     && fitted.forces.has_cogging()
@@ -79,10 +77,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     forces,
                     explains,
                 } = fitted;
-                evidence.fitted = Some(servo);
-                if evidence.probes == 1 {
-                    evidence.forces = forces;
-                }
+                (evidence.fitted, evidence.forces) = (Some(servo), forces);
                 let rounding = QUANTISATION_SIGMA * self.settings.resolution;
                 evidence.doubt = (servo.unexplained / rounding).max(1.0);
                 (!explains).then_some(Reason::PartlyExplained)

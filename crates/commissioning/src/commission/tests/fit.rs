@@ -25,18 +25,16 @@ fn recorded<const W: usize>(unknown: &Unknown, samples: &[[f32; 2]]) -> MotionRe
 fn fitted<const W: usize>(
     unknown: &Unknown,
     motion: &MotionRecord<f32, W>,
-    prior: Option<&IdentifiedServo>,
 ) -> Result<IdentifiedServo, Reason> {
-    found(&unknown.settings(), motion, prior).map(|fitted| fitted.servo)
+    found(&unknown.settings(), motion).map(|fitted| fitted.servo)
 }
 
 fn found<const W: usize>(
     settings: &CommissionSettings,
     motion: &MotionRecord<f32, W>,
-    prior: Option<&IdentifiedServo>,
 ) -> Result<FittedServo, Reason> {
     let fitter = ServoFitter::new(settings);
-    let mut fit = fitter.begin(motion, prior);
+    let mut fit = fitter.begin(motion);
     worked(&fitter, &mut fit, motion)
 }
 
@@ -87,7 +85,7 @@ impl Missed {
             let time = time.or(moved.evidence).unwrap_or(f64::INFINITY);
             let end = ((time / unknown.sample_time) as usize).min(moved.samples.len());
             let motion = recorded::<512>(&unknown, &moved.samples[..end]);
-            let servo = fitted(&unknown, &motion, None);
+            let servo = fitted(&unknown, &motion);
             let is_off = |by: &dyn Fn(&ServoParameters) -> f64| {
                 let off = servo.as_ref().map_or(1.0, |servo| by(&servo.parameters));
                 u32::from(off > 0.02)
@@ -145,7 +143,7 @@ fn errors_agree_with_the_standard_errors() {
     for unknown in unknown_servos().filter(|u| u.counts >= FINE && u.counts <= 20_000.0) {
         let moved = unknown.probe();
         let motion = recorded::<256>(&unknown, &moved.samples);
-        let servo = fitted(&unknown, &motion, None).expect("a servo");
+        let servo = fitted(&unknown, &motion).expect("a servo");
         let error = servo.parameters.b - unknown.parameters.b;
         off.push((error / servo.standard_error(IdentifiedServo::B)).abs());
     }
@@ -181,7 +179,7 @@ fn an_estimate_at_its_bound_is_refused() {
     unknown.parameters = ServoParameters::new(5.0, 100.0, 30.0, 0.0);
     fn fit<const W: usize>(unknown: &Unknown, late: usize) -> Result<(), Reason> {
         let motion = recorded::<W>(unknown, &shaken(unknown, late));
-        fitted(unknown, &motion, None).map(|_| ())
+        fitted(unknown, &motion).map(|_| ())
     }
     assert_eq!(fit::<256>(&unknown, 1), Ok(()));
     assert_eq!(fit::<256>(&unknown, 26), Err(Reason::EstimateAtBound));
@@ -200,22 +198,9 @@ fn a_long_motion_fits_into_a_short_record() {
     let unknown = ordinary(Effects::NONE);
     let moved = unknown.probe();
     let motion = recorded::<64>(&unknown, &moved.samples);
-    let servo = fitted(&unknown, &motion, None).expect("a servo");
+    let servo = fitted(&unknown, &motion).expect("a servo");
     let off = servo.parameters.b / unknown.parameters.b - 1.0;
     assert!(off.abs() < 0.01, "{off}");
-}
-
-#[test]
-fn prior_knowledge_reduces_the_standard_errors_of_a_second_fit() {
-    let unknown = ordinary(Effects::NONE);
-    let motion = recorded::<256>(&unknown, &unknown.probe().samples);
-    let first = fitted(&unknown, &motion, None).expect("a servo");
-    let second = fitted(&unknown, &motion, Some(&first)).expect("a servo");
-    for place in 0..5 {
-        assert!(second.standard_error(place) < first.standard_error(place));
-    }
-    let off = second.parameters.b / first.parameters.b - 1.0;
-    assert!(off.abs() < 0.002, "{off}");
 }
 
 #[test]
@@ -246,7 +231,7 @@ fn unexplained(effects: Effects) -> Vec<Option<[f64; 3]>> {
     });
     let left = places.map(|unknown| {
         let motion = recorded::<256>(&unknown, &unknown.probe().samples);
-        let servo = fitted(&unknown, &motion, None).ok()?;
+        let servo = fitted(&unknown, &motion).ok()?;
         let off = servo.parameters.b / unknown.parameters.b - 1.0;
         let error = servo.standard_error(IdentifiedServo::B) / servo.parameters.b;
         Some([servo.unexplained / unknown.resolution(), off.abs(), error])
@@ -317,7 +302,7 @@ fn gravity_and_falling_friction_are_explained_with_the_gain() {
         let unknown = ordinary(effects);
         let motion = recorded::<256>(&unknown, &unknown.probe().samples);
         let settings = unknown.settings();
-        let found = found(&settings, &motion, None).expect("a servo");
+        let found = found(&settings, &motion).expect("a servo");
         let off = found.servo.parameters.b / unknown.parameters.b - 1.0;
         println!("{off:.4} {found:?}");
         assert!(found.explains && off.abs() < 0.02, "{off}");
@@ -344,7 +329,7 @@ fn friction_that_doubles_at_rest_is_explained_within_its_standard_error() {
             })
         };
         let motion = recorded::<256>(&unknown, &unknown.probe().samples);
-        let found = found(&unknown.settings(), &motion, None).expect("a servo");
+        let found = found(&unknown.settings(), &motion).expect("a servo");
         let off = found.servo.parameters.b - unknown.parameters.b;
         println!("{off:.2} {found:?}");
         assert!(found.explains);

@@ -3,7 +3,6 @@ use std::vec::Vec;
 use super::unknown_servos::{Probed, Unknown, unknown_servos};
 use crate::commission::{
     CommissionError, CommissionInputs, CommissionIsr, CommissionSettings, Limits, Phase, Probing,
-    RoughModel,
 };
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
@@ -91,27 +90,6 @@ fn a_coarse_encoder_extends_the_experiment_until_the_evidence_suffices() {
         })
         .fold(0.0, f64::max);
     assert!(longer > 2.0, "{longer}");
-}
-
-#[test]
-fn a_later_motion_of_a_known_servo_is_another_one_within_the_same_limits() {
-    for unknown in unknown_servos().filter(|unknown| unknown.counts >= 10_000.0) {
-        let Unknown { parameters, .. } = unknown;
-        let resolution = std::f64::consts::TAU / unknown.counts;
-        let known = RoughModel::from_si(&parameters, unknown.sample_time, resolution);
-        let held = Unknown {
-            held: Some(-parameters.load / parameters.b),
-            ..unknown
-        };
-        let probing = Probing::new(&held.settings()).expect("allowed");
-        let sizes = [1.0, 0.6].map(|part| {
-            let moved = held.moved_by(&probing, Some(probing.start_from_known(&known, 0.0, part)));
-            assert_eq!(moved.progress, Some(Ok(())), "{unknown:?}");
-            assert!(moved.travel < 1.0 && moved.speed < 1.0, "{unknown:?}");
-            moved.travel
-        });
-        assert!(sizes[1] < 0.9 * sizes[0], "{sizes:?}");
-    }
 }
 
 /// A servo that coasts, under limits of its own.
