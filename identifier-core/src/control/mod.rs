@@ -374,7 +374,7 @@ mod tests {
         let gains = Gains::new(kp, kd, ki).expect("valid");
         let velocity = LowPass::new(&units, 500.0).expect("valid");
         let filter = ReferenceFilter::new(&units, filter).expect("valid");
-        let shaped = Shaped::new(filter, FeedForward::NONE, Notch::NONE);
+        let shaped = Shaped::new(filter, FeedForward::default(), Notch::NONE);
         Controller::new(&units, &gains, &CommandLimit::NONE, velocity).with_shaping(shaped)
     }
 

@@ -79,7 +79,7 @@ impl<N: Arithmetic> Default for ShapedState<N> {
 impl<N: Arithmetic> Default for Shaped<N> {
     /// With none of them.
     fn default() -> Self {
-        Self::new(ReferenceFilter::NONE, FeedForward::NONE, Notch::NONE)
+        Self::new(ReferenceFilter::NONE, FeedForward::default(), Notch::NONE)
     }
 }
 

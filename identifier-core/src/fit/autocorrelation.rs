@@ -1,7 +1,7 @@
 use crate::number::Number;
 
 /// The autocorrelation of errors from one to the next.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Autocorrelation<N> {
     /// The last error.
     last: N,
@@ -10,12 +10,6 @@ pub(crate) struct Autocorrelation<N> {
 }
 
 impl<N: Number> Autocorrelation<N> {
-    /// No error yet.
-    pub(crate) const NONE: Self = Self {
-        last: N::ZERO,
-        products: N::ZERO,
-    };
-
     /// Takes in an error.
     #[inline]
     pub(crate) fn add(&mut self, error: N) {
@@ -43,7 +37,7 @@ mod tests {
     #[test]
     fn correlated_errors_say_less_and_no_more_than_white_ones() {
         let of = |errors: &[f64]| {
-            let mut autocorrelation = Autocorrelation::NONE;
+            let mut autocorrelation = Autocorrelation::default();
             let mut squares = 0.0;
             for &error in errors {
                 autocorrelation.add(error);

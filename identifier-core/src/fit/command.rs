@@ -131,7 +131,7 @@ mod tests {
 
     /// Blocks of eight samples of a command.
     fn recorded(command: impl Fn(usize) -> f64) -> Vec<Block<f64>> {
-        let (blocking, mut recorder) = (Blocking::new(8), Recorder::EMPTY);
+        let (blocking, mut recorder) = (Blocking::new(8), Recorder::default());
         let blocks = (0..=80).filter_map(|k| {
             recorder.push(&blocking, 0.0, command(k));
             Some(recorder.take()?.block)

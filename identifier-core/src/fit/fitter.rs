@@ -234,7 +234,7 @@ where
             blocks,
             next: 0,
             stage: FitStage::RecordStatistics,
-            statistics: RecordStatistics::NONE,
+            statistics: RecordStatistics::default(),
             horizon: N::ONE,
             noise: self.noise,
             pass: Pass::at_first(KalmanGain::begin(N::ONE, N::ZERO), N::ZERO),

@@ -175,7 +175,7 @@ mod tests {
         let mut descent = Descent::begin(&SETTINGS);
         let mut number = 0.0;
         let last = costs.map(|cost| {
-            let mut equations = NormalEquations::EMPTY;
+            let mut equations = NormalEquations::default();
             equations.add(&[0.0], cost.sqrt());
             number += 1.0;
             let pass = Explanation {
@@ -223,7 +223,7 @@ mod tests {
     #[test]
     fn the_next_unknowns_are_within_their_bounds() {
         let mut descent = Descent::begin(&SETTINGS);
-        let mut equations = NormalEquations::<f64, 2>::EMPTY;
+        let mut equations = NormalEquations::<f64, 2>::default();
         equations.add(&[1.0, 0.0], 9.0);
         equations.add(&[0.0, 1.0], 9.0);
         let pass = Explanation {
@@ -240,7 +240,7 @@ mod tests {
     /// own best value. The unbounded solution is far from it.
     #[test]
     fn one_at_its_bound_is_not_compensated_for() {
-        let mut equations = NormalEquations::<f64, 2>::EMPTY;
+        let mut equations = NormalEquations::<f64, 2>::default();
         for (regressor, error) in [([1.0, 1.0], 1.0), ([1.0, 0.9], 0.5)] {
             equations.add(&regressor, error);
         }

@@ -36,10 +36,10 @@ impl<N: Number, const P: usize> Pass<N, P> {
             gain,
             model: ObserverModel::alongside(N::ZERO),
             tangents: Tangents::NONE,
-            equations: NormalEquations::EMPTY,
+            equations: NormalEquations::default(),
             early: EarlyTangent::NONE,
             sums: PassSums {
-                autocorrelation: Autocorrelation::NONE,
+                autocorrelation: Autocorrelation::default(),
                 speed_square: N::ZERO,
                 acceleration_square: N::ZERO,
                 early: EarlySums::NONE,

@@ -3,7 +3,7 @@ use crate::number::Number;
 
 /// Condenses samples to blocks: the interrupt's share of a record. A sample costs a few additions, the
 /// last of a block a few multiplications.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Recorder<N> {
     open: Open<N>,
     /// The last block, until it is taken or the next takes its place.
@@ -17,7 +17,7 @@ pub struct Recorder<N> {
 }
 
 /// The block that is being gathered.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Open<N> {
     travel: N,
     sum: N,
@@ -27,33 +27,14 @@ struct Open<N> {
     acting: Option<N>,
 }
 
-impl<N: Number> Open<N> {
-    const EMPTY: Self = Self {
-        travel: N::ZERO,
-        sum: N::ZERO,
-        weighted: N::ZERO,
-        samples: 0,
-        acting: None,
-    };
-}
-
 impl<N: Number> Recorder<N> {
-    /// No sample yet.
-    pub const EMPTY: Self = Self {
-        open: Open::EMPTY,
-        complete: None,
-        velocity: N::ZERO,
-        next: 0,
-        first: 0,
-    };
-
     /// Begins anew if samples are missing: a number is left out.
     pub fn begin_anew(&mut self) {
         let first = self.next.wrapping_add(1);
         *self = Self {
             next: first,
             first,
-            ..Self::EMPTY
+            ..Self::default()
         };
     }
 
@@ -98,7 +79,7 @@ impl<N: Number> Recorder<N> {
         self.next = self.next.wrapping_add(1);
         self.open = Open {
             acting: open.acting,
-            ..Open::EMPTY
+            ..Open::default()
         };
     }
 
@@ -130,7 +111,7 @@ mod tests {
         let mut recorder = Recorder::<f32> {
             next: first,
             first,
-            ..Recorder::EMPTY
+            ..Recorder::default()
         };
         let next = |recorder: &mut Recorder<f32>| {
             recorder.push(&blocking, 1.0, 1.0);

@@ -5,7 +5,7 @@ use crate::number::Number;
 pub(crate) const MIN_TRAVEL_COUNTS: f64 = 8.0;
 
 /// Figures of the record without a model.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct RecordStatistics<N> {
     pub(super) path: N,
     command: N,
@@ -21,18 +21,6 @@ pub(super) struct RecordStatistics<N> {
 }
 
 impl<N: Number> RecordStatistics<N> {
-    pub(super) const NONE: Self = Self {
-        path: N::ZERO,
-        command: N::ZERO,
-        command_square: N::ZERO,
-        travel_square: N::ZERO,
-        position: N::ZERO,
-        lowest: N::ZERO,
-        highest: N::ZERO,
-        last_travel: N::ZERO,
-        travel_product: N::ZERO,
-    };
-
     pub(super) fn observe(&mut self, block: &Block<N>) {
         self.path += block.travel.magnitude();
         self.travel_square += block.travel * block.travel;

@@ -1,3 +1,5 @@
+use core::array::from_fn;
+
 use crate::number::Number;
 
 /// The normal equations of a least-squares fit in Q unknowns, gathered sample by sample.
@@ -8,14 +10,18 @@ pub struct NormalEquations<N, const Q: usize> {
     cost: N,
 }
 
-impl<N: Number, const Q: usize> NormalEquations<N, Q> {
-    /// No sample yet.
-    pub const EMPTY: Self = Self {
-        matrix: [[N::ZERO; Q]; Q],
-        right: [N::ZERO; Q],
-        cost: N::ZERO,
-    };
+/// Without a sample.
+impl<N: Default, const Q: usize> Default for NormalEquations<N, Q> {
+    fn default() -> Self {
+        Self {
+            matrix: from_fn(|_| from_fn(|_| N::default())),
+            right: from_fn(|_| N::default()),
+            cost: N::default(),
+        }
+    }
+}
 
+impl<N: Number, const Q: usize> NormalEquations<N, Q> {
     /// The sum of squared errors.
     #[must_use]
     pub fn cost(&self) -> N {
@@ -86,13 +92,7 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
     #[must_use]
     pub fn covariance(&self) -> [[N; Q]; Q] {
         let factor = self.factor(N::ZERO, &[true; Q]);
-        core::array::from_fn(|i| {
-            factor.solve(&core::array::from_fn(
-                |j| {
-                    if i == j { N::ONE } else { N::ZERO }
-                },
-            ))
-        })
+        from_fn(|i| factor.solve(&from_fn(|j| if i == j { N::ONE } else { N::ZERO })))
     }
 
     /// rᵀ A⁻¹ r for some r, the variances of r times the unknowns for errors of variance one.
@@ -122,7 +122,7 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
         Factor {
             damping,
             rows: 0,
-            scale: core::array::from_fn(|i| {
+            scale: from_fn(|i| {
                 let diagonal = self.matrix[i][i];
                 if free[i] && diagonal > N::ZERO {
                     diagonal.reciprocal_root()
@@ -180,7 +180,7 @@ impl<N: Number, const Q: usize> Factor<N, Q> {
 
     fn solve(&self, right: &[N; Q]) -> [N; Q] {
         let (scale, lower, inverse) = (&self.scale, &self.lower, &self.inverse);
-        let mut x: [N; Q] = core::array::from_fn(|i| right[i] * scale[i]);
+        let mut x: [N; Q] = from_fn(|i| right[i] * scale[i]);
         for i in 0..Q {
             for k in 0..i {
                 x[i] = x[i] - lower[i][k] * x[k];
@@ -193,7 +193,7 @@ impl<N: Number, const Q: usize> Factor<N, Q> {
             }
             x[i] = x[i] * inverse[i];
         }
-        core::array::from_fn(|i| x[i] * scale[i])
+        from_fn(|i| x[i] * scale[i])
     }
 }
 
@@ -208,7 +208,7 @@ mod tests {
             truth in prop::array::uniform3(-5.0_f64..5.0),
             rows in prop::collection::vec(prop::array::uniform3(-1.0_f64..1.0), 20..40),
         ) {
-            let mut equations = NormalEquations::<f64, 3>::EMPTY;
+            let mut equations = NormalEquations::<f64, 3>::default();
             for row in &rows {
                 let error: f64 = (0..3).map(|i| row[i] * truth[i]).sum();
                 equations.add(row, error);
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn an_expectation_is_a_sample_of_one_unknown() {
-        let mut samples = NormalEquations::<f64, 3>::EMPTY;
+        let mut samples = NormalEquations::<f64, 3>::default();
         samples.add(&[1.0, -2.0, 0.5], 3.0);
         let mut expected = samples;
         samples.add(&[0.0, 4.0, 0.0], 4.0 * -0.7);
@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn an_unknown_that_nothing_depends_on_stays() {
-        let mut equations = NormalEquations::<f32, 2>::EMPTY;
+        let mut equations = NormalEquations::<f32, 2>::default();
         for k in 0..10 {
             equations.add(&[k as f32, 0.0], 3.0 * k as f32);
         }

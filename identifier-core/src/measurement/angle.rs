@@ -4,7 +4,7 @@ use crate::constants::{Encode, encode};
 use crate::number::Number;
 
 /// The angle's revolution and the order of the ripple.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AngleSettings<N> {
     /// Position units of a revolution; zero for an axis without angle, or a model that needs none.
     pub revolution: N,
@@ -21,20 +21,12 @@ encode! {
 }
 
 impl<N: Number> AngleSettings<N> {
-    /// No angle.
-    pub const NONE: Self = Self {
-        revolution: N::ZERO,
-        per_revolution: N::ZERO,
-        resolution: N::ZERO,
-        order: N::ZERO,
-    };
-
     /// A revolution in position units and the order of the ripple; without a revolution there
     /// is no angle.
     #[must_use]
     pub fn new(revolution: f64, order: f64) -> Self {
         if revolution.is_nan() || revolution <= 0.0 {
-            return Self::NONE;
+            return Self::default();
         }
         Self {
             revolution: N::from_f64(revolution),

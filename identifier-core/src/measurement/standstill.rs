@@ -26,7 +26,7 @@ encode! {
 }
 
 /// The state of the detection.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Rest<N> {
     /// Distance of the servo from the place at which it may be at standstill, position units.
     away: N,
@@ -34,15 +34,6 @@ pub(crate) struct Rest<N> {
     still: u32,
     /// Samples of standstill although the command should move it.
     pushed: u32,
-}
-
-impl<N: Arithmetic> Rest<N> {
-    /// In motion.
-    const NONE: Self = Self {
-        away: N::ZERO,
-        still: 0,
-        pushed: 0,
-    };
 }
 
 impl<N: Arithmetic> Standstill<N> {
@@ -107,7 +98,7 @@ impl<N: Arithmetic> Standstill<N> {
     pub(crate) fn is_still(&self, rest: &mut Rest<N>, increment: N) -> bool {
         rest.away = rest.away + increment;
         if rest.away.magnitude() > self.slip {
-            *rest = Rest::NONE;
+            *rest = Rest::default();
             return false;
         }
         self.waits(rest)
@@ -142,7 +133,7 @@ mod tests {
         for sample_time in [4e-3, 1e-3, 5e-5] {
             let units = Units::new(sample_time, 1e-3).expect("valid");
             let standstill = Standstill::<f32>::new(&units, &FullScales::NONE);
-            let (mut slipping, mut resting) = (Rest::NONE, Rest::NONE);
+            let (mut slipping, mut resting) = (Rest::default(), Rest::default());
             for _ in 0..3 {
                 assert!(!standstill.is_still(&mut slipping, -5.0));
                 assert!(!standstill.is_at_rest(&mut resting, -1.0));
@@ -162,7 +153,7 @@ mod tests {
     fn a_slip_of_a_few_counts_is_no_motion_and_a_creeping_servo_moves() {
         let units = Units::new(1e-3, 1e-3).expect("valid");
         let standstill = Standstill::<f32>::new(&units, &FullScales::NONE);
-        let mut rest = Rest::NONE;
+        let mut rest = Rest::default();
         let stood = |rest: &mut Rest<f32>, increment: &dyn Fn(u32) -> f32| {
             let is_still = |k: &u32| standstill.is_still(rest, increment(*k));
             (200..20_000).filter(is_still).count()
@@ -175,7 +166,7 @@ mod tests {
         });
         assert!(slips > 19_000, "{slips}");
         // Sixty counts a second.
-        let mut rest = Rest::NONE;
+        let mut rest = Rest::default();
         let creeps = stood(&mut rest, &|k| if k % 16 == 0 { 1.0 } else { 0.0 });
         assert!(creeps == 0, "{creeps}");
     }

@@ -191,7 +191,7 @@ mod tests {
         TermValues {
             delay,
             dead_band,
-            ..TermValues::NONE
+            ..TermValues::default()
         }
     }
 
@@ -225,8 +225,13 @@ mod tests {
                 velocity: 1.0,
             };
             for command in commands {
-                let acting =
-                    inputs.take(&AngleSettings::NONE, &terms(delay, 0.0), 0.0, command, 0.0);
+                let acting = inputs.take(
+                    &AngleSettings::default(),
+                    &terms(delay, 0.0),
+                    0.0,
+                    command,
+                    0.0,
+                );
                 let motion = mass.motion(0.0, acting.command, velocity);
                 position += motion.increment + acting.lead;
                 velocity = motion.velocity;
@@ -241,7 +246,13 @@ mod tests {
     fn a_dead_band_takes_its_width_from_both_sides() {
         for (command, acts, slope) in [(3.0, 2.5, -1.0), (-3.0, -2.5, 1.0), (0.4, 0.0, 0.0)] {
             let mut inputs = DelayedInputs::<f64, 4>::START;
-            let acting = inputs.take(&AngleSettings::NONE, &terms(0.0, 0.5), 0.0, command, 0.0);
+            let acting = inputs.take(
+                &AngleSettings::default(),
+                &terms(0.0, 0.5),
+                0.0,
+                command,
+                0.0,
+            );
             assert_eq!((acting.command, acting.per_dead_band), (acts, slope));
         }
     }
@@ -253,7 +264,7 @@ mod tests {
         let mut position = -12_345.0;
         inputs.place(&angle, position);
         for increment in [3.0, 700.0, -999.0, 250.0, -1.0, 999.0, 5321.0, -7777.0] {
-            let acting = inputs.take(&angle, &TermValues::NONE, increment, 0.0, 2.0);
+            let acting = inputs.take(&angle, &TermValues::default(), increment, 0.0, 2.0);
             position += increment;
             let q = (position + 1.0) * angle.resolution;
             let exact = [q.sin(), q.cos(), (6.0 * q).sin(), (6.0 * q).cos()];

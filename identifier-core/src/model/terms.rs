@@ -3,7 +3,7 @@ use crate::parameters::{ModelParameters, Unknown, UnknownSet};
 use crate::unrolled::each;
 
 /// The sizes of the optional terms, machine units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TermValues<N> {
     /// τ/T, samples.
     pub delay: N,
@@ -20,16 +20,6 @@ pub struct TermValues<N> {
 }
 
 impl<N: Number> TermValues<N> {
-    /// No term.
-    pub const NONE: Self = Self {
-        delay: N::ZERO,
-        asymmetry: N::ZERO,
-        low_speed: N::ZERO,
-        per_low_speed_velocity: N::ZERO,
-        waves: [N::ZERO; 4],
-        dead_band: N::ZERO,
-    };
-
     /// The addition of terms to Coulomb friction, from the Stribeck factor of the sample.
     #[inline]
     pub(crate) fn coulomb(&self, stribeck_factor: N) -> N {
@@ -62,7 +52,7 @@ impl<N: Number> ModelValues<N> {
             coulomb: N::ZERO,
             load: N::ZERO,
         };
-        let mut terms = TermValues::NONE;
+        let mut terms = TermValues::default();
         let [gravity_sine, gravity_cosine, ripple_sine, ripple_cosine] = &mut terms.waves;
         each::<P>(|i| {
             let place = match S::UNKNOWNS[i] {

@@ -8,10 +8,11 @@ use crate::constants::Encode;
 ///
 /// In fixed point a signal is a fraction of its full scale, 2^exponent. [`Arithmetic::by`] and [`Arithmetic::part`] keep
 /// it, a product by [`Arithmetic::times`] has four times the two full scales, and shifts change it. In floating point
-/// every change of scale compiles to nothing.
+/// every change of scale compiles to nothing. The default is zero.
 pub trait Arithmetic:
     Copy
     + Debug
+    + Default
     + PartialEq
     + PartialOrd
     + Add<Output = Self>

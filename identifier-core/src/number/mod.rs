@@ -18,10 +18,11 @@ use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 ///
 /// All code of a sample uses this trait only. It has ring operations, comparison, and a sum that keeps small
 /// increments. Configuration is computed in `f64` and enters through [`Number::from_f64`] when a part is built, never
-/// in the loop.
+/// in the loop. The default is zero.
 pub trait Number:
     Copy
     + Debug
+    + Default
     + PartialEq
     + PartialOrd
     + Add<Output = Self>

@@ -127,7 +127,7 @@ where
                 self.step.step.response(N::ZERO),
                 self.load_step.start(N::ZERO),
             ),
-            recorder: Recorder::EMPTY,
+            recorder: Recorder::default(),
             fitted: None,
             usual: N::ZERO,
             recording: true,

@@ -293,7 +293,7 @@ impl<N: Number, const P: usize> GaussNewton<N, P> {
             peak: self.noise * noise,
             pending_inflation: N::ONE,
             inflation: N::ONE,
-            weighed: WeighedErrors::NONE,
+            weighed: WeighedErrors::default(),
             blocks: 0,
             phase: 0,
             learning: false,

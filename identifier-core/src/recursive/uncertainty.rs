@@ -1,7 +1,7 @@
 use crate::number::Number;
 
 /// The output error over the noise that it was weighed with, for standard errors: sums over blocks.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct WeighedErrors<N> {
     square: N,
     lag_one: N,
@@ -12,12 +12,6 @@ impl<N: Number> WeighedErrors<N> {
     /// The number of blocks at which the sums are halved. The past fades, and no sum grows so large that rounding loses
     /// a block.
     pub(super) const FADING: u16 = 4000;
-
-    pub(super) const NONE: Self = Self {
-        square: N::ZERO,
-        lag_one: N::ZERO,
-        last: N::ZERO,
-    };
 
     /// Takes in a block's mean error; `precision` is the reciprocal of its noise variance.
     #[inline]

@@ -76,7 +76,7 @@ mod tests {
     /// Takes blocks of which every n-th has a count.
     fn moved(wait: &mut FirstFitWait, blocks: u32, every: u32) {
         let blocking = Blocking::new(1);
-        let mut recorder = Recorder::<f32>::EMPTY;
+        let mut recorder = Recorder::<f32>::default();
         recorder.push(&blocking, 0.0, 0.0);
         for k in 1..=blocks {
             let travel = if k % every == 0 { 1.0 } else { 0.0 };

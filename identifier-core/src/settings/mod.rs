@@ -153,7 +153,7 @@ impl ControllerSettings {
     ) -> Result<FeedForward<N>, OutOfRange> {
         match &self.feed_forward {
             Some(given) => FeedForward::new(units, given, &self.gains()?, velocity),
-            None => Ok(FeedForward::NONE),
+            None => Ok(FeedForward::default()),
         }
     }
 

@@ -18,15 +18,6 @@ pub struct AxisForces<N = f64> {
 }
 
 impl<N: Number> AxisForces<N> {
-    /// None beside the servo's.
-    pub const NONE: Self = Self {
-        wave: [N::ZERO; 2],
-        order: N::ZERO,
-        low_speed: N::ZERO,
-        most_low_speed: N::ZERO,
-        per_low_speed_velocity: N::ZERO,
-    };
-
     /// The load of the wave at a position. Most axes have none of it, and a chip computes it long.
     #[must_use]
     #[inline]
@@ -95,7 +86,7 @@ mod tests {
         let forces = AxisForces {
             wave: [3.0, -2.0],
             order: 7.0,
-            ..AxisForces::NONE
+            ..AxisForces::default()
         };
         for p in [-1.3, 0.0, 0.2, 2.0] {
             let from = forces.at_phase(forces.order * p);
@@ -110,7 +101,7 @@ mod tests {
             order: 1.0,
             ..forces
         };
-        assert!(gravity.has_gravity() && !AxisForces::NONE.has_gravity());
+        assert!(gravity.has_gravity() && !AxisForces::default().has_gravity());
     }
 
     /// In f32 as far as its sine is exact, with b as the unit of the forces: b f(q) is the load in SI.
@@ -121,7 +112,7 @@ mod tests {
             wave: [30.0, -50.0],
             order: 7.0,
             low_speed: 20.0,
-            ..AxisForces::NONE
+            ..AxisForces::default()
         };
         let machine = forces.in_units::<f32>(b, resolution);
         for count in -900..900_i16 {
@@ -133,6 +124,6 @@ mod tests {
             );
         }
         assert!((machine.low_speed - 0.5).abs() < f32::EPSILON);
-        assert_eq!(AxisForces::<f32>::NONE.load(500.0).to_bits(), 0);
+        assert_eq!(AxisForces::<f32>::default().load(500.0).to_bits(), 0);
     }
 }

@@ -116,7 +116,7 @@ impl ClosedLoop {
         let reference = ReferenceFilter::new(&units, design.reference_filter)?;
         let feed_forward = match &design.feed_forward {
             Some(given) => FeedForward::new(&units, given, &gains, &velocity.transfer())?,
-            None => FeedForward::NONE,
+            None => FeedForward::default(),
         };
         let controller = Controller::new(&units, &gains, &limit, velocity).with_shaping(
             Shaped::new(reference, feed_forward, Self::notch(design, &units)),

@@ -31,9 +31,6 @@ pub(super) struct ResponsePrediction {
     measure: StepMeasure<f64>,
     /// The largest distance from the first position, rad.
     farthest: f64,
-    /// True if friction that is higher at rest may hold the servo short of its place, until the integral moves it on and
-    /// beyond.
-    hunts: bool,
     /// True if the predicted quantity has been reached.
     seen: bool,
     predicted_response: PredictedResponse,
@@ -167,7 +164,7 @@ impl PredictionInputs {
             balanced: 0.0,
             resolution: 0.0,
             command: f64::INFINITY,
-            forces: AxisForces::NONE,
+            forces: AxisForces::default(),
         }
     }
 
@@ -214,7 +211,6 @@ impl ResponsePrediction {
             closed_loop: scene.step(design)?,
             measure: scene.measure(),
             farthest: 0.0,
-            hunts: scene.forces.low_speed > 0.0,
             seen: false,
             predicted_response: PredictedResponse {
                 step: scene.settings.step,
@@ -255,18 +251,19 @@ impl ResponsePrediction {
             self.predicted_response.command_share =
                 self.predicted_response.command_share.max(share);
         }
-        self.seen = self.ends(seen.position);
+        self.seen = self.ends(scene, seen.position);
         None
     }
 
     /// True if the predicted quantity has been reached.
-    fn ends(&self, position: f64) -> bool {
+    fn ends(&self, scene: &PredictionInputs, position: f64) -> bool {
         /// The part of the distance back from the farthest position that confirms it as the farthest.
         const BACK: f64 = 0.25;
         let taken = self.measure.samples();
         let longer_than = |time| taken > samples(time, &self.design, &self.closed_loop);
         match self.stage {
-            PredictedQuantity::Step if self.hunts => {
+            // Friction that is higher at rest may hold it short of its place, until the integral moves it on and beyond.
+            PredictedQuantity::Step if scene.forces.low_speed > 0.0 => {
                 longer_than(HUNTS * PredictedResponse::MAX_TIME)
             }
             PredictedQuantity::Step | PredictedQuantity::Possible(_) => {

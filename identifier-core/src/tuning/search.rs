@@ -146,7 +146,7 @@ impl GainCheck {
             walk: None,
             margins: Margins::AMPLE,
             line: 0,
-            near: NearLines::NONE,
+            near: NearLines::default(),
         }
     }
 

@@ -84,7 +84,7 @@ impl Tuner {
             scene: PredictionInputs {
                 servos,
                 coulomb,
-                forces: AxisForces::NONE,
+                forces: AxisForces::default(),
                 mode: resonance.map(|resonance| resonance.mode),
                 settings: *settings,
             },

@@ -20,7 +20,7 @@ pub(super) struct UnseenResonance {
 }
 
 /// The lines on either side of a place, which goes up line by line.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct NearLines {
     /// x of a line, the real part of the change that it shows, and its variance.
     changes: [Option<[f64; 3]>; 2 * UnseenResonance::NEAR],
@@ -29,12 +29,6 @@ pub(super) struct NearLines {
 }
 
 impl NearLines {
-    /// None yet.
-    pub(super) const NONE: Self = Self {
-        changes: [None; 2 * UnseenResonance::NEAR],
-        count: 0,
-    };
-
     /// Looks at the next line; true once all of those about the resonance above a place are known.
     pub(super) fn look(
         &mut self,
@@ -219,7 +213,7 @@ mod tests {
             let mode = mode(300.0, ratio);
             let lines = lines(Some(&mode), deviation);
             let below = lines.partition_point(|line| line.frequency < mode.frequency) - 1;
-            let mut near = NearLines::NONE;
+            let mut near = NearLines::default();
             while !near.look(below, &lines, &sampled(None), TIME) {}
             UnseenResonance::above(below, &near).map(|found| found.gamma)
         };

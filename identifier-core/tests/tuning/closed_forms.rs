@@ -355,7 +355,7 @@ fn a_predicted_step_has_the_slope_of_gravity_and_friction_at_rest() {
             order: 1.0,
             low_speed,
             per_low_speed_velocity: 1.0 / 0.5,
-            ..AxisForces::NONE
+            ..AxisForces::default()
         };
         let tuning = beside(forces, 40.0).expect("it is faster than the slope");
         let effects = Effects {
@@ -381,7 +381,7 @@ fn gains_that_are_slower_than_gravity_are_refused() {
     let with = |slope| AxisForces {
         wave: [slope, 0.0],
         order: 1.0,
-        ..AxisForces::NONE
+        ..AxisForces::default()
     };
     // The gains' own stiffness is 2ω (ω + a), 495 1/s².
     assert!(beside(with(200.0), 15.0).is_ok());
@@ -407,7 +407,7 @@ fn the_prediction_bounds_what_friction_at_rest_may_do() {
     let with = |most_low_speed| {
         let forces = AxisForces {
             most_low_speed,
-            ..AxisForces::NONE
+            ..AxisForces::default()
         };
         beside(forces, 40.0).expect("gains").predicted_response
     };
@@ -419,7 +419,7 @@ fn the_prediction_bounds_what_friction_at_rest_may_do() {
         })
         .to_vec();
     let [plain, bounds] = [0.0, most].map(with);
-    let tuning = beside(AxisForces::NONE, 40.0).expect("gains");
+    let tuning = beside(AxisForces::default(), 40.0).expect("gains");
     let steps = overshoots_and_rises(&tuning, &effects);
     println!("{plain:?} {bounds:?} {steps:?}");
     for [overshoot, rise] in &steps {
@@ -440,7 +440,7 @@ fn the_predicted_overshoot_is_that_of_an_axis_that_hunts() {
     let forces = AxisForces {
         low_speed,
         per_low_speed_velocity: 1.0 / speed,
-        ..AxisForces::NONE
+        ..AxisForces::default()
     };
     let goal = settings(Goal::Bandwidth(30.0));
     let tuning = beside(forces, 30.0).expect("gains");
@@ -466,7 +466,7 @@ fn the_prediction_of_cogging_is_that_from_all_places_of_its_waves() {
     let forces = AxisForces {
         wave: [force, 0.0],
         order: f64::from(order),
-        ..AxisForces::NONE
+        ..AxisForces::default()
     };
     let tuning = beside(forces, 40.0).expect("gains");
     let predicted = tuning.predicted_response;

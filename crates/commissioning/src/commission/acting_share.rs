@@ -7,7 +7,7 @@ use identifier_core::number::Number;
 /// With x counts since the servo departed, n samples before, and u beyond the command that balances the load,
 ///
 /// x + a ∑x + c n²/2 = share b ∑∑u.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ActingShare<N> {
     /// The counts up to which it is measured.
     half: N,
@@ -32,11 +32,7 @@ impl<N: Number> ActingShare<N> {
     pub(super) fn new(step: N) -> Self {
         Self {
             half: N::from_f64(0.5) * step,
-            samples: N::ZERO,
-            gone: N::ZERO,
-            gone_sum: N::ZERO,
-            command_sum: N::ZERO,
-            command_double_sum: N::ZERO,
+            ..Self::default()
         }
     }
 
@@ -102,7 +98,7 @@ mod tests {
 
     #[test]
     fn a_servo_that_never_moved_shows_no_share() {
-        let servo = RoughModel::<f64>::UNKNOWN;
+        let servo = RoughModel::<f64>::default();
         let mut measured = ActingShare::new(400.0);
         assert!(!measured.is_weak(&servo));
         measured.take(0.0, 1.0);

@@ -217,6 +217,6 @@ pub(super) mod tests {
         let units = Units::new(1e-3, 1e-3).expect("valid");
         let conservative = ConservativePid::<f32>::new(&units, &LIMITS);
         let most = conservative.max_bandwidth();
-        assert_eq!(conservative.around(&RoughModel::UNKNOWN, 2.0, most), None);
+        assert_eq!(conservative.around(&RoughModel::default(), 2.0, most), None);
     }
 }

@@ -3,7 +3,7 @@
 use identifier_core::number::Number;
 
 /// The present half-cycle. Positions in counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct HalfCycles<N> {
     motion_direction: N,
     /// Its beginning, and the samples since then.
@@ -32,9 +32,8 @@ impl<N: Number> HalfCycles<N> {
         Self {
             motion_direction: N::ONE,
             turned_at: position,
-            since: 0,
             farthest: position,
-            ago: 0,
+            ..Self::default()
         }
     }
 

@@ -4,7 +4,7 @@ use identifier_core::number::Number;
 pub(super) const MISSED: f64 = 20.0;
 
 /// The motion from rest that an identified servo makes at least: with half of its b, against twice its friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct LeastMotion<N> {
     /// Counts a sample, and counts.
     velocity: N,
@@ -14,13 +14,6 @@ pub(super) struct LeastMotion<N> {
 }
 
 impl<N: Number> LeastMotion<N> {
-    /// At rest.
-    pub(super) const NONE: Self = Self {
-        velocity: N::ZERO,
-        displacement: N::ZERO,
-        since: 0,
-    };
-
     /// Takes the accelerations by a sample's command beyond the load and by friction, counts per sample². The command is positive
     /// in the direction of the motion.
     pub(super) fn take(&mut self, command: N, friction: N) {

@@ -44,7 +44,7 @@ pub(super) struct Hysteresis<N> {
 }
 
 /// The position that is held, counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Held {
     count: i32,
     /// From where it began.
@@ -115,13 +115,11 @@ impl<N: Number> Hysteresis<N> {
 }
 
 impl Held {
-    pub(super) const fn at(count: i32) -> Self {
+    pub(super) fn at(count: i32) -> Self {
         Self {
             count,
-            moved: 0,
             last: count,
-            increment: 0,
-            taken_back: 0,
+            ..Self::default()
         }
     }
 
@@ -146,7 +144,7 @@ impl Held {
 
 /// The noise of an encoder at rest, from its counts y. White noise with variance σ² has E[Δ²y(k) Δ²y(k − 1)] = −4 σ². A
 /// smooth motion has a positive one.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct RestNoise<N> {
     last: Option<i32>,
     increment: N,
@@ -161,15 +159,6 @@ impl<N: Number> RestNoise<N> {
     const KNOWN: u32 = 48;
     /// Samples of noise among which a monotonic run is improbable, 2/7!. The samples of a fall are monotonic.
     const ABOVE_FREE_MOTION: u32 = 8;
-
-    pub(super) const NONE: Self = Self {
-        last: None,
-        increment: N::ZERO,
-        change: N::ZERO,
-        taken_back: N::ZERO,
-        samples: 0,
-        takes_back: false,
-    };
 
     pub(super) fn take(&mut self, count: i32) {
         let increment = N::from_count(count.wrapping_sub(self.last.unwrap_or(count)));
@@ -279,11 +268,11 @@ mod tests {
     #[test]
     fn the_noise_of_a_rest_and_of_a_fall_is_found_and_a_fall_is_none() {
         for (noise, acceleration) in [(0.0, 0.0), (0.0, 0.6), (2.0, 0.0), (5.0, 0.6)] {
-            let (mut rest, mut random) = (RestNoise::<f32>::NONE, 3);
+            let (mut rest, mut random) = (RestNoise::<f32>::default(), 3);
             let mut mean = 0.0;
             for k in 0..400 {
                 if k % 50 == 0 {
-                    rest = RestNoise::NONE;
+                    rest = RestNoise::default();
                 }
                 let time = f64::from(k % 50);
                 let fallen = 0.5 * acceleration * time * time;

@@ -15,7 +15,7 @@ pub(crate) struct Regression<N> {
 }
 
 /// The filters' states and the normal equations.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct RegressionState<N> {
     error: N,
     error_velocity: N,
@@ -37,16 +37,6 @@ const LATE: usize = 4;
 pub(crate) const ROW: usize = 5;
 
 impl<N: Number> RegressionState<N> {
-    pub(crate) const NOTHING: Self = Self {
-        error: N::ZERO,
-        error_velocity: N::ZERO,
-        position: [N::ZERO; ROW],
-        velocity: [N::ZERO; ROW],
-        equations: NormalEquations::EMPTY,
-        before: N::ZERO,
-        due: 0,
-    };
-
     /// Prior knowledge: a row as a measurement of standard deviation one rounding.
     pub(crate) fn expect(&mut self, row: &[N; ROW], value: N) {
         self.equations.add(row, value);
@@ -54,7 +44,7 @@ impl<N: Number> RegressionState<N> {
 
     /// Clears the normal equations; the filters' states stay.
     pub(crate) fn forget(&mut self) {
-        self.equations = NormalEquations::EMPTY;
+        self.equations = NormalEquations::default();
     }
 
     /// The variances of the accelerations that it predicts under commands, for errors of variance one. The velocities

@@ -3,7 +3,7 @@ use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 
 /// The model that a probing motion builds on its way: enough to brake the servo, not more. Counts and samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct RoughModel<N> {
     /// b, counts per sample² and command unit; zero before the first estimate.
     pub gain: N,
@@ -54,14 +54,6 @@ impl<N: Number> Breakaway<N> {
 }
 
 impl<N: Number> RoughModel<N> {
-    pub(crate) const UNKNOWN: Self = Self {
-        gain: N::ZERO,
-        per_gain: N::ZERO,
-        forward: N::ZERO,
-        backward: N::ZERO,
-        viscous: N::ZERO,
-    };
-
     /// From SI parameters, for a sample time (s) and a resolution (rad).
     #[must_use]
     pub(crate) fn from_si(parameters: &ServoParameters, time: f64, resolution: f64) -> Self {

@@ -28,7 +28,7 @@ pub(super) struct StandingTest<N> {
 }
 
 /// The test under way.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Standing<N> {
     /// Position of the standstill, counts, its length, samples, and the command under which it began.
     at: N,
@@ -179,16 +179,7 @@ impl<N: Number> Standing<N> {
     pub(super) fn at(position: N) -> Self {
         Self {
             at: position,
-            still: 0,
-            under: N::ZERO,
-            velocity: N::ZERO,
-            displacement: N::ZERO,
-            pushed: 0,
-            behind: 0,
-            tried: 0,
-            push: N::ZERO,
-            growth: N::ZERO,
-            braking: 0,
+            ..Self::default()
         }
     }
 

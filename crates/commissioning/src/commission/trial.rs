@@ -171,7 +171,7 @@ impl<N: Number> Trial<N> {
             steps: [TriedStep {
                 measure: StepMeasure::new(libm::fabs(counts), 1.0),
                 share: ActingShare::new(N::from_f64(libm::fabs(counts))),
-                least: Some(LeastMotion::NONE),
+                least: Some(LeastMotion::default()),
             }; 2],
         }
     }

@@ -1,7 +1,7 @@
 use super::ServoChange;
 
 /// Examinations of a servo in succession, by which a change is told from a transient.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ServoChangeState {
     /// The change that is reported.
     reported: Option<ServoChange>,
@@ -11,13 +11,6 @@ pub struct ServoChangeState {
 }
 
 impl ServoChangeState {
-    /// Nothing was examined yet.
-    pub const START: Self = Self {
-        reported: None,
-        last: None,
-        agreeing: 0,
-    };
-
     /// The examinations in a row that must agree before a change is reported, or is no longer.
     pub const AGREEING: u8 = 8;
 
@@ -79,7 +72,7 @@ mod tests {
                 standard_errors: 10.0,
             })
         };
-        let mut state = ServoChangeState::START;
+        let mut state = ServoChangeState::default();
         // At rest the same estimate comes again and again.
         for _ in 0..100 {
             state.take(change(2.0));

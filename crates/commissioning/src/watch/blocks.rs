@@ -14,7 +14,7 @@ pub(super) struct Parts {
     length: i32,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct PartsState<N> {
     samples: i32,
     /// Samples running without a count.
@@ -23,7 +23,7 @@ pub(super) struct PartsState<N> {
 }
 
 /// Sums over a part.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct BlockPart<N> {
     pub(super) counts: N,
     /// The sum of the commands, and the sum of its partial sums.
@@ -35,26 +35,6 @@ pub(super) struct BlockPart<N> {
     pub(super) turned: bool,
     /// The most samples running without a count, those of the part before included.
     pub(super) longest: i32,
-}
-
-impl<N: Number> BlockPart<N> {
-    const EMPTY: Self = Self {
-        counts: N::ZERO,
-        sum: N::ZERO,
-        double_sum: N::ZERO,
-        largest: N::ZERO,
-        turned: false,
-        longest: 0,
-    };
-}
-
-impl<N: Number> PartsState<N> {
-    /// Nothing has been seen yet.
-    pub(super) const START: Self = Self {
-        samples: 0,
-        quiet: 0,
-        part: BlockPart::EMPTY,
-    };
 }
 
 impl Parts {
@@ -87,7 +67,7 @@ impl Parts {
             return None;
         }
         state.samples = 0;
-        Some(core::mem::replace(&mut state.part, BlockPart::EMPTY))
+        Some(core::mem::take(&mut state.part))
     }
 }
 
@@ -104,7 +84,7 @@ pub(super) struct Blocks<N> {
     per_area: N,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct BlocksState<N> {
     /// Parts of this block so far, and their sums: counts, the sum of the commands and the
     /// sum of its partial sums.
@@ -174,26 +154,6 @@ impl<N: Number> Blocks<N> {
         }
     }
 
-    /// Nothing has been seen yet.
-    pub(super) fn start() -> BlocksState<N> {
-        let zero = N::ZERO;
-        BlocksState {
-            parts: 0,
-            counts: zero,
-            sum: zero,
-            double_sum: zero,
-            largest: [zero; 2],
-            carried: zero,
-            before: [zero; 2],
-            acceleration: zero,
-            weighed: zero,
-            turned: false,
-            longest: 0,
-            blocks: 0,
-            one_direction: 0,
-        }
-    }
-
     /// A part; from the third block on, the figures of each at its end.
     #[inline]
     pub(super) fn take(
@@ -250,7 +210,7 @@ impl<N: Number> Blocks<N> {
             weighed,
             blocks: state.blocks,
             one_direction: state.one_direction,
-            ..Self::start()
+            ..BlocksState::default()
         };
         block
     }

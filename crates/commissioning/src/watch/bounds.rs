@@ -16,7 +16,7 @@ pub(super) struct Bounds<N> {
     forgetting: N,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct BoundsState<N> {
     /// Mean of the increments, counts a sample.
     pub(super) speed: N,

@@ -14,7 +14,7 @@ pub(super) struct Following {
     interval: i32,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct FollowingState<N> {
     /// The largest errors of the intervals before, and of this one, counts.
     before: [N; INTERVALS],
@@ -44,16 +44,6 @@ impl Following {
         }
     }
 
-    pub(super) fn start<N: Number>() -> FollowingState<N> {
-        FollowingState {
-            before: [N::ZERO; INTERVALS],
-            now: N::ZERO,
-            oldest: 0,
-            samples: 0,
-            error: N::ZERO,
-        }
-    }
-
     /// A sample of a servo under control, or of one that is not.
     #[inline]
     pub(super) fn process<N: Number>(
@@ -63,7 +53,7 @@ impl Following {
         position: N,
     ) {
         let Some(setpoint) = setpoint else {
-            *state = Self::start();
+            *state = FollowingState::default();
             return;
         };
         state.error = (setpoint - position).magnitude();

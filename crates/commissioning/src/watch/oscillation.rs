@@ -21,7 +21,7 @@ pub(super) struct Oscillation<N> {
     min_ratio: N,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct OscillationState<N> {
     /// True if the error is positive in this half-cycle.
     positive: bool,
@@ -81,12 +81,7 @@ impl<N: Number> Oscillation<N> {
     pub(super) fn start(&self) -> OscillationState<N> {
         OscillationState {
             positive: true,
-            age: 0,
-            peak: N::ZERO,
-            before: N::ZERO,
-            command: [N::ZERO; 2],
-            setpoint: N::ZERO,
-            half_cycles: 0,
+            ..OscillationState::default()
         }
     }
 

@@ -33,7 +33,7 @@ pub(super) struct ResponseCheck<N> {
     held: N,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ResponseCheckState<N> {
     blocks: BlocksState<N>,
     /// The change: blocks of evidence, and those of them against the command. Then sums over them, counts squared:
@@ -126,20 +126,6 @@ impl<N: Number> ResponseCheck<N> {
             least: N::from_f64(MIN_COMMAND_CHANGE * limit * area),
             strong: N::from_f64(beyond_step * limit * area),
             held: N::from_f64(Self::BEYOND_LOAD * limit * area),
-        }
-    }
-
-    /// Nothing has been seen yet.
-    pub(super) fn start() -> ResponseCheckState<N> {
-        ResponseCheckState {
-            blocks: Blocks::start(),
-            evidence: 0,
-            against: 0,
-            product: N::ZERO,
-            square: N::ZERO,
-            idle: 0,
-            level: 0,
-            detected_fault: None,
         }
     }
 

@@ -104,13 +104,13 @@ impl<N: Number> ServoWatch<N> {
             readings: self.readings.start(),
             motion: self.motion.start(),
             oscillation: self.oscillation.start(),
-            following: Following::start(),
+            following: FollowingState::default(),
             last: N::ZERO,
             gains_against: 0,
             contradicted: 0,
-            parts: PartsState::START,
+            parts: PartsState::default(),
             part: None,
-            response: [ResponseCheck::<N>::start(); 2],
+            response: Default::default(),
             known: None,
             commands: [N::ZERO; MAX_DELAY_SAMPLES],
             newest: 0,
@@ -313,9 +313,9 @@ impl<N: Number> ServoWatchState<N> {
     }
 
     fn restart_comparison(&mut self) {
-        self.parts = PartsState::START;
+        self.parts = PartsState::default();
         self.part = None;
-        self.response = [ResponseCheck::<N>::start(); 2];
+        self.response = Default::default();
     }
 
     /// Takes in if the servo gains speed against a command that no load explains.

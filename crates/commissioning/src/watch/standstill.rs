@@ -20,7 +20,7 @@ pub(super) struct StandstillWatch<N> {
     patience: i32,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct StandstillWatchState<N> {
     /// The increment before, counts.
     last: N,
@@ -51,7 +51,7 @@ pub(super) struct StandstillWatchState<N> {
 }
 
 /// Capabilities of a servo.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct AccelerationLimits<N> {
     /// Largest deceleration, counts per sample squared: by friction and load,
     braking: N,
@@ -136,28 +136,15 @@ impl<N: Number> StandstillWatch<N> {
 
     pub(super) fn start(&self) -> StandstillWatchState<N> {
         StandstillWatchState {
-            last: N::ZERO,
-            glide: N::ZERO,
-            passed: N::ZERO,
-            abrupt: false,
-            away: N::ZERO,
-            command: N::ZERO,
-            range: [N::ZERO; 2],
-            setpoint: N::ZERO,
-            settled: N::ZERO,
-            farthest: N::ZERO,
-            asked: false,
-            still: 0,
-            pushed: 0,
             able: AccelerationLimits {
                 braking: N::REACH,
-                gain: N::ZERO,
                 stands: self.ranges,
-                holding: N::ZERO,
                 reach: N::REACH,
                 settling: self.patience,
                 patience: self.patience,
+                ..AccelerationLimits::default()
             },
+            ..StandstillWatchState::default()
         }
     }
 

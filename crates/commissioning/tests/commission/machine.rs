@@ -1,14 +1,12 @@
-use commissioning::{
-    CommissionError, CommissionInputs, CommissionIsr, HoldingGains, Phase, SynchronousCommission,
-};
+use commissioning::{CommissionError, CommissionIsr, HoldingGains, Phase};
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::Goal;
-use virtual_servo::{Encoder, Servo, SplitMix64};
+use virtual_servo::SplitMix64;
 
 use crate::faults::PHASES;
-use crate::rig::{Bench, ordinary};
+use crate::rig::{Background, Bench, ordinary};
 
 /// Gains that have held the servo so far: slow, and safe.
 pub(crate) fn before() -> HoldingGains {
@@ -74,7 +72,7 @@ fn a_servo_held_by_friction_is_commissioned_whenever_the_solver_decides() {
         bench.offset = random.next_uniform();
         bench.settings.goal = Goal::Bandwidth(40.0);
         bench.settings.limits.travel = [-1.0, 1.0];
-        bench.background = Some(seed);
+        bench.background = Background::Busy(seed);
         let course = bench.commission(&mut |_| None);
         assert_eq!(course.state.reason(), None, "{seed}");
     }
@@ -269,26 +267,11 @@ fn a_sensitivity_that_the_tuner_refuses_is_refused_before_any_motion() {
 /// It may have the gains before the servo is at rest after its last motion.
 #[test]
 fn a_background_of_any_speed_leaves_no_phase_out() {
-    let bench = ordinary();
-    let time = bench.settings.sample_time;
     for slices in [1, 10, 2000] {
-        let mut servo = Servo::at_rest(&bench.servo, &bench.effects, time, 1).expect("allowed");
-        let encoder = Encoder::new(bench.counts);
-        let mut commission =
-            SynchronousCommission::<f32>::new(&bench.settings, None, None).expect("allowed");
-        let mut seen = vec![Phase::Idle];
-        while !seen.last().is_some_and(|phase| phase.is_end()) {
-            let inputs = CommissionInputs {
-                count: Some(encoder.read(servo.position()) as i32),
-                late: false,
-                stop: None,
-            };
-            let done = commission.sample_with_slices(&inputs, slices);
-            servo.advance(done.command.unwrap_or(0.0));
-            if seen.last() != Some(&done.phase) {
-                seen.push(done.phase);
-            }
-        }
+        let mut bench = ordinary();
+        bench.background = Background::Steady(slices);
+        let course = bench.commission(&mut |_| None);
+        let seen: Vec<_> = course.phases.iter().map(|(phase, _)| *phase).collect();
         println!("{slices} {seen:?}");
         assert!(
             seen.ends_with(&[Phase::Gains, Phase::Trial, Phase::Applied]),

@@ -122,7 +122,7 @@ impl Axis {
             left: 0.0,
             time: 0.0,
             examined_at: 0.0,
-            changes: ServoChangeState::START,
+            changes: ServoChangeState::default(),
         })
     }
 

@@ -21,26 +21,32 @@ pub(crate) struct Bench {
     pub(crate) noise: f64,
     pub(crate) settings: CommissionSettings,
     pub(crate) before: Option<HoldingGains>,
-    /// The seed by which the background does more or fewer slices of work in each sample; none: as many as it should.
-    pub(crate) background: Option<u64>,
+    pub(crate) background: Background,
 }
 
-/// A background with other work: its slices in a sample are random, and so is their mean, half to twice as many as it
-/// should do.
-struct Background {
-    random: SplitMix64,
-    mean: f64,
+/// The slices of work that the background does in each sample.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Background {
+    /// As many as it should.
+    Usual,
+    /// This many.
+    Steady(u32),
+    /// With other work, by this seed: they are random, and so is their mean, half to twice as many as it should do.
+    Busy(u64),
 }
 
 impl Background {
-    fn new(seed: u64, slices: u32) -> Self {
-        let mut random = SplitMix64::new(seed);
-        let mean = f64::from(slices) * f64::exp2(random.uniform(-1.0, 1.0));
-        Self { random, mean }
-    }
-
-    fn slices(&mut self) -> u32 {
-        self.random.uniform(0.0, 2.0 * self.mean).round() as u32
+    /// Those of sample after sample, if it should do so many.
+    fn slices(self, usual: u32) -> Box<dyn FnMut() -> u32> {
+        match self {
+            Self::Usual => Box::new(move || usual),
+            Self::Steady(slices) => Box::new(move || slices),
+            Self::Busy(seed) => {
+                let mut random = SplitMix64::new(seed);
+                let mean = f64::from(usual) * f64::exp2(random.uniform(-1.0, 1.0));
+                Box::new(move || random.uniform(0.0, 2.0 * mean).round() as u32)
+            }
+        }
     }
 }
 
@@ -109,7 +115,7 @@ pub(crate) fn ordinary() -> Bench {
             Limits::new([-0.16, 0.16], 15.0, [-10.0, 10.0]),
         ),
         before: None,
-        background: None,
+        background: Background::Usual,
     }
 }
 
@@ -164,9 +170,7 @@ impl Bench {
         let mut commission =
             SynchronousCommission::<f32>::new(&self.settings, self.before.as_ref(), held)
                 .expect("allowed");
-        let mut background = self
-            .background
-            .map(|seed| Background::new(seed, commission.slices()));
+        let mut slices = self.background.slices(commission.slices());
         let mut phases = vec![(Phase::Idle, 0.0)];
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
         let mut speed = 0.0_f64;
@@ -189,10 +193,7 @@ impl Bench {
                 late: condition.late,
                 stop: disturb(phase).or(line),
             };
-            let done = match &mut background {
-                Some(background) => commission.sample_with_slices(&inputs, background.slices()),
-                None => commission.sample(&inputs),
-            };
+            let done = commission.sample_with_slices(&inputs, slices());
             if phase != done.phase {
                 phases.push((done.phase, k as f64 * sample_time));
             }

@@ -12,7 +12,7 @@ use virtual_servo::Effects;
 use virtual_servo::faults::{FaultKind, InjectedFault};
 
 use crate::machine::before;
-use crate::rig::{Bench, Course, ordinary};
+use crate::rig::{Background, Bench, Course, ordinary};
 
 /// An axis that all of its command takes through its travel in 9 ms, held by soft gains.
 fn strong() -> Bench {
@@ -38,7 +38,7 @@ fn strong() -> Bench {
             controller: ControllerSettings::pid(0.02283, 0.000_897, 0.1305).limited(1.0),
             cutoff: 320.0,
         }),
-        background: None,
+        background: Background::Usual,
     }
 }
 
@@ -71,7 +71,7 @@ fn loaded(part: f64) -> Bench {
             controller: ControllerSettings::pid(0.1259, 0.004_947, 0.7196).limited(1.0),
             cutoff: 320.0,
         }),
-        background: None,
+        background: Background::Usual,
     }
 }
 

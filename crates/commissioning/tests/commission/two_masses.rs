@@ -11,7 +11,7 @@ use identifier_core::parameters::ServoParameters;
 use identifier_core::tuning::TuningError;
 use virtual_servo::{Effects, SplitMix64};
 
-use super::rig::{Bench, ordinary};
+use super::rig::{Background, Bench, ordinary};
 use super::two_mass_loop::TwoMassLoop;
 
 /// Servos of a campaign with a factor of one.
@@ -94,7 +94,7 @@ fn two_masses(seed: u64) -> Bench {
             },
             ..ordinary().settings
         },
-        background: Some(seed),
+        background: Background::Busy(seed),
         ..ordinary()
     }
 }

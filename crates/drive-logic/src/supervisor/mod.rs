@@ -133,7 +133,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             commissioning_slot: Some(Slot::Blank(&mut memory.commissioning)),
             solver: Solver::in_memory(&mut memory.solver),
             rejection_reason: None,
-            changes: ServoChangeState::START,
+            changes: ServoChangeState::default(),
             examined_at: Noticed::default(),
             requested: None,
             phase: Phase::Idle,

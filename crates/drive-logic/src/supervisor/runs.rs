@@ -93,7 +93,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.channel.discard_record();
         self.order(order(Mode::Run(run)))?;
         self.identifier = Some(identifier);
-        self.changes = ServoChangeState::START;
+        self.changes = ServoChangeState::default();
         self.solver.begin_run(fitter);
         Ok(())
     }

@@ -41,7 +41,7 @@ pub struct FeedForwardSettings {
 /// then. The servo's q̇ + a q follows ẏ + a y exactly. Its q follows y to (ω_m T)²/12 of its acceleration over ω_m².
 /// The last part of the feed-forward compensates the derivative, which acts on the measured velocity alone and would
 /// brake. It is k_d ẏ as the controller's velocity estimate will show it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FeedForward<N> {
     /// E; zero for none.
     pole: N,
@@ -81,17 +81,6 @@ struct MovingReference<N> {
 }
 
 impl<N: Arithmetic> FeedForward<N> {
-    /// No model, and no command.
-    pub const NONE: Self = Self {
-        pole: N::ZERO,
-        rate: N::ZERO,
-        half_square: N::ZERO,
-        acceleration: N::ZERO,
-        velocity: N::ZERO,
-        coulomb: N::ZERO,
-        per_coulomb_speed: N::ZERO,
-    };
-
     /// The range of ω_m T. Below it single precision does not keep E; above it the model is as fast as the sampling.
     const RATES: [f64; 2] = [1e-5, 1.0];
 

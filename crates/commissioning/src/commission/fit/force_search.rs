@@ -283,7 +283,7 @@ mod tests {
     fn forces_that_leave_too_much_are_not_taken() {
         let fitted = FittedServo {
             servo: IdentifiedServo::known(ServoParameters::new(0.0, 9.0, 1.0, 0.0), 1e-3),
-            forces: AxisForces::NONE,
+            forces: AxisForces::default(),
             explains: true,
         };
         for (left, is_taken) in [(2.0, false), (0.09, true)] {

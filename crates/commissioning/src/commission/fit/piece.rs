@@ -60,7 +60,7 @@ mod tests {
             velocity += command;
         }
         let joined = |commands: &[f64]| {
-            let mut recorder = Recorder::EMPTY;
+            let mut recorder = Recorder::default();
             let blocking = Blocking::new(commands.len() as u32);
             for command in commands.iter().chain(&[0.0]) {
                 recorder.push(&blocking, 1.0, *command);

@@ -332,7 +332,7 @@ impl<'a, N: Number> ServoFitter<'a, N> {
                 Forces::LowSpeed(_) => nearly(Self::LITTLE_OF_STICKING),
                 _ => nearly(Self::LITTLE),
             };
-            let mut beside = AxisForces::NONE;
+            let mut beside = AxisForces::default();
             match forces {
                 Forces::None => {}
                 Forces::Wave(order) => {

@@ -2,7 +2,7 @@ use super::plan::Motion;
 use identifier_core::number::Number;
 
 /// Whether a servo follows the reference of a motion, which waits for one that breaks away late.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Following {
     /// Samples in which it has not followed.
     left: u32,
@@ -16,8 +16,6 @@ impl Following {
 
     /// The part of the speed beyond which a servo that leaves its reference was pushed.
     const PUSHED_SPEED: f64 = 0.3;
-
-    pub(super) const START: Self = Self { left: 0 };
 
     /// Takes the error of the loop in a sample; true if the servo follows.
     #[inline]

@@ -2,7 +2,7 @@ use super::plan::PlannedLine;
 use identifier_core::number::Number;
 
 /// A line of the multisine under way: its oscillator and its sums.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct LineState<N> {
     rotation: [N; 2],
     /// e^(jωkT).
@@ -20,15 +20,6 @@ impl<N: Number> LineState<N> {
     /// The first amplitude for a servo that is identified as one mass only, as a part of the largest amplitude.
     const CAUTION: f64 = 0.4;
 
-    pub(super) const NONE: Self = Self {
-        rotation: [N::ONE, N::ZERO],
-        turned: [N::ONE, N::ZERO],
-        amplitude: N::ZERO,
-        max_amplitude: N::ZERO,
-        position: [N::ZERO; 2],
-        command: [N::ZERO; 2],
-    };
-
     /// Begins line k at a phase of k (k + 1)/2 quarters. Phases that grow with k² halve the peak of lines that begin
     /// together (M. R. Schroeder, "Synthesis of low-peak-factor signals", IEEE Trans. Inf. Theory 16, 1970).
     pub(super) fn plan(&mut self, planned: &PlannedLine<N>, place: usize) {
@@ -42,7 +33,7 @@ impl<N: Number> LineState<N> {
             },
             amplitude: N::from_f64(Self::CAUTION) * planned.amplitude,
             max_amplitude: planned.amplitude,
-            ..Self::NONE
+            ..Self::default()
         };
     }
 

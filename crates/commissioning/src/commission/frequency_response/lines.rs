@@ -4,7 +4,7 @@ use identifier_core::number::Complex;
 
 /// The frequencies of a multisine: bins of its measuring window. They are two or more bins apart, so that with a Hann
 /// window no line leaks into another.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Lines {
     sample_time: f64,
     /// Samples of the window.
@@ -37,14 +37,6 @@ impl Lines {
     /// below.
     const HIGHEST: f64 = 0.495;
 
-    /// None, and no time to measure them in.
-    pub(crate) const NONE: Self = Self {
-        sample_time: 0.0,
-        window: 0,
-        bins: [0; Self::MAX],
-        count: 0,
-    };
-
     /// The highest bin.
     fn highest(&self) -> f64 {
         libm::floor(Self::HIGHEST * f64::from(self.window))
@@ -55,7 +47,7 @@ impl Lines {
             sample_time,
             // A cast saturates; a window of a few samples has no line.
             window: libm::round(window / sample_time) as u32,
-            ..Self::NONE
+            ..Self::default()
         }
     }
 

@@ -14,7 +14,7 @@ pub(crate) struct ResponsePlan<N> {
 }
 
 /// The motion beneath the multisine. Counts and samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Motion<N> {
     /// The identified servo.
     pub(super) servo: RoughModel<N>,
@@ -50,41 +50,12 @@ pub(super) struct Motion<N> {
 }
 
 /// A line of the multisine.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct PlannedLine<N> {
     /// e^(jωT).
     pub(super) rotation: [N; 2],
     /// The largest amplitude of its injection, command units.
     pub(super) amplitude: N,
-}
-
-impl<N: Number> Motion<N> {
-    pub(super) const NONE: Self = Self {
-        servo: RoughModel::UNKNOWN,
-        forces: AxisForces::NONE,
-        delay: N::ZERO,
-        bandwidth: N::ZERO,
-        learnt_bandwidth: N::ONE,
-        speed: N::ZERO,
-        acceleration: N::ZERO,
-        start: N::ZERO,
-        learning: 0,
-        response_motions: 0,
-        settling: 0,
-        window: 0,
-        window_rotation: [N::ONE, N::ZERO],
-        fade: N::ZERO,
-        max_error: N::ZERO,
-        patience: 0,
-        line_speed: N::ZERO,
-    };
-}
-
-impl<N: Number> PlannedLine<N> {
-    const NONE: Self = Self {
-        rotation: [N::ONE, N::ZERO],
-        amplitude: N::ZERO,
-    };
 }
 
 /// A plan that is being made, a line a slice.
@@ -262,7 +233,7 @@ impl<N: Number> ResponsePlanner<N> {
                 patience: libm::ceil(patience / time) as u32,
                 line_speed: number(line_speed * time * counts),
             },
-            lines: [PlannedLine::NONE; Lines::MAX],
+            lines: Default::default(),
             count: lines.count() as u8,
         };
         Some(Self {

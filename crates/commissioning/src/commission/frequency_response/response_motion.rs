@@ -9,7 +9,7 @@ use crate::commission::noise::has_missed;
 use identifier_core::number::Number;
 
 /// Frequency-response motions under way: reference, oscillators and sums. Counts and samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(in crate::commission) struct ResponseMotion<N> {
     motion: Motion<N>,
     lines: [LineState<N>; Lines::MAX],
@@ -40,12 +40,13 @@ pub(in crate::commission) struct ResponseMotion<N> {
     line: u8,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Stage {
     Approach,
     Turn,
     Settling,
     Window,
+    #[default]
     Stopping,
 }
 
@@ -69,28 +70,6 @@ impl<N: Number> ResponseMotion<N> {
     /// The part of the largest error that a loop of less bandwidth may have once the servo is learnt.
     const HELD: f64 = 0.5;
 
-    /// Without a plan.
-    pub(in crate::commission) const NONE: Self = Self {
-        motion: Motion::NONE,
-        lines: [LineState::NONE; Lines::MAX],
-        count: 0,
-        stage: Stage::Stopping,
-        passed: 0,
-        velocity: N::ZERO,
-        heading: N::ZERO,
-        following: Following::START,
-        still: 0,
-        compensation: N::ZERO,
-        fade: N::ZERO,
-        inverted: false,
-        window: Window::NONE,
-        is_balanced: false,
-        learning: 0,
-        measured: 0,
-        handed: None,
-        line: 0,
-    };
-
     /// Takes in a plan.
     pub(in crate::commission) fn plan(&mut self, plan: &ResponsePlan<N>) {
         self.motion = plan.motion;
@@ -111,7 +90,7 @@ impl<N: Number> ResponseMotion<N> {
         self.enter(Stage::Approach);
         (self.velocity, self.fade) = (N::ZERO, N::ZERO);
         (self.measured, self.line) = (0, self.count);
-        (self.following, self.compensation) = (Following::START, N::ZERO);
+        (self.following, self.compensation) = (Following::default(), N::ZERO);
         self.learning = self.motion.learning;
     }
 
@@ -213,7 +192,7 @@ impl<N: Number> ResponseMotion<N> {
                 self.enter(Stage::Settling);
             }
             Stage::Settling if self.passed >= self.motion.settling => {
-                self.window = Window::NONE;
+                self.window = Window::begin();
                 self.enter(Stage::Window);
             }
             Stage::Window if self.passed >= self.motion.window => self.end_window(),

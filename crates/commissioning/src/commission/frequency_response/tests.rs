@@ -168,7 +168,7 @@ impl Axis {
 
     /// Motions of an axis at rest, planned for what is known of it.
     fn response_motion_only(&self, known: ServoParameters) -> Course {
-        self.response_motion_planned(known, &AxisForces::NONE, false)
+        self.response_motion_planned(known, &AxisForces::default(), false)
     }
 
     /// The same with forces that are known, or for a servo that may differ from its model.
@@ -196,7 +196,7 @@ impl Axis {
         .expect("room")
         .all()
         .with_motions(4);
-        let mut response_motion = ResponseMotion::<f32>::NONE;
+        let mut response_motion = ResponseMotion::<f32>::default();
         response_motion.plan(&plan);
         let (rough, delay, bandwidth) = response_motion.loop_plan();
         let conservative = ConservativePid::new(&units, &self.limits);
@@ -248,7 +248,7 @@ impl Axis {
             std::println!("{off:.4}");
             course.is_measured_in(4) && off < 0.1
         };
-        is_measured(forces) && !is_measured(&AxisForces::NONE)
+        is_measured(forces) && !is_measured(&AxisForces::default())
     }
 
     /// Of one mass, sampled and held.
@@ -371,7 +371,7 @@ fn an_axis_with_too_little_for_response_motions_gets_no_plan() {
         ResponsePlanner::<f32>::new(
             &settings,
             &known,
-            &AxisForces::NONE,
+            &AxisForces::default(),
             false,
             None,
             &LineSearch::first_pass(settings.sample_time, 1.0).all(),
@@ -465,7 +465,7 @@ fn a_servo_that_is_uncertain_is_learnt_before_its_lines_are_measured() {
             friction * axis.servo.coulomb,
             -axis.servo.load,
         );
-        let course = axis.response_motion_planned(taken_for, &AxisForces::NONE, true);
+        let course = axis.response_motion_planned(taken_for, &AxisForces::default(), true);
         let off = error(&axis, &course, [10.0, 150.0]);
         let [low, high] = course.travel;
         std::println!(
@@ -487,7 +487,7 @@ fn cogging_that_is_known_is_balanced_while_the_lines_are_measured() {
     let forces = AxisForces {
         wave: axis.effects.ripple,
         order: 21.0,
-        ..AxisForces::NONE
+        ..AxisForces::default()
     };
     assert!(axis.is_measured_only_with(&forces));
 }
@@ -502,7 +502,7 @@ fn an_axis_that_is_known_to_stick_breaks_away_by_a_command_for_it() {
     let forces = AxisForces {
         low_speed: 600.0,
         per_low_speed_velocity: 10.0,
-        ..AxisForces::NONE
+        ..AxisForces::default()
     };
     assert!(axis.is_measured_only_with(&forces));
 }
@@ -519,12 +519,12 @@ fn low_lines_have_a_slow_loop() {
         let plan = ResponsePlanner::<f32>::new(
             &axis.settings(),
             &known,
-            &AxisForces::NONE,
+            &AxisForces::default(),
             false,
             None,
             lines,
         );
-        let mut response_motion = ResponseMotion::NONE;
+        let mut response_motion = ResponseMotion::default();
         response_motion.plan(&plan.expect("room").all());
         let (_, _, bandwidth) = response_motion.loop_plan();
         f64::from(bandwidth) / axis.sample_time

@@ -14,7 +14,7 @@ pub(in crate::commission) struct ResponseWindows<N> {
 }
 
 /// The window of a motion: Hann's weight h_k = 1 − cos(2πk/n), and the mean motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Window<N> {
     /// e^(j2πk/n).
     turned: [N; 2],
@@ -25,12 +25,13 @@ pub(super) struct Window<N> {
 }
 
 impl<N: Number> Window<N> {
-    /// Before the first.
-    pub(super) const NONE: Self = Self {
-        turned: [N::ONE, N::ZERO],
-        beneath: [N::ZERO; 3],
-        farthest: N::ZERO,
-    };
+    /// Before its first sample.
+    pub(super) fn begin() -> Self {
+        Self {
+            turned: [N::ONE, N::ZERO],
+            ..Self::default()
+        }
+    }
 
     /// Takes a sample; its increment and its command, weighted. `rotation` is e^(j2π/n).
     #[inline(always)]
@@ -70,7 +71,7 @@ mod tests {
         let (first, acceleration) = (20.0, 0.004);
         let command_at = |velocity: f64| 0.3 + 0.01 * velocity;
         let angle = core::f64::consts::TAU / f64::from(SAMPLES);
-        let mut window = Window::<f64>::NONE;
+        let mut window = Window::<f64>::begin();
         for k in 0..SAMPLES {
             let velocity = first + acceleration * f64::from(k);
             let sample = ResponseWindows {

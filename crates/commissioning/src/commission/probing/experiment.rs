@@ -286,7 +286,7 @@ mod tests {
             let servo = RoughModel {
                 gain: 0.01,
                 per_gain: 100.0,
-                ..RoughModel::UNKNOWN
+                ..RoughModel::default()
             };
             let mut state = probing.pushing(&servo);
             let half_cycle = (0.1 * 2.0 * probing.plan.half_cycle_speed).round().max(1.0) as u32;

@@ -12,7 +12,7 @@ pub(super) struct Observer<N> {
 }
 
 /// State of the observer, counts and samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct ObserverState<N> {
     error: N,
     /// Velocity at the sample.
@@ -23,29 +23,22 @@ pub(super) struct ObserverState<N> {
 }
 
 impl<N: Number> ObserverState<N> {
-    pub(super) const AT_REST: Self = Self {
-        error: N::ZERO,
-        velocity: N::ZERO,
-        rest: N::ZERO,
-        acceleration: N::ZERO,
-    };
-
     /// For a servo that has fallen this far in this time from rest, q = w t²/2.
     pub(super) fn falling(fallen: N, time: N) -> Self {
         let mean = fallen * time.reciprocal();
         let velocity = mean + mean;
         let acceleration = velocity * time.reciprocal();
         Self {
-            error: N::ZERO,
             velocity,
             rest: acceleration,
             acceleration,
+            ..Self::default()
         }
     }
 
     /// The servo is at standstill.
     pub(super) fn stand(&mut self) {
-        *self = Self::AT_REST;
+        *self = Self::default();
     }
 
     /// Counts show that it no longer moves in the estimated direction.

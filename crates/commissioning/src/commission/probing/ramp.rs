@@ -194,8 +194,10 @@ impl<N: Number> Probing<N> {
     /// Has the ramp grow against a motion that it has not made, to catch it.
     pub(super) fn catch(&self, state: &mut ProbingState<N>) {
         let (acted, guessed) = (state.given(self.plan.delay), state.servo);
-        state.observed.adopt(&guessed, &RoughModel::UNKNOWN, acted);
-        state.servo = RoughModel::UNKNOWN;
+        state
+            .observed
+            .adopt(&guessed, &RoughModel::default(), acted);
+        state.servo = RoughModel::default();
         let [least, most] = self.plan.command;
         state.held = state.given(0).limited(least, most);
         (state.direction, state.ramp) = (-state.direction, N::ZERO);
@@ -222,7 +224,7 @@ impl<N: Number> Probing<N> {
             backward: without,
             viscous: N::ZERO,
         };
-        state.observed.adopt(&RoughModel::UNKNOWN, &servo, acted);
+        state.observed.adopt(&RoughModel::default(), &servo, acted);
         state.servo = servo;
         (state.pending_estimate, state.noticed_speed) = (Some(*guess), guess.speed);
         state.aim(state.motion_direction);

@@ -7,7 +7,7 @@ use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 
 /// A probing motion under way. Counts and samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct ProbingState<N> {
     pub(super) stage: ProbingStage,
     pub(super) ending: Option<Result<(), Reason>>,
@@ -85,9 +85,10 @@ pub(super) struct Guess<N> {
 }
 
 /// Stages of the probing motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum ProbingStage {
     /// The command grows until the servo moves.
+    #[default]
     Seek,
     /// It is accelerated in the direction of the push.
     Push,
@@ -100,7 +101,7 @@ pub(super) enum ProbingStage {
 }
 
 /// A motion that the ramp did not begin, from rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct FreeMotion<N> {
     /// The command with which it began.
     pub(super) base: N,
@@ -128,11 +129,7 @@ impl<N: Number> FreeMotion<N> {
     pub(super) fn from(base: N) -> Self {
         Self {
             base,
-            is_released: false,
-            time: N::ZERO,
-            pushed: N::ZERO,
-            motion_direction: N::ZERO,
-            furthest: [N::ZERO; 4],
+            ..Self::default()
         }
     }
 
@@ -205,44 +202,14 @@ impl<N: Number> ProbingState<N> {
     pub(super) fn new(plan: &Plan<N>, held: Option<N>) -> Self {
         let held = held.unwrap_or(N::ZERO);
         Self {
-            stage: ProbingStage::Seek,
-            ending: None,
-            samples: 0,
-            position: N::ZERO,
             held,
-            broke_away: None,
-            noticed_speed: N::ZERO,
             direction: plan.first_direction,
-            extreme: N::ZERO,
             motion_direction: plan.first_direction,
-            stands: false,
-            ramp: N::ZERO,
-            origin: N::ZERO,
             free_motion: FreeMotion::from(held),
-            first_count: None,
-            pending_estimate: None,
-            servo: RoughModel::UNKNOWN,
-            guessed: N::ZERO,
-            observed: ObserverState::AT_REST,
-            gathered: RegressionState::NOTHING,
             commands: [held; COMMANDS],
-            newest: 0,
-            still: 0,
-            at_limit: 0,
-            ending_for: 0,
-            extra: N::ZERO,
-            acceleration: N::ZERO,
-            amplitude: N::ZERO,
-            blocked: None,
-            reversals: [0; 2],
             half_cycles: HalfCycles::from(N::ZERO),
-            ringing: 0,
-            is_new: false,
-            evidence: None,
-            held_at: N::ZERO,
             held_by: N::ONE,
-            turned_at: 0,
-            stage_since: 0,
+            ..Self::default()
         }
     }
 

@@ -31,7 +31,7 @@ pub(in crate::commission) struct MeasuredResponse<N> {
 }
 
 /// The sum of what motions in a direction showed of their balance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct BalanceSums<N> {
     response_motions: u8,
     velocity: N,
@@ -47,7 +47,7 @@ const NEIGHBOURS: usize = 2;
 
 /// The sums of a line over motions. Those of an inverted injection count with the opposite sign, which cancels the transient
 /// of a turn.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct ResponseSums<N> {
     response_motions: u8,
     /// ∑ ±Y and ∑ ±U.
@@ -76,22 +76,24 @@ impl<N: Number> MeasuredResponse<N> {
     const OWN: f64 = 0.7;
 
     /// Of no axis yet.
-    pub(in crate::commission) const NONE: Self = Self {
-        sample_time: 0.0,
-        resolution: 0.0,
-        first_pass: Lines::NONE,
-        doubt: 1.0,
-        sums: [ResponseSums::EMPTY; Lines::MAX],
-        lines: [NO_LINE; MOST],
-        count: 0,
-        balances: [BalanceSums::EMPTY; 2],
-    };
+    pub(in crate::commission) fn none() -> Self {
+        Self {
+            sample_time: 0.0,
+            resolution: 0.0,
+            first_pass: Lines::default(),
+            doubt: 1.0,
+            sums: Default::default(),
+            lines: [NO_LINE; MOST],
+            count: 0,
+            balances: Default::default(),
+        }
+    }
 
     /// Nothing is measured of an axis with these settings.
     pub(in crate::commission) fn restart(&mut self, settings: &CommissionSettings) {
         (self.sample_time, self.resolution) = (settings.sample_time, settings.resolution);
         self.count = 0;
-        self.begin(&Lines::NONE, 1.0);
+        self.begin(&Lines::default(), 1.0);
     }
 
     /// Begins to measure lines. Up to the highest of them this is the factor on the deviations of those before, if motions
@@ -99,8 +101,8 @@ impl<N: Number> MeasuredResponse<N> {
     pub(in crate::commission) fn begin(&mut self, lines: &Lines, doubt: f64) {
         self.first_pass = *lines;
         self.doubt = doubt;
-        self.sums = [ResponseSums::EMPTY; Lines::MAX];
-        self.balances = [BalanceSums::EMPTY; 2];
+        self.sums = Default::default();
+        self.balances = Default::default();
     }
 
     /// True if motions have shown the lines under way.
@@ -262,13 +264,6 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 impl<N: Number> BalanceSums<N> {
-    const EMPTY: Self = Self {
-        response_motions: 0,
-        velocity: N::ZERO,
-        acceleration: N::ZERO,
-        command: N::ZERO,
-    };
-
     fn take(&mut self, balance: &FrictionBalance<N>) {
         self.response_motions = self.response_motions.saturating_add(1);
         self.velocity += balance.velocity;
@@ -285,14 +280,6 @@ impl<N: Number> BalanceSums<N> {
 }
 
 impl<N: Number> ResponseSums<N> {
-    const EMPTY: Self = Self {
-        response_motions: 0,
-        position: [N::ZERO; 2],
-        command: [N::ZERO; 2],
-        powers: [N::ZERO; 2],
-        cross: [N::ZERO; 2],
-    };
-
     fn take(&mut self, sums: &LineSums<N>) {
         let [y, v] = sums.position;
         let [u, w] = sums.command;

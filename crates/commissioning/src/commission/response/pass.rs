@@ -77,7 +77,7 @@ impl ResponsePass {
             next: None,
             gain: Complex::ONE,
             derivatives: [Complex::ZERO; UNKNOWNS],
-            equations: NormalEquations::EMPTY,
+            equations: NormalEquations::default(),
         };
         pass.begin(unknowns, friction);
         pass.built = 1;
@@ -88,7 +88,7 @@ impl ResponsePass {
     pub(super) fn begin(&mut self, unknowns: &Unknowns, [friction, uncertain]: [f64; 2]) {
         self.unknowns = *unknowns;
         self.free = Self::free(self.own.has_two_masses(), uncertain > 0.0);
-        self.equations = NormalEquations::EMPTY;
+        self.equations = NormalEquations::default();
         let viscous = [(FRICTION, friction, uncertain)];
         for (expected, mean, deviation) in Self::EXPECTED.into_iter().chain(viscous) {
             if self.free.get(expected) == Some(&true)

@@ -67,7 +67,7 @@ impl Scan {
             line: 0,
             one: None,
             two: None,
-            equations: NormalEquations::EMPTY,
+            equations: NormalEquations::default(),
             starts: Starts {
                 all: [None; Starts::MOST],
                 next: 0,
@@ -97,7 +97,7 @@ impl Scan {
                 ratio: 1.0,
             };
             self.two = Some(one.with_mode(servo.delay, &mode, sample_time));
-            self.equations = NormalEquations::EMPTY;
+            self.equations = NormalEquations::default();
             self.line = 0;
             return None;
         };

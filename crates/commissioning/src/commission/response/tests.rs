@@ -156,7 +156,7 @@ fn friction_and_load_are_those_that_balance_the_response_motions() {
     let truth = ServoParameters::new(A, B, 60.0, -25.0);
     let limits = Limits::new([-1.0, 1.0], 15.0, [-10.0, 10.0]);
     let settings = CommissionSettings::new(SAMPLE_TIME, RESOLUTION, limits);
-    let mut response = MeasuredResponse::<f64>::NONE;
+    let mut response = MeasuredResponse::<f64>::none();
     response.restart(&settings);
     let mut response_motion = |velocity: f64, acceleration: f64| {
         let needed = acceleration + A * velocity + truth.coulomb.copysign(velocity) - truth.load;

@@ -31,14 +31,6 @@ pub struct CommissionSolver<N: Number, const W: usize = 256> {
     work: Work<N>,
 }
 
-/// Those of no axis.
-const NO_LIMITS: Limits = Limits {
-    travel: [0.0; 2],
-    speed: 0.0,
-    command: [0.0; 2],
-    duration: 0.0,
-};
-
 /// The work under way. What begins and takes each has a stack of its own, which is free again.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(
@@ -75,10 +67,10 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     #[inline]
     pub fn idle() -> Self {
         Self {
-            settings: CommissionSettings::new(0.0, 0.0, NO_LIMITS),
+            settings: CommissionSettings::new(0.0, 0.0, Limits::new([0.0; 2], 0.0, [0.0; 2])),
             record: MotionRecord::EMPTY,
-            response: MeasuredResponse::NONE,
-            evidence: Evidence::NONE,
+            response: MeasuredResponse::none(),
+            evidence: Evidence::default(),
             step: 0.0,
             work: Work::Nothing,
         }
@@ -103,7 +95,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         self.settings = settings.in_units_of_noise();
         self.record.clear();
         self.response.restart(&self.settings);
-        self.evidence = Evidence::NONE;
+        self.evidence = Evidence::default();
         self.step = 0.0;
         self.work = Work::Nothing;
         Ok(())
@@ -113,7 +105,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     pub fn take(&mut self, finding: &RecordEvent<N>) {
         match &finding.0 {
             EventKind::Begins => {
-                self.evidence = Evidence::NONE;
+                self.evidence = Evidence::default();
                 self.work = Work::Nothing;
                 self.record.clear();
             }

@@ -37,31 +37,31 @@ impl Step {
     /// The first step whose condition holds.
     pub(super) fn after(evidence: &Evidence) -> Self {
         let mut steps = Self::ORDER.into_iter();
-        // Both take a chip long, and several steps ask for them.
+        // It takes a chip long, and several steps ask for it.
         let error = evidence.gain_error();
-        let agrees = evidence.agrees();
-        let next = steps.find(|step| step.is_due(evidence, error, agrees));
+        let next = steps.find(|step| step.is_due(evidence, error));
         next.unwrap_or(Self::End)
     }
 
-    /// With the standard error of b, and whether response and motions agree about it.
-    fn is_due(self, evidence: &Evidence, error: f64, agrees: bool) -> bool {
+    /// With the standard error of b.
+    fn is_due(self, evidence: &Evidence, error: f64) -> bool {
         let has_servo = evidence.fitted.is_some();
         match self {
-            Self::Fit => evidence.is_recorded && !(evidence.is_cut && evidence.has_room),
-            Self::FrequencyResponse => has_servo && evidence.has_room && evidence.rounds == 0,
+            Self::Fit => evidence.is_recorded && (evidence.lacks_room || !evidence.is_cut),
+            Self::FrequencyResponse => has_servo && !evidence.lacks_room && evidence.rounds == 0,
             Self::FitWaves => evidence.asks_for_waves(),
             Self::MoreLines => {
-                has_servo && evidence.has_room && agrees && evidence.asks_for_lines(error)
+                let may_measure = has_servo && !evidence.lacks_room;
+                may_measure && evidence.agrees() && evidence.asks_for_lines(error)
             }
-            Self::Gains => evidence.is_within_tolerance(error, agrees),
+            Self::Gains => evidence.is_within_tolerance(error),
             Self::End => true,
         }
     }
 }
 
 /// The evidence about an axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Evidence {
     /// A motion was recorded and is not fitted yet. It was cut short if it was over before there was enough evidence.
     pub(super) is_recorded: bool,
@@ -76,8 +76,8 @@ pub(super) struct Evidence {
     pub(super) broke_away: Option<Breakaway<f64>>,
     /// Why one mass does not explain these, if it does not.
     pub(super) unexplained_reason: Option<Reason>,
-    /// False if travel, speed, resolution or command leave no room for frequency-response motions.
-    pub(super) has_room: bool,
+    /// True if travel, speed, resolution or command leave no room for frequency-response motions.
+    pub(super) lacks_room: bool,
     /// Some of these were faster than usual, and show no low lines.
     pub(super) is_faster: bool,
     /// Rounds of these so far.
@@ -92,24 +92,6 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// Nothing is known.
-    pub(super) const NONE: Self = Self {
-        is_recorded: false,
-        is_cut: false,
-        has_waves: false,
-        fitted: None,
-        forces: AxisForces::NONE,
-        broke_away: None,
-        unexplained_reason: None,
-        has_room: true,
-        is_faster: false,
-        rounds: 0,
-        measured: 0,
-        masses: None,
-        balance: None,
-        doubt: 1.0,
-    };
-
     /// The most rounds of frequency-response motions.
     pub(super) const MAX_ROUNDS: u8 = 3;
 
@@ -133,7 +115,8 @@ impl Evidence {
         let error = servo.standard_error(IdentifiedServo::B) / servo.parameters.b;
         let is_better = |masses: &ResponseEstimate| {
             masses.is_explained()
-                || (self.unexplained_reason.is_some() && masses.gain_error < self.doubt * error)
+                || (self.unexplained_reason.is_some()
+                    && masses.gain_error < self.doubt.max(1.0) * error)
         };
         let Some(masses) = &self.masses.filter(is_better) else {
             return Some(servo);
@@ -158,14 +141,13 @@ impl Evidence {
         })
     }
 
-    /// The logarithm of the response's b over that of the motions. None if the motions are not explained, or there is no
-    /// response.
-    fn apart(&self) -> Option<f64> {
+    /// The response's b over that of the motions. None if the motions are not explained, or there is no response.
+    fn ratio(&self) -> Option<f64> {
         let (servo, masses) = (self.fitted.as_ref()?, self.masses.as_ref()?);
         // Lines of an axis that sticks meanwhile show no gain.
         let is_over = masses.resonance.is_some() || masses.is_one_mass() || self.rounds > 1;
         let is_sure = self.unexplained_reason.is_none() && is_over;
-        is_sure.then(|| libm::log(masses.gain / servo.parameters.b))
+        is_sure.then(|| masses.gain / servo.parameters.b)
     }
 
     /// True if one mass explains the lines, or nearly does and the motions too.
@@ -203,7 +185,7 @@ impl Evidence {
         self.rounds < Self::MAX_ROUNDS && shows_too_little
     }
 
-    fn is_within_tolerance(&self, error: f64, agrees: bool) -> bool {
+    fn is_within_tolerance(&self, error: f64) -> bool {
         let is_explained = match (self.masses, self.unexplained_reason) {
             // Faster lines show the motor alone where a spring moves its load below them.
             (masses, Some(_)) => masses.is_some_and(|masses| {
@@ -212,8 +194,8 @@ impl Evidence {
                 self.is_borne_out(&masses) || (is_sure && is_whole)
             }),
             // A load that friction holds behind a spring looks like gravity.
-            (None, None) => self.forces == AxisForces::NONE,
-            (Some(_), None) => agrees && !self.may_be_a_spring(),
+            (None, None) => self.forces == AxisForces::default(),
+            (Some(_), None) => self.agrees() && !self.may_be_a_spring(),
         };
         is_explained && error <= Self::KNOWN
     }
@@ -227,9 +209,8 @@ impl Evidence {
 
     /// True if the motions show about the gain of these lines. They moved the whole axis, not a motor alone.
     fn is_borne_out(&self, masses: &ResponseEstimate) -> bool {
-        self.fitted.is_some_and(|servo| {
-            libm::fabs(libm::log(masses.gain / servo.parameters.b)) < libm::log(Self::BORNE_OUT)
-        })
+        let is_near = |b: f64| is_within(masses.gain / b, Self::BORNE_OUT);
+        (self.fitted).is_some_and(|servo| is_near(servo.parameters.b))
     }
 
     /// True for an axis that is known to stick or to cog.
@@ -239,16 +220,13 @@ impl Evidence {
 
     /// True if response and motions show about the same gain.
     fn agrees(&self) -> bool {
-        let most = libm::log(Self::MOST_APART);
-        (self.apart()).is_none_or(|ratio| libm::fabs(ratio) <= most)
+        (self.ratio()).is_none_or(|ratio| is_within(ratio, Self::MOST_APART))
     }
 
     /// True if lines that masses explain, or there are none, show about this b.
     pub(super) fn bears_out(&self, b: f64) -> bool {
         let masses = self.masses.filter(ResponseEstimate::is_explained);
-        masses.is_none_or(|masses| {
-            libm::fabs(libm::log(masses.gain / b)) <= libm::log(Self::MOST_APART)
-        })
+        masses.is_none_or(|masses| is_within(masses.gain / b, Self::MOST_APART))
     }
 
     /// True if what looks like gravity may be the spring of a load that friction holds in the first motion. In those at
@@ -257,15 +235,14 @@ impl Evidence {
         let Some(servo) = self.fitted.filter(|_| self.forces.has_gravity()) else {
             return false;
         };
-        let is_apart =
-            (self.apart()).is_none_or(|ratio| libm::fabs(ratio) > libm::log(Self::APART));
+        let is_near = (self.ratio()).is_some_and(|ratio| is_within(ratio, Self::APART));
         let ServoParameters { coulomb, load, .. } = servo.parameters;
         let more = (self.balance).map_or(f64::INFINITY, |[rubs, bears]| {
             libm::hypot(rubs - coulomb, bears - load)
         });
         // What is known of b is known of gravity.
         let most = (Self::APART - 1.0) * coulomb + Self::WELL_KNOWN * self.forces.wave_amplitude();
-        is_apart || more > most
+        !is_near || more > most
     }
 
     /// Why there are no gains to look for.
@@ -278,12 +255,17 @@ impl Evidence {
             None if self.masses.is_none() => Reason::TooLittleEvidence,
             None if self.may_be_a_spring() => Reason::ResonanceOrBacklash,
             None if self.agrees() => Reason::TooLittleEvidence,
-            None if self.apart().is_some_and(|ratio| ratio < 0.0) && !has_resonance => {
+            None if self.ratio().is_some_and(|ratio| ratio < 1.0) && !has_resonance => {
                 Reason::ActuatorWeak
             }
             None => Reason::ResonanceOrBacklash,
         }
     }
+}
+
+/// True if a ratio is at most this much, and so is its reciprocal.
+fn is_within(ratio: f64, most: f64) -> bool {
+    ratio <= most && ratio * most >= 1.0
 }
 
 #[cfg(test)]
@@ -324,7 +306,7 @@ pub(super) mod tests {
             )),
             unexplained_reason: Some(Reason::PartlyExplained),
             masses: Some(one_mass),
-            ..Evidence::NONE
+            ..Evidence::default()
         }
     }
 
@@ -452,7 +434,7 @@ pub(super) mod tests {
         let forces = AxisForces {
             wave: [50.0, 0.0],
             order,
-            ..AxisForces::NONE
+            ..AxisForces::default()
         };
         Evidence { forces, ..evidence }
     }
@@ -509,7 +491,7 @@ pub(super) mod tests {
         };
         let sticks = AxisForces {
             low_speed: 10.0,
-            ..AxisForces::NONE
+            ..AxisForces::default()
         };
         for (axis, expected) in [
             (under(20.0, explained), Step::MoreLines),

@@ -70,7 +70,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             search,
             planner: None,
             // For an unexplained servo, friction and gain are estimated before the lines.
-            is_uncertain: (!is_sure || self.evidence.forces != AxisForces::NONE)
+            is_uncertain: (!is_sure || self.evidence.forces != AxisForces::default())
                 && (masses.is_none() || is_open),
             motions: if rounds == 0 {
                 Self::FIRST_ROUND
@@ -142,7 +142,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             return self.settle(tuned, fitted);
         }
         if self.evidence.rounds == 0 {
-            self.evidence.has_room = false;
+            self.evidence.lacks_room = true;
         }
         self.evidence.rounds = Evidence::MAX_ROUNDS;
         self.work = Work::Decide;

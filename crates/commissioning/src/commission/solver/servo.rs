@@ -79,7 +79,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 } = fitted;
                 (evidence.fitted, evidence.forces) = (Some(servo), forces);
                 let rounding = QUANTISATION_SIGMA * self.settings.resolution;
-                evidence.doubt = (servo.unexplained / rounding).max(1.0);
+                evidence.doubt = servo.unexplained / rounding;
                 (!explains).then_some(Reason::PartlyExplained)
             }
             Err(reason) => Some(reason),
@@ -137,7 +137,7 @@ mod tests {
             let forces = AxisForces {
                 wave: [20.0, 0.0],
                 order: 12.0,
-                ..AxisForces::NONE
+                ..AxisForces::default()
             };
             let explains = true;
             solver.take_servo(Ok(FittedServo {

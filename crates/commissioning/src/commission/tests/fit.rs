@@ -11,7 +11,7 @@ use identifier_core::reason::Reason;
 use virtual_servo::{Effects, Plant};
 
 fn recorded<const W: usize>(unknown: &Unknown, samples: &[[f32; 2]]) -> MotionRecord<f32, W> {
-    let (blocking, mut recorder) = (unknown.settings().blocking(), Recorder::EMPTY);
+    let (blocking, mut recorder) = (unknown.settings().blocking(), Recorder::default());
     let mut motion = MotionRecord::EMPTY;
     for &[increment, command] in samples {
         recorder.push(&blocking, increment, command);
@@ -206,7 +206,7 @@ fn a_long_motion_fits_into_a_short_record() {
 #[test]
 fn a_missing_block_is_noticed() {
     let unknown = ordinary(Effects::NONE);
-    let (blocking, mut recorder) = (unknown.settings().blocking(), Recorder::EMPTY);
+    let (blocking, mut recorder) = (unknown.settings().blocking(), Recorder::default());
     let mut motion = MotionRecord::<f32, 64>::EMPTY;
     let mut blocks = unknown
         .probe()
