@@ -2,7 +2,7 @@ use super::block::{Block, Blocking, NumberedBlock};
 use crate::number::Number;
 
 /// Condenses samples to blocks: the interrupt's share of a record. A sample costs a few additions, the
-/// last of a block a few multiplications.
+/// last of a block a few multiplications. The default has no sample yet.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Recorder<N> {
     open: Open<N>,

@@ -3,7 +3,7 @@
 use crate::constants::{Encode, encode};
 use crate::number::Number;
 
-/// The angle's revolution and the order of the ripple.
+/// The angle's revolution and the order of the ripple. The default is no angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AngleSettings<N> {
     /// Position units of a revolution; zero for an axis without angle, or a model that needs none.

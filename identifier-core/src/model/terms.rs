@@ -2,7 +2,7 @@ use crate::number::Number;
 use crate::parameters::{ModelParameters, Unknown, UnknownSet};
 use crate::unrolled::each;
 
-/// The sizes of the optional terms, machine units.
+/// The sizes of the optional terms, machine units. The default is no term.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TermValues<N> {
     /// τ/T, samples.

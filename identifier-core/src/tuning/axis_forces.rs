@@ -1,7 +1,7 @@
 use crate::number::Number;
 
 /// The forces on an axis beside the five numbers of its servo, over its inertia, near where it is. In SI, or
-/// [in units](AxisForces::in_units) of a machine.
+/// [in units](AxisForces::in_units) of a machine. The default is none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AxisForces<N = f64> {
     /// w_s and w_c of the load's change with the angle q, w_s sin nq + w_c (cos nq − 1), rad/s²: of gravity or a spring

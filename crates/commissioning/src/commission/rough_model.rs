@@ -2,7 +2,8 @@ use super::frequency_response::FrictionBalance;
 use identifier_core::number::Number;
 use identifier_core::parameters::ServoParameters;
 
-/// The model that a probing motion builds on its way: enough to brake the servo, not more. Counts and samples.
+/// The model that a probing motion builds on its way: enough to brake the servo, not more. Counts and samples. By
+/// default it is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct RoughModel<N> {
     /// b, counts per sample² and command unit; zero before the first estimate.

@@ -1,6 +1,6 @@
 use super::ServoChange;
 
-/// Examinations of a servo in succession, by which a change is told from a transient.
+/// Examinations of a servo in succession, by which a change is told from a transient. By default there were none yet.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ServoChangeState {
     /// The change that is reported.

@@ -40,7 +40,7 @@ pub struct FeedForwardSettings {
 /// A command is held until the next sample. So the feed-forward is that of the mean acceleration and velocity until
 /// then. The servo's q̇ + a q follows ẏ + a y exactly. Its q follows y to (ω_m T)²/12 of its acceleration over ω_m².
 /// The last part of the feed-forward compensates the derivative, which acts on the measured velocity alone and would
-/// brake. It is k_d ẏ as the controller's velocity estimate will show it.
+/// brake. It is k_d ẏ as the controller's velocity estimate will show it. The default has no model, and gives no command.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FeedForward<N> {
     /// E; zero for none.
