@@ -113,12 +113,12 @@ fn what_is_said_of_an_axis_that_is_held_helps() {
     }
 }
 
-/// Friction at rest holds it 0.11 rad short of where the trial's step is to begin, on the other side of its travel.
+/// Friction at rest holds it 0.1 rad short of where the trial's step is to begin.
 #[test]
 fn the_trial_of_an_axis_that_sticks_begins_where_its_step_has_room() {
-    let text = "[plant]\na = 0.3\nb = 75.0\ncoulomb = 145.0\nlow_speed_friction = 185.0\nlow_speed_velocity = 0.4\n\
-                [encoder]\ncounts_per_rev = 2000\n[amplifier]\nlimit = 10.0\n\
-                [commission]\ntravel = 0.16\nspeed = 15.0\nsample_time = 0.00025\n";
+    let text = "[plant]\na = 0.3\nb = 75.0\ncoulomb = 145.0\nlow_speed_friction = 100.0\nlow_speed_velocity = 0.4\n\
+                [encoder]\ncounts_per_rev = 3000\n[amplifier]\nlimit = 10.0\n\
+                [commission]\ntravel = 0.22\nspeed = 15.0\nsample_time = 0.00025\n";
     let judged = commission(&scenario("sticks", text));
     assert!(judged.broken.is_empty(), "{:?}", judged.broken);
     assert!(judged.outcome.is_applied(), "{:?}", judged.outcome.end);

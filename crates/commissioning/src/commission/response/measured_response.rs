@@ -19,10 +19,9 @@ const NO_LINE: MeasuredLine = MeasuredLine {
 pub(in crate::commission) struct MeasuredResponse<N> {
     sample_time: f64,
     resolution: f64,
-    /// The lines of the present or last motions, factor by which they make those of earlier motions doubtful, and their
-    /// sums.
+    /// The lines of the present or last motions, whether they stand beside those of earlier motions, and their sums.
     first_pass: Lines,
-    doubt: f64,
+    beside: bool,
     sums: [ResponseSums<N>; Lines::MAX],
     lines: [MeasuredLine; MOST],
     count: usize,
@@ -81,7 +80,7 @@ impl<N: Number> MeasuredResponse<N> {
             sample_time: 0.0,
             resolution: 0.0,
             first_pass: Lines::default(),
-            doubt: 1.0,
+            beside: false,
             sums: Default::default(),
             lines: [NO_LINE; MOST],
             count: 0,
@@ -93,14 +92,14 @@ impl<N: Number> MeasuredResponse<N> {
     pub(in crate::commission) fn restart(&mut self, settings: &CommissionSettings) {
         (self.sample_time, self.resolution) = (settings.sample_time, settings.resolution);
         self.count = 0;
-        self.begin(&Lines::default(), 1.0);
+        self.begin(&Lines::default(), false);
     }
 
-    /// Begins to measure lines. Up to the highest of them this is the factor on the deviations of those before, if motions
-    /// show them; with an infinite one they take their place.
-    pub(in crate::commission) fn begin(&mut self, lines: &Lines, doubt: f64) {
+    /// Begins to measure lines. If motions show them, they stand beside those before, or take the place of all up to their
+    /// highest.
+    pub(in crate::commission) fn begin(&mut self, lines: &Lines, beside: bool) {
         self.first_pass = *lines;
-        self.doubt = doubt;
+        self.beside = beside;
         self.sums = Default::default();
         self.balances = Default::default();
     }
@@ -111,25 +110,14 @@ impl<N: Number> MeasuredResponse<N> {
         first.response_motions > 1
     }
 
-    /// Takes the doubt into the lines of earlier motions, and drops those without any trust.
-    fn doubt_earlier(&mut self) {
+    /// Drops the lines of earlier motions up to the highest of these.
+    fn drop_earlier(&mut self) {
         let highest = self.first_pass.frequencies().last().unwrap_or(0.0);
-        let mut kept = 0;
-        for place in 0..self.count {
-            let Some(mut line) = self.lines.get(place).copied() else {
-                return;
-            };
-            if line.frequency <= highest {
-                line.deviation *= self.doubt;
-            }
-            if line.deviation.is_finite()
-                && let Some(to) = self.lines.get_mut(kept)
-            {
-                *to = line;
-                kept += 1;
-            }
-        }
-        self.count = kept;
+        let is_lower = |line: &MeasuredLine| line.frequency <= highest;
+        let dropped = self.lines().partition_point(is_lower);
+        let kept = self.lines.get_mut(..self.count).unwrap_or_default();
+        kept.rotate_left(dropped.min(kept.len()));
+        self.count -= dropped;
     }
 
     /// Takes the sums of a line over the window of a motion.
@@ -181,8 +169,8 @@ impl<N: Number> MeasuredResponse<N> {
 
     /// Begins to measure the lines, of which the sums of all motions were taken.
     pub(in crate::commission) fn begin_lines(&mut self) -> LineMeasurement {
-        if self.has_lines() {
-            self.doubt_earlier();
+        if self.has_lines() && !self.beside {
+            self.drop_earlier();
         }
         self.count = self.count.min(MOST - Lines::MAX);
         LineMeasurement {

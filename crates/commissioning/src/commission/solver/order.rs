@@ -78,17 +78,13 @@ pub(super) struct Evidence {
     pub(super) unexplained_reason: Option<Reason>,
     /// True if travel, speed, resolution or command leave no room for frequency-response motions.
     pub(super) lacks_room: bool,
-    /// Some of these were faster than usual, and show no low lines.
-    pub(super) is_faster: bool,
     /// Rounds of these so far.
     pub(super) rounds: u8,
-    /// Rounds whose lines were fitted.
+    /// Rounds in succession whose lines show about the same gain.
     pub(super) measured: u8,
     /// The masses that they have shown, with Coulomb friction and load beneath the lines, rad/s².
     pub(super) masses: Option<ResponseEstimate>,
     pub(super) balance: Option<[f64; 2]>,
-    /// What the motions leave unexplained over what rounding would.
-    pub(super) doubt: f64,
 }
 
 impl Evidence {
@@ -100,23 +96,30 @@ impl Evidence {
     const WELL_KNOWN: f64 = 0.02;
     const KNOWN: f64 = ResponseEstimate::KNOWN_GAIN;
 
-    /// The ratio of the response's b to that of the motions up to which gravity counts. Then the largest for which gains
-    /// are computed. If friction holds the load, the response is that of the motor only.
+    /// The ratio of the b of two rounds up to which they show the same, and of that of the response to that of the motions
+    /// up to which gravity counts. Then the largest of these for which gains are computed: beyond it one of them is that of
+    /// the motor only.
     const APART: f64 = 1.25;
     const MOST_APART: f64 = 1.6;
 
     /// The same up to which motions that nothing explains bear out lines.
     const BORNE_OUT: f64 = 1.1;
 
+    /// Takes in the masses that a round shows. The last may have shown less than those before.
+    pub(super) fn take_masses(&mut self, shown: ResponseEstimate) {
+        let is_same = |before: &ResponseEstimate| is_within(shown.gain / before.gain, Self::APART);
+        self.measured = 1 + self.masses.filter(is_same).map_or(0, |_| self.measured);
+        let before = self.masses.filter(|before| before.shows_more_than(&shown));
+        self.masses = Some(before.unwrap_or(shown));
+    }
+
     /// The servo by motions and response together.
     pub(super) fn servo(&self) -> Option<IdentifiedServo> {
         let mut servo = self.fitted?;
-        // What the motions leave unexplained makes them as uncertain as it is large.
         let error = servo.standard_error(IdentifiedServo::B) / servo.parameters.b;
         let is_better = |masses: &ResponseEstimate| {
             masses.is_explained()
-                || (self.unexplained_reason.is_some()
-                    && masses.gain_error < self.doubt.max(1.0) * error)
+                || (self.unexplained_reason.is_some() && masses.gain_error < error)
         };
         let Some(masses) = &self.masses.filter(is_better) else {
             return Some(servo);
@@ -178,7 +181,7 @@ impl Evidence {
         let needs_lines = is_uncertain || self.moves_unevenly();
         let shows_too_little = self.masses.map_or(needs_lines, |masses| {
             !masses.is_explained()
-                || (self.measured < 2 && is_uncertain && !self.motions_know_b())
+                || (self.measured < 2 && is_uncertain && !self.motions_know_b(&masses))
                 || (self.rounds < 2 && !is_uncertain && masses.may_be_noise())
                 || gain_error > Self::WELL_KNOWN
         });
@@ -187,11 +190,11 @@ impl Evidence {
 
     fn is_within_tolerance(&self, error: f64) -> bool {
         let is_explained = match (self.masses, self.unexplained_reason) {
-            // Faster lines show the motor alone where a spring moves its load below them.
+            // Lines above its antiresonance show the motor alone.
             (masses, Some(_)) => masses.is_some_and(|masses| {
-                let is_sure = self.measured > 1 || self.motions_know_b();
-                let is_whole = masses.resonance.is_some() || !self.is_faster;
-                self.is_borne_out(&masses) || (is_sure && is_whole)
+                let is_whole =
+                    masses.resonance.is_some() || self.is_borne_out(&masses, Self::MOST_APART);
+                self.motions_know_b(&masses) || (self.measured > 1 && is_whole)
             }),
             // A load that friction holds behind a spring looks like gravity.
             (None, None) => self.forces == AxisForces::default(),
@@ -200,16 +203,17 @@ impl Evidence {
         is_explained && error <= Self::KNOWN
     }
 
-    /// True if the motions alone show b well enough for gains.
-    fn motions_know_b(&self) -> bool {
-        self.fitted.is_some_and(|servo| {
+    /// True if the motions alone show b well enough for gains, and these lines about the same.
+    fn motions_know_b(&self, masses: &ResponseEstimate) -> bool {
+        let is_known = self.fitted.is_some_and(|servo| {
             servo.standard_error(IdentifiedServo::B) <= Self::KNOWN * servo.parameters.b
-        })
+        });
+        is_known && self.is_borne_out(masses, Self::BORNE_OUT)
     }
 
     /// True if the motions show about the gain of these lines. They moved the whole axis, not a motor alone.
-    fn is_borne_out(&self, masses: &ResponseEstimate) -> bool {
-        let is_near = |b: f64| is_within(masses.gain / b, Self::BORNE_OUT);
+    fn is_borne_out(&self, masses: &ResponseEstimate, most: f64) -> bool {
+        let is_near = |b: f64| is_within(masses.gain / b, most);
         (self.fitted).is_some_and(|servo| is_near(servo.parameters.b))
     }
 
@@ -310,6 +314,24 @@ pub(super) mod tests {
         }
     }
 
+    /// Its lines with two masses that leave this part of the errors of one.
+    fn two_masses(left: f64) -> Option<ResponseEstimate> {
+        let mode = Mode {
+            frequency: 300.0,
+            damping: 0.01,
+            ratio: 0.2,
+        };
+        let resonance = Some(Resonance {
+            mode,
+            errors: [0.01, 0.1],
+        });
+        unexplained().masses.map(|masses| ResponseEstimate {
+            resonance,
+            left,
+            ..masses
+        })
+    }
+
     /// The same with this b by the motions, which know it badly.
     fn with_rough(b: f64, evidence: Evidence) -> Evidence {
         let fitted = evidence.fitted.map(|mut servo| {
@@ -320,20 +342,33 @@ pub(super) mod tests {
         Evidence { fitted, ..evidence }
     }
 
-    /// They show the motor alone where a spring moves its load below them.
+    /// Those above its antiresonance show the motor alone.
     #[test]
-    fn faster_lines_show_that_an_unexplained_axis_is_one_mass_only_if_motions_bear_them_out() {
-        for (b, is_faster, expected) in [
-            (70.0, false, Step::Gains),
-            (70.0, true, Step::End),
-            (95.0, true, Step::Gains),
+    fn lines_of_one_mass_that_show_far_more_gain_than_the_motions_are_not_whole() {
+        for (b, masses, expected) in [
+            (70.0, unexplained().masses, Step::Gains),
+            (60.0, unexplained().masses, Step::End),
+            (60.0, two_masses(0.3), Step::Gains),
         ] {
             let evidence = Evidence {
-                is_faster,
                 measured: 3,
+                masses,
                 ..with_rough(b, unexplained())
             };
-            assert_eq!(Step::after(&evidence), expected, "{b} {is_faster}");
+            assert_eq!(Step::after(&evidence), expected, "{b} {masses:?}");
+        }
+    }
+
+    /// Those of a dead band show another b at each speed.
+    #[test]
+    fn rounds_that_contradict_each_other_measure_once() {
+        for (gain, measured, expected) in [(90.0, 2, Step::Gains), (70.0, 1, Step::End)] {
+            let mut evidence = with_rough(100.0, unexplained());
+            evidence.measured = 1;
+            let masses = evidence.masses.expect("one mass");
+            evidence.take_masses(ResponseEstimate { gain, ..masses });
+            assert_eq!(evidence.measured, measured, "{gain}");
+            assert_eq!(Step::after(&evidence), expected, "{gain}");
         }
     }
 
@@ -372,33 +407,26 @@ pub(super) mod tests {
                 ..unexplained()
             };
             assert_eq!(Step::after(&sure), Step::Gains);
-            let evidence = with_rough(70.0, sure);
-            assert_eq!(Step::after(&evidence), expected, "{rounds} {measured}");
+            // Motions that show another b know it no better, whatever their errors say.
+            let fitted = (sure.fitted).map(|mut servo| {
+                servo.parameters.b = 130.0;
+                servo
+            });
+            for evidence in [with_rough(70.0, sure), Evidence { fitted, ..sure }] {
+                assert_eq!(Step::after(&evidence), expected, "{rounds} {measured}");
+            }
         }
     }
 
     /// Of an axis that the five numbers explain.
     #[test]
     fn a_second_mass_that_may_be_noise_is_looked_for_again() {
-        let mode = Mode {
-            frequency: 300.0,
-            damping: 0.01,
-            ratio: 0.2,
-        };
-        let resonance = Some(Resonance {
-            mode,
-            errors: [0.01, 0.1],
-        });
         for (rounds, left, expected) in [
             (1, 0.3, Step::MoreLines),
             (2, 0.3, Step::Gains),
             (1, 0.02, Step::Gains),
         ] {
-            let masses = unexplained().masses.map(|masses| ResponseEstimate {
-                resonance,
-                left,
-                ..masses
-            });
+            let masses = two_masses(left);
             let evidence = Evidence {
                 unexplained_reason: None,
                 rounds,

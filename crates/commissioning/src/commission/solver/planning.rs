@@ -8,9 +8,7 @@ pub(super) struct Planning<N> {
     pub(super) planner: Option<(Lines, ResponsePlanner<N>)>,
     pub(super) is_uncertain: bool,
     pub(super) motions: u8,
-    /// Factor on the deviations of the lines before, up to the highest of these; infinite if these take their place.
-    pub(super) doubt: f64,
-    /// The result of the search for gains that asks for them.
+    /// The result of the search for gains that asks for them, beside the lines before.
     pub(super) tuned: Option<Tuned>,
 }
 

@@ -18,9 +18,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// The part of the usual window in which an axis is faster: its force changes with the place, or sticks.
     const FASTER: f64 = 0.25;
 
-    /// The factor by which it makes the deviations of the lines of slower motions larger.
-    const DOUBT: f64 = 1.0 / Self::FASTER;
-
     /// The lowest frequency of lines between the others over the bandwidth: twice its crossover.
     const ABOVE: f64 = 4.0;
 
@@ -57,15 +54,14 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         let is_low = mode.is_none_or(|mode| mode.frequency < Self::LOW);
         let time = self.settings.sample_time;
         let part = self.window_part();
-        let (search, doubt) = match masses {
-            _ if is_open => (LineSearch::first_pass(time, Self::FASTER), Self::DOUBT),
-            _ if is_between => (LineSearch::between(time, part, 0.0), 1.0),
+        let search = match masses {
+            _ if is_open => LineSearch::first_pass(time, Self::FASTER),
+            _ if is_between => LineSearch::between(time, part, 0.0),
             Some(masses) if is_low && (masses.is_explained() || rounds > 1) => {
-                (LineSearch::low(time), f64::INFINITY)
+                LineSearch::low(time)
             }
-            _ => (LineSearch::first_pass(time, part), f64::INFINITY),
+            _ => LineSearch::first_pass(time, part),
         };
-        self.evidence.is_faster |= is_open;
         self.work = Work::Plan(Planning {
             search,
             planner: None,
@@ -77,7 +73,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             } else {
                 Self::ROUND
             },
-            doubt,
             tuned: None,
         });
     }
@@ -93,7 +88,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             planner: None,
             is_uncertain: false,
             motions: Self::ROUND,
-            doubt: 1.0,
             tuned: Some(tuned),
         });
     }
@@ -106,7 +100,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         };
         if let Some((lines, planner)) = &mut planning.planner {
             let plan = planner.work()?.with_motions(planning.motions);
-            self.response.begin(lines, planning.doubt);
+            self.response.begin(lines, planning.tuned.is_some());
             self.evidence.rounds = match planning.tuned {
                 Some(_) => Evidence::MAX_ROUNDS,
                 None => self.evidence.rounds + 1,
@@ -165,12 +159,7 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
     /// Takes in the masses that the response shows. The last motions may have shown less than those before.
     #[inline(never)]
     pub(super) fn take_masses(&mut self, shown: ResponseEstimate) {
-        let before = self
-            .evidence
-            .masses
-            .filter(|before| before.shows_more_than(&shown));
-        self.evidence.masses = Some(before.unwrap_or(shown));
-        self.evidence.measured += 1;
+        self.evidence.take_masses(shown);
         let servo = self.evidence.servo();
         let balance = servo.and_then(|servo| self.response.friction(&servo.parameters));
         self.evidence.balance = balance.or(self.evidence.balance);

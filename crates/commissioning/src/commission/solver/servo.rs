@@ -2,7 +2,6 @@
 
 use super::super::corrected::set_one_known;
 use super::super::message::{DecisionKind, Identified};
-use super::super::noise::QUANTISATION_SIGMA;
 use super::super::{CommissionSettings, FittedServo, RoughModel, ServoFitter};
 use super::{CommissionSolver, Work};
 use identifier_core::number::Number;
@@ -78,8 +77,6 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                     explains,
                 } = fitted;
                 (evidence.fitted, evidence.forces) = (Some(servo), forces);
-                let rounding = QUANTISATION_SIGMA * self.settings.resolution;
-                evidence.doubt = servo.unexplained / rounding;
                 (!explains).then_some(Reason::PartlyExplained)
             }
             Err(reason) => Some(reason),
