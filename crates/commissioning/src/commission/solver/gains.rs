@@ -84,9 +84,12 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
         tuned: Result<Tuning, TuningError>,
         fitted: bool,
     ) -> Option<DecisionKind<N>> {
+        let is_largest = self.step >= self.most_room();
         let found = match &tuned {
             Ok(tuning) => tuning.cap.zip(Some(tuning.bandwidth)),
             Err(TuningError::TooFast { most, cap, .. }) => Some((*cap, *most)),
+            // Uncertain lines may hold the gains below those that move it.
+            Err(TuningError::DoesNotArrive) if is_largest => Some((Cap::UnseenResonance, 0.0)),
             Err(_) => None,
         };
         if let Some((Cap::UnseenResonance, bandwidth)) = found
@@ -133,5 +136,35 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
             Ok(candidate) => DecisionKind::Tuned(candidate),
             Err(_) => DecisionKind::Failed(Reason::NoGains, None),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::{CommissionSettings, Limits};
+    use super::*;
+
+    /// Lines in between leave less of a resonance that the gains must bear.
+    #[test]
+    fn the_largest_step_that_does_not_arrive_asks_for_lines_in_between() {
+        let limits = Limits::new([-0.2, 0.2], 10.0, [-10.0, 10.0]);
+        let settings = CommissionSettings::new(1e-3, 1e-3, limits);
+        for (part, rounds, expected) in [
+            (0.5, 1, "a larger step"),
+            (1.0, 1, "lines"),
+            (1.0, Evidence::MAX_ROUNDS, "the end"),
+        ] {
+            let mut solver = CommissionSolver::<f64>::new(&settings).expect("valid");
+            solver.evidence.rounds = rounds;
+            solver.step = part * solver.most_room();
+            let decision = solver.take_tuning(Err(TuningError::DoesNotArrive), true);
+            let next = match (&solver.work, decision) {
+                (Work::Tune(..), None) => "a larger step",
+                (Work::Plan(_), None) => "lines",
+                (Work::Nothing, Some(DecisionKind::Failed(Reason::NoGains, _))) => "the end",
+                _ => "another",
+            };
+            assert_eq!(next, expected, "{part} {rounds}");
+        }
     }
 }
