@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::vec::Vec;
 
 use super::{MeasuredResponse, ResponseEstimate, ResponseFit};
-use crate::commission::frequency_response::{FrictionBalance, LineSearch};
+use crate::commission::frequency_response::{FrictionBalance, LineSearch, LineSums, Lines};
 use crate::commission::{CommissionSettings, Limits};
 use identifier_core::number::Complex;
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
@@ -173,5 +173,50 @@ fn friction_and_load_are_those_that_balance_the_response_motions() {
         let [coulomb, load] = response_motion(velocity, 4.0).expect("both ways");
         assert!((coulomb - truth.coulomb).abs() < 1e-9, "{coulomb}");
         assert!((load - truth.load).abs() < 1e-9, "{load}");
+    }
+}
+
+/// Measures lines in so many motions that all show the same.
+fn measure(measured: &mut MeasuredResponse<f64>, lines: &Lines, beside: bool, motions: u8) {
+    measured.begin(lines, beside);
+    for line in (0..lines.count() as u8).flat_map(|line| (0..motions).map(move |_| line)) {
+        measured.take(&LineSums {
+            line,
+            inverted: false,
+            position: [1.0, 0.0],
+            command: [1.0, 0.0],
+        });
+    }
+    let mut measuring = measured.begin_lines();
+    while !measured.measure(&mut measuring) {}
+}
+
+#[test]
+fn lines_take_the_place_of_those_before_up_to_their_highest() {
+    let first = LineSearch::first_pass(SAMPLE_TIME, 1.0).all();
+    let (between, low) = (
+        LineSearch::between(SAMPLE_TIME, 1.0, 0.0).all(),
+        LineSearch::low(SAMPLE_TIME).all(),
+    );
+    let limits = Limits::new([-0.5, 0.5], 15.0, [-10.0, 10.0]);
+    let settings = CommissionSettings::new(SAMPLE_TIME, 1e-3, limits);
+    for (lines, beside, motions) in [
+        (&between, false, 2),
+        (&low, false, 2),
+        (&between, true, 2),
+        (&between, false, 0),
+    ] {
+        let mut measured = MeasuredResponse::none();
+        measured.restart(&settings);
+        measure(&mut measured, &first, false, 2);
+        measure(&mut measured, lines, beside, motions);
+        let highest = lines.frequencies().last().expect("lines");
+        let kept = |&frequency: &f64| beside || motions == 0 || frequency > highest;
+        let shown = lines.frequencies().filter(|_| motions > 0);
+        let mut expected: Vec<f64> = first.frequencies().filter(kept).chain(shown).collect();
+        expected.sort_by(f64::total_cmp);
+        let seen: Vec<f64> = measured.lines().iter().map(|line| line.frequency).collect();
+        assert!(expected.len() > 10);
+        assert_eq!(seen, expected, "{beside} {motions}");
     }
 }
