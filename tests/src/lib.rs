@@ -1,5 +1,6 @@
 //! Support of the integration tests: seeded random servos and runs of a scenario.
 
+pub mod exact_loop;
 pub mod logs;
 
 use std::io::Write;

@@ -22,6 +22,8 @@ pub(crate) struct Motion {
     /// Bandwidth of the current loop, 1/s.
     rate: Option<f64>,
     state: State,
+    /// The part of the twist that the encoder shows: one if it is on the load.
+    shown_twist: f64,
     integrator: Integrator,
     sample_time: f64,
     samples: u64,
@@ -60,6 +62,7 @@ impl Motion {
             wander: wanders.then(|| Wander::new(effects.load_wander, sample_time, seed)),
             rate: (effects.current_loop > 0.0).then(|| 1.0 / effects.current_loop),
             state: [0.0; 4],
+            shown_twist: f64::from(u8::from(effects.encoder_on_load)),
             integrator: Integrator::new(Integrator::TOLERANCE, sample_time),
             sample_time,
             samples: 0,
@@ -114,14 +117,14 @@ impl Motion {
         self.at_first.friction.coulomb = coulomb;
     }
 
-    /// Position of the motor, rad.
+    /// Position at the encoder, rad.
     pub(crate) fn position(&self) -> f64 {
-        self.state[0]
+        self.state[0] + self.shown_twist * self.state[2]
     }
 
-    /// Velocity of the motor, rad/s.
+    /// Velocity at the encoder, rad/s.
     pub(crate) fn velocity(&self) -> f64 {
-        self.state[1]
+        self.state[1] + self.shown_twist * self.state[3]
     }
 }
 

@@ -52,6 +52,53 @@ pub fn exact(campaign: u32, number: u32, rate: f64, counts: f64) -> RecordedLog 
     }
 }
 
+/// The log of a number in the campaign of a seed: two masses, friction up to 8 % of the command and at most 1.6 samples of
+/// delay, in ordinary motion for 15 s. The encoder is on the motor, or on the load. Without masses it is the same servo as
+/// one mass.
+///
+/// # Panics
+/// If no loop works.
+#[must_use]
+pub fn two_masses(campaign: u32, number: u32, masses: Masses) -> RecordedLog {
+    const RATES: [f64; 2] = [500.0, 4000.0];
+    const DURATION: f64 = 15.0;
+    let mut random = Random::new(distinct_seed(campaign, number));
+    loop {
+        let mut setup = exact_setup(&mut random, RATES);
+        let authority = setup.servo.b * setup.limit;
+        setup.servo.coulomb = authority * random.log_uniform(0.002, 0.08);
+        setup.samples = (DURATION / setup.sample_time) as usize;
+        setup.skipped = 0;
+        setup.effects.delay = random.uniform(0.0, 1.6) * setup.sample_time;
+        let resonance = random.log_uniform(60.0, 4000.0);
+        let (share, damping) = (random.uniform(0.1, 0.85), random.log_uniform(0.005, 0.08));
+        if masses != Masses::One {
+            setup.effects.resonance = resonance;
+            setup.effects.inertia_ratio = share;
+            setup.effects.resonance_damping = Some(damping);
+            setup.effects.encoder_on_load = masses == Masses::TwoWithEncoderOnLoad;
+        }
+        if matches!(setup.controller, Controller::Relay { .. }) {
+            continue;
+        }
+        let log = setup.record();
+        if log.works() && log.limited < 0.05 {
+            return log;
+        }
+    }
+}
+
+/// The masses of a drawn servo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Masses {
+    /// One.
+    One,
+    /// Two, with the encoder on the motor.
+    Two,
+    /// Two, with the encoder on the load.
+    TwoWithEncoderOnLoad,
+}
+
 /// The lowest and the highest sample rate, Hz.
 const RATES: [f64; 2] = [250.0, 20_000.0];
 

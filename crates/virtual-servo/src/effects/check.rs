@@ -44,6 +44,9 @@ impl Effects {
         together("torque_ripple", "torque_ripple_order", torque_ripple)?;
         together("inertia_variation", "inertia_order", inertia)?;
         together("resonance", "inertia_ratio", resonance)?;
+        if self.encoder_on_load {
+            together("encoder_on_load", "resonance", (true, resonance.0))?;
+        }
         if self.load_friction > 0.0 {
             together("load_friction", "resonance", (true, resonance.0))?;
         }

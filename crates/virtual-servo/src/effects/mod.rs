@@ -54,8 +54,8 @@ pub struct Effects {
     pub gain_asymmetry: f64,
     /// The command to either side of zero that a bridge ignores, command units: u acts as u − clamp(u, −δ, δ).
     pub dead_band: f64,
-    /// Resonance of motor and load on the spring between them, both free, rad/s. The encoder is the motor's, and so is
-    /// friction, but for `load_friction`. Load and gravity act behind the spring. The values a and b are those of both as one rigid body.
+    /// Resonance of motor and load on the spring between them, both free, rad/s. Friction is the motor's, but for
+    /// `load_friction`, and so is the encoder, but for `encoder_on_load`. Load and gravity act behind the spring. The values a and b are those of both as one rigid body.
     pub resonance: f64,
     /// Its damping ratio; none for [`Effects::RESONANCE_DAMPING`].
     pub resonance_damping: Option<f64>,
@@ -63,6 +63,8 @@ pub struct Effects {
     pub inertia_ratio: f64,
     /// Coulomb friction of the load behind the spring, rad/s² of both as one rigid body, in addition to the motor's.
     pub load_friction: f64,
+    /// True if the encoder shows the load and not the motor.
+    pub encoder_on_load: bool,
     /// Play from end to end, rad. With a resonance it is that of the coupling: within it motor and load do not feel
     /// each other. Without one it lies between the motor and an encoder on the load. The end of the backlash takes the
     /// encoder along. Within it the encoder is at standstill, without an effect on the motor.
@@ -101,6 +103,7 @@ impl Effects {
         resonance_damping: None,
         inertia_ratio: 0.0,
         load_friction: 0.0,
+        encoder_on_load: false,
         backlash: 0.0,
         gain_drift: 0.0,
         friction_drift: 0.0,
@@ -231,6 +234,7 @@ impl Effects {
             dead_band: 0.0,
             hidden_limit: 0.0,
             backlash: 0.0,
+            encoder_on_load: false,
             ..*self
         };
         without != Self::NONE
