@@ -173,6 +173,7 @@ impl Acting<'_> {
                 Effect::Compliance
                 | Effect::ResonanceFrequency
                 | Effect::ResonanceDamping
+                | Effect::EncoderOnLoad
                 | Effect::Backlash
                 | Effect::EccentricitySine
                 | Effect::EccentricityCosine => 0.0,

@@ -91,6 +91,8 @@ pub enum Effect {
     ResonanceDamping: [0, 0];
     /// ρ, the load's share of the inertia behind that spring, 1; zero without one.
     LoadShare: [0, 0];
+    /// One where the encoder shows the load behind the spring, zero where it shows the motor.
+    EncoderOnLoad: [0, 0];
     /// Play between motor and encoder, counts.
     Backlash: [1, 0];
     /// e_s, error of an eccentric encoder with sin q, counts.
@@ -163,14 +165,19 @@ impl Values {
         self.values[effect as usize]
     }
 
-    /// The twist of a shaft per acceleration, sample². The shaft is stiff, or it is the spring behind the motor with κ
-    /// = ρ/((1 − ρ) ω²).
+    /// The twist of a shaft per acceleration, by which the encoder leads both masses, sample². The shaft is stiff, or it
+    /// is the spring behind the motor with κ = ρ/((1 − ρ) ω²). An encoder on the load lags by 1/ω².
     #[must_use]
     pub fn twist(&self) -> f64 {
         let share = self.get(Effect::LoadShare);
         if share > 0.0 {
             let frequency = self.get(Effect::ResonanceFrequency);
-            return share / ((1.0 - share) * frequency * frequency);
+            let ratio = if self.get(Effect::EncoderOnLoad) > 0.0 {
+                -1.0
+            } else {
+                share / (1.0 - share)
+            };
+            return ratio / (frequency * frequency);
         }
         self.get(Effect::Compliance)
     }

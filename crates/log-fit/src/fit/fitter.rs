@@ -38,7 +38,7 @@ impl<'a> RecordFitter<'a> {
     /// The earliest command that a start may have, samples.
     const EARLIEST: f64 = -3.5;
     /// The resonances that a record may show, rad/sample.
-    pub const RESONANCES: [f64; 2] = [0.005, 1.5];
+    pub const RESONANCES: [f64; 2] = [0.005, 2.5];
     /// The largest error of an eccentric encoder, rad.
     const MAX_ECCENTRICITY: f64 = 0.05;
     /// The largest a, 1/sample.

@@ -4,7 +4,7 @@ use super::acting::Acting;
 use super::coupling::Coupling;
 use super::front_end::{Current, FrontEnd, Part};
 use super::gain::{Diffuse, Riccati};
-use super::state::{Response, State, Tangents};
+use super::state::{OwnResonance, Response, State, Tangents};
 use super::twisting::Twisting;
 use super::waves::Waves;
 use super::{Column, Effect, Horizon, Record, Values};
@@ -88,6 +88,11 @@ impl ModelPass<'_> {
         let mut regressor = [0.0; C];
         let mut ordered = [0.0; C];
         let mut responses = [Response::default(); 2];
+        let resonances: Vec<OwnResonance> = if PLAIN {
+            Vec::new()
+        } else {
+            columns.iter().map(OwnResonance::of).collect()
+        };
         for (number, motion) in self.record.motions().enumerate() {
             let start = self.starts.and_then(|starts| starts.get(number));
             let [error, velocity] = start.copied().unwrap_or_default();
@@ -100,6 +105,7 @@ impl ModelPass<'_> {
                 backlash: 0.0,
                 has_backlash,
                 columns,
+                resonances: &resonances,
                 delay: place_of(Effect::Delay),
                 tangents: Tangents::NONE,
                 responses: &mut responses,

@@ -22,6 +22,8 @@ pub(super) struct State<'c, const C: usize, const PLAIN: bool> {
     /// True if there is backlash, or a column of it.
     pub(super) has_backlash: bool,
     pub(super) columns: &'c [Column],
+    /// Those of columns that have one of their own.
+    pub(super) resonances: &'c [OwnResonance],
     /// The column of the delay.
     pub(super) delay: Option<usize>,
     pub(super) tangents: Tangents<C>,
@@ -62,6 +64,38 @@ impl<const C: usize> Tangents<C> {
         held: [0.0; C],
         backlash: [0.0; C],
     };
+}
+
+/// A sample of ÿ + 2ζω ẏ + ω² y = ω² q̈ under a constant q̈, exact at any ω: it turns and shrinks the way to q̈.
+#[derive(Clone, Copy, Default)]
+pub(super) struct OwnResonance {
+    kept: [f64; 2],
+    rate: [f64; 2],
+}
+
+impl OwnResonance {
+    /// Of a column; none turns where it has no resonance of its own.
+    pub(super) fn of(column: &Column) -> Self {
+        if column.effect != Effect::Compliance || column.setting == 0.0 {
+            return Self::default();
+        }
+        let (frequency, damping) = (column.setting, Values::USUAL_DAMPING);
+        let turning = frequency * libm::sqrt(1.0 - damping * damping);
+        let (sine, cosine) = libm::sincos(turning);
+        let left = libm::exp(-damping * frequency);
+        let per_rate = left * sine / turning;
+        let slow = damping * frequency * per_rate;
+        Self {
+            kept: [left * cosine + slow, per_rate],
+            rate: [-frequency * frequency * per_rate, left * cosine - slow],
+        }
+    }
+
+    fn process(&self, [y, rate]: &mut [f64; 2], acceleration: f64) {
+        let (way, before) = (*y - acceleration, *rate);
+        *y = acceleration + self.kept[0] * way + self.kept[1] * before;
+        *rate = self.rate[0] * way + self.rate[1] * before;
+    }
 }
 
 /// (1 − e^(−z))/z and (1 − (1 − e^(−z))/z)/z times powers of the length, with their derivatives by a.
@@ -146,27 +180,26 @@ impl<const C: usize, const PLAIN: bool> State<'_, C, PLAIN> {
             return self.error;
         }
         let twist = values.get(Effect::Compliance);
+        let lag = values.get(Effect::EncoderOnLoad);
         for (i, column) in self.columns.iter().enumerate() {
-            regressor[i] += twist * tangents.acceleration[i];
+            regressor[i] += twist * tangents.acceleration[i] - lag * tangents.twisting[i].twist;
             regressor[i] += match column.effect {
                 Effect::Compliance if column.setting > 0.0 => tangents.twisted[i][0],
                 Effect::Compliance => self.acceleration,
                 effect => tangents.backlash[i] + eccentric_per(effect, wave),
             };
         }
-        self.error - twist * self.acceleration - self.backlash - eccentric(values, wave)
+        self.error + lag * self.twisting.twist
+            - twist * self.acceleration
+            - self.backlash
+            - eccentric(values, wave)
     }
 
     /// Updates the twist of columns that have a resonance of their own, with the acceleration over the last sample. It
     /// is y of ÿ + 2ζω ẏ + ω² y = ω² q̈. The motor is ahead of both masses by y per κ = ρ/((1 − ρ) ω²).
     pub(super) fn twist_columns(&mut self) {
-        for (column, [y, rate]) in self.columns.iter().zip(&mut self.tangents.twisted) {
-            if column.effect == Effect::Compliance {
-                let frequency = column.setting;
-                let damping = 2.0 * Values::USUAL_DAMPING * *rate;
-                *rate += frequency * (frequency * (self.acceleration - *y) - damping);
-                *y += *rate;
-            }
+        for (own, twisted) in self.resonances.iter().zip(&mut self.tangents.twisted) {
+            own.process(twisted, self.acceleration);
         }
     }
 

@@ -96,12 +96,12 @@ fn every_tangent_is_the_derivative() {
         starts: None,
     };
     let mut failed = false;
-    for (delay, lag, share) in [
-        (0.0, 0.0, 0.3),
-        (0.3, 0.0, 0.0),
-        (-1.2, 0.0, 0.6),
-        (1.4, 0.8, 0.0),
-        (0.2, 1.7, 0.3),
+    for (delay, lag, share, on_load) in [
+        (0.0, 0.0, 0.3, 0.0),
+        (0.3, 0.0, 0.0, 0.0),
+        (-1.2, 0.0, 0.6, 1.0),
+        (1.4, 0.8, 0.0, 0.0),
+        (0.2, 1.7, 0.3, 1.0),
     ] {
         let mut values = valued([
             (Effect::A, 0.012),
@@ -134,6 +134,7 @@ fn every_tangent_is_the_derivative() {
             (Effect::LoadShare, share),
             (Effect::ResonanceFrequency, 0.7),
             (Effect::ResonanceDamping, 0.2),
+            (Effect::EncoderOnLoad, on_load),
             (Effect::Backlash, 3.0),
             (Effect::EccentricitySine, 2.0),
         ] {
@@ -149,6 +150,8 @@ fn every_tangent_is_the_derivative() {
                 share > 0.0
             }
             Effect::Compliance => share == 0.0,
+            // One or the other.
+            Effect::EncoderOnLoad => false,
             _ => true,
         };
         for effect in Effect::ALL {

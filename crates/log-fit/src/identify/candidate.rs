@@ -27,14 +27,7 @@ const FADING: [f64; 3] = [0.03, 0.1, 0.3];
 const BACKLASHES: [f64; 3] = [3.0, 12.0, 48.0];
 
 /// Ratio of the resonances that are looked for.
-const RESONANCES_APART: f64 = 1.5;
-
-/// The unknowns of a second mass.
-const TWO_MASSES: [Effect; 3] = [
-    Effect::LoadShare,
-    Effect::ResonanceFrequency,
-    Effect::ResonanceDamping,
-];
+const RESONANCES_APART: f64 = 1.2;
 
 /// Way above which both parts of a wave may show, and above which no part does alone, rad.
 const SEPARABLE: [f64; 2] = [0.1 * TAU, 0.5 * TAU];
@@ -124,7 +117,7 @@ impl Candidate {
         Self::at(cause, effects, 0.0)
     }
 
-    fn at(cause: Cause, effects: &[Effect], setting: f64) -> Self {
+    pub(super) fn at(cause: Cause, effects: &[Effect], setting: f64) -> Self {
         let column = |&effect: &Effect| Column { effect, setting };
         Self {
             cause,
@@ -210,9 +203,8 @@ impl Candidate {
                 | Cause::CurrentLoop
                 | Cause::LoadFriction
                 | Cause::Backlash
-                | Cause::Resonance
                 | Cause::HiddenLimit
-        )
+        ) || self.is_stiff()
     }
 
     /// Its usual size.
@@ -254,8 +246,12 @@ impl Candidate {
     }
 
     /// True if an effect of this size matters. No servo matches its model to better than a fiftieth of usual sizes.
+    /// But a resonance matters to a loop that is faster than the motion.
     pub(super) fn matters(&self, values: &Values, usual: &TypicalMagnitudes) -> bool {
         const MIN_SHARE: f64 = 0.02;
+        if self.cause == Cause::Resonance && !self.is_stiff() {
+            return true;
+        }
         let size = |column: &Column| match column.effect {
             Effect::Compliance => values.twist(),
             effect => values.get(effect),
@@ -296,10 +292,17 @@ impl Candidate {
         if self.cause == Cause::Resonance && !self.is_stiff() {
             // The scan has the twist of the spring, the fit both masses: see `Values::twist`.
             let ratio = sizes[0] * setting * setting;
-            values.set(Effect::LoadShare, (ratio / (1.0 + ratio)).clamp(0.05, 0.9));
             values.set(Effect::ResonanceFrequency, setting);
             values.set(Effect::ResonanceDamping, Values::USUAL_DAMPING);
-            free.extend(TWO_MASSES);
+            free.extend([Effect::ResonanceFrequency, Effect::ResonanceDamping]);
+            if ratio < 0.0 {
+                // What the load shows of a motor's motion has nothing of its share.
+                values.set(Effect::EncoderOnLoad, 1.0);
+                values.set(Effect::LoadShare, 0.5);
+            } else {
+                values.set(Effect::LoadShare, (ratio / (1.0 + ratio)).clamp(0.05, 0.9));
+                free.push(Effect::LoadShare);
+            }
             return (values, free);
         }
         for (column, &size) in self.columns.iter().zip(sizes) {
@@ -369,6 +372,7 @@ pub fn effects(cause: Cause) -> &'static [Effect] {
             E::LoadShare,
             E::ResonanceFrequency,
             E::ResonanceDamping,
+            E::EncoderOnLoad,
         ],
         Cause::Backlash => &[E::Backlash],
         Cause::HiddenLimit => &[E::HiddenLimit],

@@ -50,6 +50,12 @@ impl EffectSelection<'_> {
         }
     }
 
+    /// The same of answers in any order.
+    pub(super) fn enter_best(&self, model: &mut Model, mut answers: Vec<Answer>) -> bool {
+        sort(&mut answers, |answer| answer.held_out);
+        self.enter(model, &answers)
+    }
+
     /// Lets the effect of some answers enter that wins; false if none does.
     pub(super) fn enter(&self, model: &mut Model, answers: &[Answer]) -> bool {
         /// Part of the best gain from which a brief search goes on.

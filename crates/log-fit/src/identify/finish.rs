@@ -132,7 +132,7 @@ impl EffectSelection<'_> {
         own: &[Effect],
     ) -> Option<(Fitted, Vec<Effect>, f64)> {
         let mut values = model.fitted.values;
-        for &effect in own {
+        for &effect in effects(cause) {
             if effect != Effect::LowSpeedVelocity {
                 values.set(effect, 0.0);
             }

@@ -14,6 +14,7 @@ mod normal_blocks;
 mod partial_regression;
 mod recording;
 mod scan;
+mod shown;
 mod start;
 mod uncertainty;
 
@@ -42,6 +43,7 @@ pub use candidate::effects;
 pub use course::{Course, FreeRun};
 pub use examine::{Estimated, Examined, Lacking, examine};
 pub use free_run::free_run;
+pub use shown::SecondMode;
 pub use recording::{Logged, MAX_SAMPLES, Recording};
 use uncertainty::Profile;
 pub use uncertainty::SEPARATED;
@@ -82,6 +84,8 @@ pub struct Identified {
     pub braking: Option<[f64; 2]>,
     /// What the time scales say of the command that acted by this model; none where the model has no one inertia.
     pub acting: Option<TimeScale>,
+    /// What the record says of a second mode beside this model, by its frequency.
+    pub second_modes: Vec<SecondMode>,
     /// True if it was stopped before its end: this is what was known then.
     pub was_stopped: bool,
 }
@@ -172,6 +176,15 @@ pub fn identify(
         fitter: judge,
         range: &range,
     };
+    let mut modes = shown::modes(judge, &judged, &range);
+    // Blocks have not shown a resonance that is faster than they are.
+    let is_of_samples = refitted.is_some() && !judged.free.contains(&Effect::ResonanceFrequency);
+    if is_of_samples && effect_selection.enter_best(&mut judged, modes.clone()) {
+        (model.free, model.entered) = (judged.free.clone(), judged.entered.clone());
+        modes = shown::modes(judge, &judged, &range);
+    }
+    let second_modes = modes.iter().filter_map(|answer| SecondMode::of(answer, block));
+    let second_modes: Vec<SecondMode> = second_modes.collect();
     let mut answers = effect_selection.answers(&judged);
     effect_selection.refine(&judged, &mut answers);
     // Of several loads the last is the servo's.
@@ -245,6 +258,7 @@ pub fn identify(
         reverses: direction.is_none(),
         braking,
         acting: acting(&record, fitter.statistics.noise, values),
+        second_modes,
         was_stopped: !goes_on(),
     })
 }
