@@ -358,7 +358,7 @@ typedef struct servo_id_fixed_coulomb_loop {
 
 /* A search for gains */
 typedef struct servo_id_tuner {
-    SERVO_ID_ALIGNED uint64_t words[332];
+    SERVO_ID_ALIGNED uint64_t words[352];
 } servo_id_tuner;
 
 /* The interrupt's half of a commissioning. */

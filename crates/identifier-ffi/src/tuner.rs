@@ -59,7 +59,7 @@ pub type Tuner = Object<Working>;
 
 impl Content for Working {
     const MARK: u32 = 0x5e1d_0021;
-    const WORDS: usize = 332;
+    const WORDS: usize = 352;
 }
 
 impl From<identifier_core::tuning::Tuning> for Tuning {

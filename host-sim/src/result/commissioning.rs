@@ -312,7 +312,7 @@ fn response<S: Serializer>(
     }
     let keys = response.as_ref().map(|response| Keys {
         highest_frequency: response.highest_frequency(),
-        resonance: response.resonance.map(|Resonance { mode, errors }| Found {
+        resonance: response.resonance.map(|Resonance { mode, errors, .. }| Found {
             frequency: mode.frequency,
             antiresonance: mode.antiresonance(),
             damping: mode.damping,

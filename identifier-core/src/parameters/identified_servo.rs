@@ -29,7 +29,7 @@ impl IdentifiedServo {
     pub const LOAD: usize = 4;
 
     /// The standard errors within which an unknown is.
-    pub(crate) const STANDARD_ERRORS: f64 = 3.0;
+    pub const STANDARD_ERRORS: f64 = 3.0;
 
     /// One that is known exactly, with its delay, s.
     #[must_use]

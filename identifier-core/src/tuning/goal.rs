@@ -26,7 +26,7 @@ pub enum Cap {
     CommandLimit,
     /// A resonance.
     Resonance,
-    /// A resonance between measured lines that these show in part.
+    /// A resonance that nothing has shown: between measured lines that show it in part, or above those that are known.
     UnseenResonance,
 }
 
@@ -51,7 +51,7 @@ impl fmt::Display for Cap {
             Self::EncoderNoise => "the encoder's noise in the command",
             Self::CommandLimit => "the command that the step needs",
             Self::Resonance => "the resonance",
-            Self::UnseenResonance => "a resonance between measured lines, which show it in part",
+            Self::UnseenResonance => "a resonance that the motion did not show",
         })
     }
 }

@@ -260,6 +260,7 @@ mod tests {
         kd: 0.88,
         ki: 128.0,
         cutoff: 400.0,
+        cutoff_place: 0,
         reference_filter: 0.0,
         notch: 0.0,
         feed_forward: None,
@@ -274,7 +275,8 @@ mod tests {
             b: 100.0 * factor,
             delay: 2.5e-3,
         };
-        end(SampledResponse::new(&DESIGN, &servo, 1e-3))
+        let sampled = SampledServo::new(&servo, None, 1e-3);
+        end(SampledResponse::around(&DESIGN, sampled, 1e-3))
     }
 
     /// Nearly any distance from −1 is allowed here, so that the winding alone decides.

@@ -31,6 +31,8 @@ pub(super) struct Design {
     pub(super) kd: f64,
     pub(super) ki: f64,
     pub(super) cutoff: f64,
+    /// Its place among those that are tried.
+    pub(super) cutoff_place: u8,
     /// Time constant of the filter of the reference, s; zero for none.
     pub(super) reference_filter: f64,
     /// Frequency of the notch filter of the command, rad/s; zero for none.
@@ -52,6 +54,7 @@ impl Design {
             kd: tuning.kd,
             ki: tuning.ki,
             cutoff: tuning.cutoff,
+            cutoff_place: 0,
             reference_filter: tuning.reference_filter,
             notch: tuning.notch,
             feed_forward: tuning.feed_forward,
@@ -100,8 +103,10 @@ pub(super) struct Placement {
 
 impl Placement {
     /// Cut-offs of the velocity estimate that are tried, as multiples of ω. The first costs a tenth of a radian of
-    /// phase at the gain crossover. The last uses the third's share of the margins.
-    const CUTOFFS: [f64; 3] = [20.0, 14.0, 10.0];
+    /// phase at the gain crossover. The last of those for noise uses the third's share of the margins. Lower ones take more
+    /// gain from a resonance above than bandwidth from the loop.
+    const CUTOFFS: [f64; 6] = [20.0, 14.0, 10.0, 7.0, 5.0, 3.5];
+    const CUTOFFS_FOR_NOISE: u8 = 3;
 
     /// The time constant of the reference's filter, over that of the integral's zero.
     const REFERENCE_FILTER: f64 = 1.5;
@@ -114,10 +119,6 @@ impl Placement {
 
     /// The largest ω, per sample. No loop with a hold keeps its margins there.
     pub(super) const LARGEST_BANDWIDTH: f64 = 0.5;
-
-    /// The least ratio of the lowest resonance to the gain crossover. At the resonance the gain of the rigid servo is
-    /// then a quarter.
-    const RESONANCE_OVER_CROSSOVER: f64 = 4.0;
 
     pub(super) fn new(
         servos: &PossibleServos,
@@ -133,8 +134,22 @@ impl Placement {
         }
     }
 
-    /// The gains for a bandwidth ω, rad/s.
+    /// The gains for a bandwidth ω, rad/s, with the cut-off that noise asks for.
     pub(super) fn design(&self, bandwidth: f64) -> Design {
+        self.design_from(bandwidth, 0)
+    }
+
+    /// The gains of a design with the next lower cut-off of the velocity estimate, if there is one to choose.
+    pub(super) fn with_lower_cutoff(&self, design: &Design) -> Option<Design> {
+        let place = design.cutoff_place + 1;
+        let may_be = self.settings.cutoff.is_none() && usize::from(place) < Self::CUTOFFS.len();
+        may_be.then(|| Design {
+            notch: design.notch,
+            ..self.design_from(design.bandwidth, place)
+        })
+    }
+
+    fn design_from(&self, bandwidth: f64, lowest: u8) -> Design {
         let square = bandwidth * bandwidth;
         let kp = 2.0 * bandwidth * (bandwidth + self.a) / self.b;
         let ki = square * (bandwidth + 2.0 * self.a) / self.b;
@@ -144,6 +159,7 @@ impl Placement {
             kd: 2.0 * bandwidth / self.b,
             ki,
             cutoff: 0.0,
+            cutoff_place: lowest,
             reference_filter: Self::REFERENCE_FILTER * kp / ki,
             notch: 0.0,
             feed_forward: None,
@@ -153,11 +169,13 @@ impl Placement {
         match self.settings.cutoff {
             Some(cutoff) => self.filter(&mut design, cutoff),
             None => {
-                for (i, multiple) in Self::CUTOFFS.into_iter().enumerate() {
+                for (i, multiple) in (0..).zip(Self::CUTOFFS).skip(lowest.into()) {
                     let highest = Self::HIGHEST_CUTOFF / self.settings.sample_time;
                     self.filter(&mut design, (multiple * bandwidth).min(highest));
                     design.smoothed = i > 0;
-                    if design.noise <= self.settings.allowed_noise() {
+                    design.cutoff_place = i;
+                    let is_last = i + 1 >= Self::CUTOFFS_FOR_NOISE;
+                    if is_last || design.noise <= self.settings.allowed_noise() {
                         break;
                     }
                 }
@@ -176,17 +194,12 @@ impl Placement {
     pub(super) fn forbids(&self, design: &Design) -> Option<Cap> {
         let settings = &self.settings;
         let largest = settings.step * design.command_of_step();
-        let resonates = settings.resonance.is_some_and(|lowest| {
-            Self::RESONANCE_OVER_CROSSOVER * Self::crossover(design) > lowest
-        });
         if design.bandwidth * settings.sample_time > Self::LARGEST_BANDWIDTH {
             Some(Cap::Delay)
         } else if largest > settings.command
             || design.kp.max(design.kd).max(design.ki) > Gains::LARGEST
         {
             Some(Cap::CommandLimit)
-        } else if resonates {
-            Some(Cap::Resonance)
         } else if design.noise > settings.allowed_noise() {
             Some(Cap::EncoderNoise)
         } else {

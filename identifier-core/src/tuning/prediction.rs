@@ -82,7 +82,12 @@ const SETTLED: f64 = 6.0;
 impl PredictionInputs {
     /// The loop of a design that is to make the step with the identified servo.
     pub(super) fn step(&self, design: &Design) -> Result<ClosedLoop, TuningError> {
-        self.closed_loop(design, 0, &self.neutral_step())
+        self.step_after(design, 0.0)
+    }
+
+    /// The same with a share of the friction in the integral.
+    pub(super) fn step_after(&self, design: &Design, share: f64) -> Result<ClosedLoop, TuningError> {
+        self.closed_loop(design, 0, &self.balanced_step(share))
     }
 
     fn neutral_step(&self) -> TestSignal {

@@ -1,6 +1,7 @@
 //! The resonance of two masses, as a frequency response shows it, and the servos that resonate alike.
 
 use super::possible_servos::{PossibleServo, PossibleServos};
+use super::sampled_response::SampledServo;
 use crate::number::Complex;
 
 /// The mode of a servo of two masses, in addition to the motion of both as one. From a command to the motor's position
@@ -11,8 +12,22 @@ pub struct Mode {
     pub frequency: f64,
     /// ζ.
     pub damping: f64,
-    /// β, the load's inertia over the motor's.
+    /// β, the load's inertia over the motor's for an encoder on the motor; −1 for one on the load, whatever the inertias
+    /// are.
     pub ratio: f64,
+}
+
+/// The mass whose position the encoder shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+pub enum EncoderSide {
+    /// The motor.
+    Motor,
+    /// The load behind the shaft.
+    Load,
+    /// Either.
+    #[default]
+    Unknown,
 }
 
 /// A mode that was measured.
@@ -22,6 +37,9 @@ pub struct Resonance {
     pub mode: Mode,
     /// Standard errors of ln ω and ln ζ.
     pub errors: [f64; 2],
+    /// True if its damping is that of the spring alone, and the servo's viscous friction damps the motor. False if a frequency
+    /// response shows all of its damping.
+    pub friction_on_motor: bool,
 }
 
 impl Mode {
@@ -37,7 +55,10 @@ impl Mode {
         }
     }
 
-    /// ω/√(1 + β), the frequency at which the load holds the motor, rad/s.
+    /// β of an encoder on the load.
+    pub const ON_LOAD: f64 = -1.0;
+
+    /// ω/√(1 + β), the frequency at which the load holds the motor, rad/s; infinite for an encoder on the load.
     #[must_use]
     pub fn antiresonance(&self) -> f64 {
         self.frequency / libm::sqrt(1.0 + self.ratio)
@@ -54,6 +75,15 @@ pub(super) struct ResonantServo {
 }
 
 impl Resonance {
+    /// The sampled response of a servo with a mode of this kind.
+    pub(super) fn sampled(&self, servo: &PossibleServo, mode: &Mode, time: f64) -> SampledServo {
+        if self.friction_on_motor {
+            SampledServo::with_friction_on_motor(servo, mode, time)
+        } else {
+            SampledServo::new(servo, Some(mode), time)
+        }
+    }
+
     /// The search range of ω in standard errors, and the least and largest part of ω for it. Backlash and wear move a
     /// resonance by per cents.
     const FREQUENCY: f64 = 3.0;

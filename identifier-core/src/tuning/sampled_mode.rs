@@ -1,9 +1,9 @@
 //! The mode of a second mass in the sampled response, exact.
 //!
-//! The pole is s = −ζω + jω√(1 − ζ²). The mode is Im{1/(s′ − s)} over the imaginary part of s. A command is held for a
-//! sample and delayed by a part φ of it. The newer command adds n₁ = (e^(s(1 − φ)T) − 1)/s, the one before it n₀ =
-//! e^(s(1 − φ)T) (e^(sφT) − 1)/s. Together this is Im{(n₁ z + n₀)/(z − p)}, p = e^(sT), as a fraction with real
-//! coefficients.
+//! The pole is s = −ζω + jω√(1 − ζ²). The mode is Re{r/(s′ − s)}, with r = −jβ over the imaginary part of s where nothing else
+//! damps it. A command is held for a sample and delayed by a part φ of it. The newer command adds n₁ = (e^(s(1 − φ)T) −
+//! 1)/s, the one before it n₀ = e^(s(1 − φ)T) (e^(sφT) − 1)/s. Together this is Re{r (n₁ z + n₀)/(z − p)}, p = e^(sT), as a
+//! fraction with real coefficients.
 
 use super::resonance::Mode;
 use crate::number::{Complex, Number};
@@ -20,19 +20,26 @@ pub(super) struct SampledMode<N = f64> {
 impl SampledMode {
     /// For a delay by a part of a sample.
     pub(super) fn new(mode: &Mode, part: f64, sample_time: f64) -> Self {
+        let pole = mode.pole();
+        let residue = Complex::new(0.0, -mode.ratio / pole.im);
+        Self::of(pole, residue, part, sample_time)
+    }
+
+    /// Of a pole, rad/s, and r, s.
+    pub(super) fn of(pole: Complex, residue: Complex, part: f64, sample_time: f64) -> Self {
         // In units of a sample.
-        let s = mode.pole().scaled(sample_time);
+        let s = pole.scaled(sample_time);
+        let residue = residue.scaled(1.0 / sample_time);
         let grown = |time: f64| s.scaled(time).exponential();
         let (later, pole) = (grown(1.0 - part), grown(1.0));
         let newer = (later - Complex::ONE) / s;
         let older = (pole - later) / s;
         let conjugate = pole.conjugate();
-        let share = mode.ratio / s.im;
         Self {
             numerator: [
-                share * newer.im,
-                share * (older - newer * conjugate).im,
-                -share * (older * conjugate).im,
+                (residue * newer).re,
+                (residue * (older - newer * conjugate)).re,
+                -(residue * older * conjugate).re,
             ],
             offset: pole - Complex::ONE,
         }

@@ -36,6 +36,8 @@ pub struct SampledServo<N = f64> {
     /// b T².
     gain: N,
     mode: Option<SampledMode<N>>,
+    /// What the motor's friction adds where both masses slow down, newer and older.
+    slowed: [N; 2],
 }
 
 /// The sampled response of the controller of a design.
@@ -103,6 +105,53 @@ impl SampledServo {
             ],
             gain: servo.b * sample_time * sample_time,
             mode: mode.map(|mode| SampledMode::new(mode, part, sample_time)),
+            slowed: [0.0; 2],
+        }
+    }
+
+    /// The response of two masses whose viscous friction is the motor's. Friction is a feedback of the motor's velocity:
+    ///
+    /// G/b = N/(s (s³ + (2ζω + a (1 + β)) s² + (ω² + 2ζωa) s + aω²)), N = (1 + β) s² + 2ζωs + ω²,
+    ///
+    /// with a real pole −p and those of the mode. It is p/a of 1/(s (s + p)), the mode r/(s − s₁) and its conjugate, and
+    /// −2 Re r/(s + p), which friction that is small beside ω leaves out. The sum alone serves where a mode does not
+    /// oscillate.
+    #[must_use]
+    pub fn with_friction_on_motor(servo: &PossibleServo, mode: &Mode, sample_time: f64) -> Self {
+        const STEPS: usize = 30;
+        let sum = Self::new(servo, Some(mode), sample_time);
+        let (a, square) = (servo.a, mode.frequency * mode.frequency);
+        let damped = 2.0 * mode.damping * mode.frequency;
+        let [c2, c1, c0] = [damped + a * (1.0 + mode.ratio), square + damped * a, a * square];
+        let mut p = c0 / c1;
+        for _ in 0..STEPS {
+            let value = ((c2 - p) * p - c1) * p + c0;
+            let slope = (2.0 * c2 - 3.0 * p) * p - c1;
+            p -= value / slope;
+        }
+        let (sum_of_poles, product) = (c2 - p, c1 - p * (c2 - p));
+        let imaginary = product - 0.25 * sum_of_poles * sum_of_poles;
+        let is_slow = (0.0..=ZeroOrderHoldStep::<f64>::LARGEST_RATE).contains(&(p * sample_time));
+        if !is_slow || !(imaginary > 0.0) {
+            return sum;
+        }
+        let s = Complex::new(-0.5 * sum_of_poles, libm::sqrt(imaginary));
+        let numerator = (s * s).scaled(1.0 + mode.ratio) + s.scaled(damped) + square;
+        let others = s * (s + p) * Complex::new(0.0, 2.0 * s.im);
+        let residue = (numerator / others).scaled(2.0);
+        let (_, part) = split(servo.delay / sample_time);
+        let rigid = PossibleServo { a: p, ..*servo };
+        let own = Self::new(&rigid, None, sample_time);
+        // Of 1/(s (s + p)) the velocity is what 1/(s + p) moves.
+        let slowed = -residue.re / sample_time;
+        // Both of G/b per T², where those of the first have p/a.
+        let first = square / product;
+        Self {
+            newer: own.newer.map(|newer| first * newer),
+            older: own.older.map(|older| first * older),
+            slowed: [slowed * own.newer[1], slowed * own.older[1]],
+            mode: Some(SampledMode::of(s, residue, part, sample_time)),
+            ..own
         }
     }
 
@@ -117,6 +166,7 @@ impl SampledServo {
             older: self.older.map(Number::from_f64),
             gain: f32::from_f64(self.gain),
             mode: self.mode.as_ref().map(SampledMode::single),
+            slowed: self.slowed.map(Number::from_f64),
         }
     }
 
@@ -124,6 +174,25 @@ impl SampledServo {
     #[must_use]
     pub fn at(&self, nu: f64) -> Complex {
         self.at_delta(delta_at(nu))
+    }
+
+    /// The ν at which it resonates, and the resonance's width; none for one mass.
+    #[must_use]
+    pub fn resonance(&self) -> Option<(f64, f64)> {
+        self.mode.as_ref().map(SampledMode::resonance)
+    }
+
+    /// Its numerator at z = 1.
+    fn at_rest(&self) -> f64 {
+        let [newer, older] = [self.newer, self.older];
+        self.decay * (newer[0] + older[0]) + self.h1 * (newer[1] + older[1])
+    }
+
+    /// What a mode would add to that.
+    pub(super) fn of_mode(&self, mode: &SampledMode, nu: f64) -> Complex {
+        let delta = delta_at(nu);
+        let late = (delta + 1.0).raised(self.whole_delay + 1).conjugate();
+        (mode.at(delta) * late).scaled(self.gain)
     }
 }
 
@@ -151,7 +220,11 @@ impl<N: Number> SampledServo<N> {
         let velocity = z.scaled(newer_velocity) + older_velocity;
         let together = slowing * displacement + velocity.scaled(self.h1);
         let servo = match &self.mode {
-            Some(mode) => together + delta * slowing * mode.at(delta),
+            Some(mode) => {
+                let [newer, older] = self.slowed;
+                let both = slowing * mode.at(delta) + z.scaled(newer) + older;
+                together + delta * both
+            }
             None => together,
         };
         // On the unit circle 1/z is the conjugate.
@@ -201,14 +274,6 @@ impl SampledController {
 }
 
 impl SampledResponse {
-    pub(super) fn new(design: &Design, servo: &PossibleServo, sample_time: f64) -> Self {
-        Self::around(
-            design,
-            SampledServo::new(servo, None, sample_time),
-            sample_time,
-        )
-    }
-
     /// The loop around a servo of one mass or of two.
     pub(super) fn around(design: &Design, servo: SampledServo, sample_time: f64) -> Self {
         Self {
@@ -231,12 +296,12 @@ impl SampledResponse {
     /// The characteristic function at z = 1, where it is real.
     pub(super) fn at_rest(&self) -> f64 {
         let [_, _, integral] = self.controller.gains;
-        self.servo.h1 * integral * self.controller.filter
+        self.servo.at_rest() * integral * self.controller.filter
     }
 
     /// The ν at which the servo resonates, and the resonance's width.
     pub(super) fn resonance(&self) -> Option<(f64, f64)> {
-        self.servo.mode.as_ref().map(SampledMode::resonance)
+        self.servo.resonance()
     }
 }
 

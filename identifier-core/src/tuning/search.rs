@@ -1,7 +1,8 @@
 //! The largest bandwidth that keeps everything.
 
+use super::hidden_resonance::{HiddenResonances, ServoBelow};
 use super::margins::{FrequencySweep, Margins, Progress};
-use super::measured_line::MeasuredLine;
+use super::measured_line::{MeasuredLine, Shown};
 use super::placement::{Design, Placement};
 use super::possible_servos::PossibleServos;
 use super::resonance::Resonance;
@@ -9,6 +10,7 @@ use super::sampled_response::{SampledController, SampledResponse, SampledServo, 
 use super::unseen_resonance::{NearLines, UnseenResonance};
 use super::{Cap, TuningSettings};
 use crate::control::Notch;
+use crate::number::Complex;
 
 /// Criteria of a bandwidth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +21,7 @@ pub(super) struct GainCheck {
     resonance: Option<Resonance>,
     /// The servo as it was identified, with two masses if a measured response shows them.
     measured: SampledServo,
+    hidden: HiddenResonances,
     /// The frequency at which gains may have a notch, rad/s.
     notch: Option<f64>,
     sample_time: f64,
@@ -37,6 +40,10 @@ pub(super) struct Case {
     /// The measured line that comes next, before all servos, and those about it.
     line: usize,
     near: NearLines,
+    /// The resonance that nothing has shown which comes next, before them.
+    hidden: u16,
+    /// True if its cut-off is lower for those.
+    is_lowered: bool,
 }
 
 /// Result of the check of a bandwidth.
@@ -83,8 +90,13 @@ impl GainCheck {
         let mode = resonance.map(|resonance| resonance.mode);
         let notch = mode.map(|mode| mode.frequency);
         let identified = servos.identified();
+        let measured = match resonance {
+            Some(resonance) => resonance.sampled(&identified, &resonance.mode, settings.sample_time),
+            None => SampledServo::new(&identified, None, settings.sample_time),
+        };
         Self {
-            measured: SampledServo::new(&identified, mode.as_ref(), settings.sample_time),
+            measured,
+            hidden: HiddenResonances::new(resonance, settings),
             notch: notch.filter(|frequency| settings.notch && *frequency <= highest),
             placement: Placement::new(servos, coulomb, settings),
             servos: *servos,
@@ -111,22 +123,38 @@ impl GainCheck {
             let response = SampledResponse::around(design, servo, self.sample_time);
             1.0 / libm::sqrt((response.at(nu).gain() + 1.0).power())
         };
-        let one_mass = |servo| of(SampledServo::new(servo, None, self.sample_time));
-        let first = self.servos.identified();
-        let two_masses = |place| {
-            let servo = self.resonance?.servo(&self.servos, place)?;
-            let sampled = SampledServo::new(&servo.servo, Some(&servo.mode), self.sample_time);
-            Some(of(sampled))
-        };
-        let identified = two_masses(0).unwrap_or_else(|| one_mass(&first));
-        let all = self.servos.iter().map(one_mass);
-        let all = all.chain((0..).map_while(two_masses));
-        Some([identified, all.fold(0.0, f64::max)])
+        let all = (0..).map_while(|place| Some(of(self.servo(place)?.0)));
+        Some([of(self.measured), all.fold(0.0, f64::max)])
     }
 
     /// The highest bandwidth that is looked at, rad/s.
     pub(super) fn highest(&self) -> f64 {
         Placement::LARGEST_BANDWIDTH / self.sample_time
+    }
+
+    /// True if a controller, command units per rad at ν, bears the resonances that nothing has shown.
+    pub(super) fn bears_hidden(
+        &self,
+        shown: Shown<'_>,
+        controller: impl Fn(f64) -> Complex,
+    ) -> bool {
+        let mut borne = (0..).map_while(|place| self.is_borne(place, shown, &controller));
+        borne.all(|is_borne| is_borne)
+    }
+
+    /// The same of those at a place in their list; none behind the last.
+    fn is_borne(
+        &self,
+        place: usize,
+        shown: Shown<'_>,
+        controller: impl Fn(f64) -> Complex,
+    ) -> Option<bool> {
+        let servo = ServoBelow {
+            sampled: &self.measured,
+            delay: self.servos.identified().delay,
+            sample_time: self.sample_time,
+        };
+        self.hidden.is_borne(place, shown, servo, controller)
     }
 
     /// Begins to check a bandwidth, rad/s, with or without the notch.
@@ -147,6 +175,8 @@ impl GainCheck {
             margins: Margins::AMPLE,
             line: 0,
             near: NearLines::default(),
+            hidden: 0,
+            is_lowered: false,
         }
     }
 
@@ -154,10 +184,11 @@ impl GainCheck {
     pub(super) fn work(
         &self,
         case: &mut Case,
-        lines: &[MeasuredLine],
-        is_explained: bool,
+        shown: Shown<'_>,
     ) -> Option<Verdict> {
+        let (lines, is_explained) = shown.lines();
         if case.line == 0
+            && case.hidden == 0
             && case.place == 0
             && case.walk.is_none()
             && let Some(cap) = self.placement.forbids(&case.design)
@@ -179,6 +210,23 @@ impl GainCheck {
             case.line += 1;
             return cap.map(Verdict::Fails);
         }
+        let controller = |nu| SampledController::of(&case.design, self.sample_time, nu);
+        if let Some(is_borne) = self.is_borne(case.hidden.into(), shown, controller) {
+            case.hidden += 1;
+            if is_borne {
+                return None;
+            }
+            // A lower cut-off takes gain from all of them.
+            let lower = self.placement.with_lower_cutoff(&case.design);
+            return match lower {
+                Some(design) => {
+                    *case = self.open_design(design);
+                    case.is_lowered = true;
+                    None
+                }
+                None => Some(Verdict::Fails(Cap::UnseenResonance)),
+            };
+        }
         let Some(walk) = &mut case.walk else {
             case.walk = self.walk(&case.design, case.place);
             return (case.walk.is_none()).then_some(Verdict::Passes(case.design, case.margins));
@@ -188,7 +236,9 @@ impl GainCheck {
             Progress::Fails if case.place >= PossibleServos::COUNT => {
                 Some(Verdict::Fails(Cap::Resonance))
             }
-            Progress::Fails => Some(Verdict::Fails(if case.design.smoothed {
+            Progress::Fails => Some(Verdict::Fails(if case.is_lowered {
+                Cap::UnseenResonance
+            } else if case.design.smoothed {
                 Cap::EncoderNoise
             } else {
                 Cap::Delay
@@ -210,16 +260,23 @@ impl GainCheck {
         /// The start of a sweep, as a part of the poles' magnitude.
         const FIRST: f64 = 1.0 / 32.0;
         let first = FIRST * design.bandwidth * self.sample_time;
+        let (sampled, sensitivity) = self.servo(place)?;
+        let response = SampledResponse::around(design, sampled, self.sample_time);
+        Some(FrequencySweep::begin(response, first, sensitivity))
+    }
+
+    /// A servo by its place, those of one mass first, and the largest sensitivity with it.
+    pub(super) fn servo(&self, place: usize) -> Option<(SampledServo, f64)> {
         if let Some(servo) = self.servos.get(place) {
-            let response = SampledResponse::new(design, servo, self.sample_time);
-            return Some(FrequencySweep::begin(response, first, self.max_sensitivity));
+            let sampled = SampledServo::new(servo, None, self.sample_time);
+            return Some((sampled, self.max_sensitivity));
         }
         let place = place - PossibleServos::COUNT;
-        let servo = (self.resonance?).servo(&self.servos, place)?;
-        let sampled = SampledServo::new(&servo.servo, Some(&servo.mode), self.sample_time);
-        let response = SampledResponse::around(design, sampled, self.sample_time);
+        let resonance = self.resonance.as_ref()?;
+        let servo = resonance.servo(&self.servos, place)?;
+        let sampled = resonance.sampled(&servo.servo, &servo.mode, self.sample_time);
         let sensitivity = 1.0 + servo.excess * (self.max_sensitivity - 1.0);
-        Some(FrequencySweep::begin(response, first, sensitivity))
+        Some((sampled, sensitivity))
     }
 
     /// True if a design keeps its distance from −1 near a resonance that the lines show between two of them.
@@ -302,15 +359,14 @@ impl Search {
     pub(super) fn work(
         &mut self,
         judge: &GainCheck,
-        lines: &[MeasuredLine],
-        is_explained: bool,
+        shown: Shown<'_>,
     ) -> Option<Option<Found>> {
         let bandwidth = self.bandwidth;
         let Some(case) = &mut self.case else {
             self.case = Some(judge.open(bandwidth, self.notched));
             return None;
         };
-        match judge.work(case, lines, is_explained)? {
+        match judge.work(case, shown)? {
             Verdict::Passes(design, margins) => self.low = Some((design, margins)),
             Verdict::Fails(cap) => self.high = Some((bandwidth, cap)),
         }

@@ -1,4 +1,4 @@
-use super::{Cap, Goal};
+use super::{Cap, EncoderSide, Goal};
 use crate::error::{Allowed, OutOfRange};
 use crate::units::Units;
 
@@ -25,8 +25,12 @@ pub struct TuningSettings {
     pub max_noise: f64,
     /// The step of the reference for the prediction, rad.
     pub step: f64,
-    /// The lowest known resonance, rad/s.
+    /// The lowest frequency at which a resonance may lie that nothing has shown, rad/s. The gains bear every
+    /// [mode](super::Mode) from there on up to the sampling frequency, of [`TuningSettings::HIDDEN_RATIO`] or, with the
+    /// encoder on the load, −1, and of [`TuningSettings::HIDDEN_DAMPING`]. None or infinite for no such resonance.
     pub resonance: Option<f64>,
+    /// The mass whose position the encoder shows, for such a resonance.
+    pub encoder: EncoderSide,
     /// True if gains for two masses may have a notch filter at their resonance.
     pub notch: bool,
     /// True to use a reference model with feed-forward if the predicted step then rises faster than with the
@@ -43,6 +47,15 @@ impl TuningSettings {
     /// The usual largest part of the command that is noise. Three standard deviations stay below a tenth, and the power
     /// of the noise below a thousandth.
     pub const MAX_NOISE: f64 = 0.03;
+
+    /// β of a resonance that nothing has shown, at most: a load with two thirds of the inertia.
+    pub const HIDDEN_RATIO: f64 = 2.0;
+
+    /// ζ of a resonance that nothing has shown, at least.
+    pub const HIDDEN_DAMPING: f64 = 0.02;
+
+    /// The largest sensitivity Mₛ with such a resonance.
+    pub const HIDDEN_SENSITIVITY: f64 = 2.4;
 
     /// The fewest counts that a step may have for its rise to be timed.
     pub const MIN_STEP_COUNTS: f64 = 10.0;
@@ -63,6 +76,7 @@ impl TuningSettings {
             max_noise: Self::MAX_NOISE,
             step,
             resonance: None,
+            encoder: EncoderSide::Unknown,
             notch: true,
             feed_forward: false,
         }
@@ -100,10 +114,15 @@ impl TuningSettings {
         } else {
             Allowed::Above(0.0).check("step", self.step)?;
         }
-        if let Some(resonance) = self.resonance {
+        if let Some(resonance) = self.lowest_hidden() {
             Allowed::Above(0.0).check("resonance", resonance)?;
         }
         Ok(())
+    }
+
+    /// The lowest frequency of a resonance that nothing has shown, if there may be one, rad/s.
+    pub(super) fn lowest_hidden(&self) -> Option<f64> {
+        self.resonance.filter(|lowest| *lowest != f64::INFINITY)
     }
 
     /// True if a servo may be led along a reference model.

@@ -1,13 +1,15 @@
 use super::axis_forces::AxisForces;
 use super::closed_loop::{PredictedSample, PredictedStep};
-use super::measured_line::MeasuredLine;
+use super::measured_line::Shown;
 use super::placement::Design;
 use super::possible_servos::{PossibleServo, PossibleServos};
 use super::prediction::{PredictionInputs, ResponsePrediction};
 use super::resonance::Resonance;
 use super::response_time::ByTime;
+use super::sampled_response::SampledServo;
 use super::search::{Case, Found, GainCheck, Search, Verdict};
 use super::{Goal, Tuning, TuningError, TuningSettings};
+use crate::number::Complex;
 use crate::parameters::IdentifiedServo;
 
 /// Finds gains for an identified servo, in slices of work that are short enough for the background of a chip. A slice
@@ -104,6 +106,19 @@ impl Tuner {
         TunerState(Task::Begin)
     }
 
+    /// Works to the end, all at once.
+    ///
+    /// # Errors
+    /// [`TuningError::TooFast`] with a bandwidth that would do, or [`TuningError::DoesNotArrive`].
+    pub fn run(&self, shown: Shown<'_>) -> Result<Tuning, TuningError> {
+        let mut state = self.start();
+        loop {
+            if let Some(result) = self.work_with(&mut state, shown) {
+                return result;
+            }
+        }
+    }
+
     fn first_task(&self) -> Task {
         match self.scene.settings.goal {
             Goal::ResponseTime(time) => {
@@ -120,16 +135,14 @@ impl Tuner {
 
     /// A slice of work. Returns the gains when they are ready, and the same from then on.
     pub fn work(&self, state: &mut TunerState) -> Option<Result<Tuning, TuningError>> {
-        self.work_with(state, &[], true)
+        self.work_with(state, Shown::Nothing)
     }
 
-    /// The same with the lines of a measured response. On each of them the gains keep their distance from −1. True for
-    /// `is_explained` means that the tuned model explains the lines.
+    /// The same with what a motion has shown of the servo's response.
     pub fn work_with(
         &self,
         state: &mut TunerState,
-        lines: &[MeasuredLine],
-        is_explained: bool,
+        shown: Shown<'_>,
     ) -> Option<Result<Tuning, TuningError>> {
         let next = match &mut state.0 {
             Task::Begin => self.first_task(),
@@ -137,7 +150,7 @@ impl Tuner {
                 let bandwidth = by_time.work(&self.scene, &self.judge)?;
                 Task::Ask(self.judge.open(bandwidth, false))
             }
-            Task::Ask(case) => match self.judge.work(case, lines, is_explained)? {
+            Task::Ask(case) => match self.judge.work(case, shown)? {
                 Verdict::Passes(design, margins) => Task::Found(Found {
                     design,
                     margins,
@@ -152,7 +165,7 @@ impl Tuner {
                 }
             },
             Task::Search(search, asked) => {
-                match (search.work(&self.judge, lines, is_explained)?, *asked) {
+                match (search.work(&self.judge, shown)?, *asked) {
                     (Some(found), None) => Task::Found(found),
                     (
                         Some(Found {
@@ -192,6 +205,17 @@ impl Tuner {
             .sensitivity(&Design::from_tuning(tuning), frequency)
     }
 
+    /// True if a controller, command units per rad at ν = tan(ωT/2), bears the resonances that nothing has shown.
+    #[must_use]
+    pub fn bears_hidden(&self, shown: Shown<'_>, controller: impl Fn(f64) -> Complex) -> bool {
+        self.judge.bears_hidden(shown, controller)
+    }
+
+    /// The servos that gains are judged with, of one mass and then of two, each with the largest sensitivity that is allowed.
+    pub fn sampled_servos(&self) -> impl Iterator<Item = (SampledServo, f64)> {
+        (0..).map_while(|place| self.judge.servo(place))
+    }
+
     /// The identified servo, first, and the corners of its uncertainty, each with all of its delay.
     #[must_use]
     pub fn possible_servos(&self) -> &[PossibleServo] {
@@ -206,7 +230,20 @@ impl Tuner {
         &self,
         tuning: &Tuning,
     ) -> Result<impl Iterator<Item = PredictedSample> + Copy + use<>, TuningError> {
-        let closed_loop = self.scene.step(&Design::from_tuning(tuning))?;
+        self.step_after(tuning, 0.0)
+    }
+
+    /// The same after an earlier motion that left the integral with a share of the friction: one in the direction of the step
+    /// left all of it, one against it the negative.
+    ///
+    /// # Errors
+    /// As [`Tuner::step`].
+    pub fn step_after(
+        &self,
+        tuning: &Tuning,
+        share: f64,
+    ) -> Result<impl Iterator<Item = PredictedSample> + Copy + use<>, TuningError> {
+        let closed_loop = self.scene.step_after(&Design::from_tuning(tuning), share)?;
         Ok(PredictedStep::new(closed_loop))
     }
 
@@ -230,13 +267,7 @@ impl TuningSettings {
     /// # Errors
     /// As [`Tuner::new`]; [`TuningError::TooFast`] with a bandwidth that would do, or [`TuningError::DoesNotArrive`].
     pub fn tune(&self, servo: &IdentifiedServo) -> Result<Tuning, TuningError> {
-        let tuner = Tuner::new(self, servo)?;
-        let mut state = tuner.start();
-        loop {
-            if let Some(result) = tuner.work(&mut state) {
-                return result;
-            }
-        }
+        Tuner::new(self, servo)?.run(Shown::Nothing)
     }
 }
 

@@ -117,7 +117,7 @@ mod tests {
     use crate::parameters::{IdentifiedServo, ServoParameters};
     use crate::tuning::placement::Design;
     use crate::tuning::sampled_response::SampledResponse;
-    use crate::tuning::{Cap, Mode, PossibleServo, Tuner, Tuning, TuningSettings};
+    use crate::tuning::{Cap, Mode, PossibleServo, Shown, Tuner, Tuning, TuningSettings};
     use std::vec::Vec;
 
     const TIME: f64 = 1e-3;
@@ -155,7 +155,7 @@ mod tests {
         let settings = TuningSettings::new(TIME, 1e-6, 10.0, 0.1);
         let tuner = Tuner::new(&settings, &servo).expect("a servo");
         let mut state = tuner.start();
-        let found = core::iter::from_fn(|| Some(tuner.work_with(&mut state, lines, true)));
+        let found = core::iter::from_fn(|| Some(tuner.work_with(&mut state, Shown::Lines(lines, true))));
         found.flatten().next().expect("it ends").expect("gains")
     }
 

@@ -36,6 +36,7 @@ fn tuned(mode: Mode, coulomb: f64, settings: &TuningSettings) -> (Tuner, Tuning,
     let resonance = Resonance {
         mode,
         errors: [0.01, 0.2],
+        friction_on_motor: false,
     };
     let tuner = Tuner::for_response(settings, &servo(coulomb), Some(&resonance)).expect("valid");
     let (tuning, slices) = worked(&tuner);
@@ -145,6 +146,7 @@ fn viscous_friction_that_is_uncertain_damps_no_mode() {
     let resonance = Resonance {
         mode,
         errors: [0.005, 0.4],
+        friction_on_motor: false,
     };
     let settings = TuningSettings::new(1e-4, 0.0, 10.0, 0.2);
     let tuner = Tuner::for_response(&settings, &known, Some(&resonance)).expect("valid");

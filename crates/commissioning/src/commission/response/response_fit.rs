@@ -298,6 +298,7 @@ impl ResponseFit {
                     error(FREQUENCY).max(least),
                     error(DAMPING).max(least_of_damping),
                 ],
+                friction_on_motor: false,
             }),
             misfit,
             left: best.equations.cost() / one.equations.cost(),

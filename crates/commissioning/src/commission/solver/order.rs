@@ -324,6 +324,7 @@ pub(super) mod tests {
         let resonance = Some(Resonance {
             mode,
             errors: [0.01, 0.1],
+            friction_on_motor: false,
         });
         unexplained().masses.map(|masses| ResponseEstimate {
             resonance,
