@@ -1,6 +1,7 @@
 //! Options of a command line, which a program that has none sets by their names.
 
 use crate::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
+use crate::tune::{CommandDirection, EncoderMass};
 
 /// A value that an option may have.
 pub(crate) trait OptionValue: Sized {
@@ -27,7 +28,7 @@ macro_rules! as_parsed {
         }
     )*};
 }
-as_parsed! { String CommandUnit Integrator PositionUnit TimeUnit }
+as_parsed! { String CommandDirection CommandUnit EncoderMass Integrator PositionUnit TimeUnit }
 
 /// Options of one value, a line each: name, type, what the help shows for the value, and further settings of the option. A
 /// type derives the command line's arguments from them, and takes their values by name. `more` has the others.

@@ -18,7 +18,7 @@ use crate::fault::value_error;
 pub(crate) fn tune(
     py: Python<'_>,
     result: &str,
-    conditions: BTreeMap<String, f64>,
+    conditions: BTreeMap<String, String>,
     form: Option<&str>,
     accept_unconverged: bool,
 ) -> PyResult<(String, Vec<String>)> {
@@ -32,7 +32,7 @@ pub(crate) fn tune(
         }
         let mut stated = Conditions::default();
         for (name, value) in conditions {
-            let taken = stated.answer(&name, &value.to_string());
+            let taken = stated.answer(&name, &value);
             taken.map_err(|why| value_error(format!("{name}: {why}")))?;
         }
         let form = form.map(str::parse::<Form>).transpose();

@@ -231,6 +231,7 @@ impl Ending<'_> {
                 whole.map_or_else(none, |whole| whole.notes.clone())
             }),
             scales: rough.map_or_else(Vec::new, |rough| rough.scales.clone()),
+            reading: options.log_reading(),
             replay: ReplayNotes::default(),
             outcome,
         }

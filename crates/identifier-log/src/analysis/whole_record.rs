@@ -7,7 +7,7 @@ use log_fit::{GoesOn, Identified, Logged, ModelDemand, identify};
 use super::rough::RoughAnswer;
 use crate::experiment::TermEstimate;
 use crate::found_servo::FoundServo;
-use crate::result::{BrakingForce, EnteredEffect, FitNotes};
+use crate::result::{BrakingForce, EnteredEffect, FitNotes, SecondMode};
 use crate::scaled_recording::{Scale, ScaledRecording, effect, servo_of, term};
 use crate::scenario::Options;
 use crate::verdict::{Cause, FitEvidence};
@@ -138,16 +138,33 @@ impl Scale {
             let own = log_fit::effects(cause).iter();
             // For a shaft its twist, or the second mass.
             let is_there = |effect: &Effect| cause != Cause::Resonance || value(*effect) != 0.0;
-            let no_terms = own.filter(|effect| term(**effect).is_none() && is_there(effect));
-            let sizes = no_terms.map(|&effect| (name(effect), value(effect)));
-            own_size.into_iter().chain(sizes).collect()
+            // An encoder on the load does not show its share.
+            let is_shown = |effect: &Effect| {
+                *effect != Effect::LoadShare || value(Effect::EncoderOnLoad) == 0.0
+            };
+            let no_terms = own.filter(|effect| term(**effect).is_none());
+            let shown = no_terms.filter(|effect| is_there(effect) && is_shown(effect));
+            let (sizes, std_errors): (Vec<_>, Vec<_>) = shown
+                .map(|&effect| ((name(effect), value(effect)), (name(effect), std_error(effect))))
+                .unzip();
+            let known = std_errors.into_iter().filter(|(_, error)| error.is_finite());
+            (own_size.into_iter().chain(sizes).collect(), known.collect())
         };
-        let effects = found.entered.iter().map(|entered| EnteredEffect {
-            name: entered.cause.name(),
-            meaning: entered.cause.meaning(),
-            gain: entered.gain,
-            or: entered.rival().map(Cause::name),
-            sizes: sizes(entered.cause),
+        let effects = found.entered.iter().map(|entered| {
+            let (sizes, std_errors) = sizes(entered.cause);
+            EnteredEffect {
+                name: entered.cause.name(),
+                meaning: entered.cause.meaning(),
+                gain: entered.gain,
+                or: entered.rival().map(Cause::name),
+                sizes,
+                std_errors,
+            }
+        });
+        let second_modes = found.second_modes.iter().map(|mode| SecondMode {
+            rad_per_s: mode.frequency / self.time,
+            ratio: mode.ratio,
+            std_error: mode.std_error,
         });
         WholeRecord {
             servo,
@@ -171,6 +188,7 @@ impl Scale {
                     std_error: std_error * self.of(Effect::Load),
                 }),
                 effects: effects.collect(),
+                second_modes: second_modes.collect(),
             },
             scales: self.scales(&found.statistics, found.statistics.command),
             found,
@@ -190,6 +208,7 @@ const fn name(effect: Effect) -> &'static str {
         Effect::ResonanceFrequency => "resonance_rad_per_s",
         Effect::ResonanceDamping => "damping",
         Effect::LoadShare => "load_share",
+        Effect::EncoderOnLoad => "encoder_on_load",
         Effect::Backlash => "play_rad",
         Effect::EccentricitySine => "sine_rad",
         Effect::EccentricityCosine => "cosine_rad",

@@ -11,6 +11,7 @@ mod question;
 mod text;
 
 use crate::log::{LogError, Table};
+use crate::result::Reading;
 use crate::scenario::{InnerLoop, LogSettings, PhysicalSettings, TimeUnit};
 
 use columns::{Candidates, Chosen};
@@ -32,6 +33,8 @@ pub struct Recognised {
     pub physical: PhysicalSettings,
     /// Each finding with its evidence.
     pub findings: Vec<Finding>,
+    /// How the columns are read.
+    pub reading: Reading,
 }
 
 /// A finding about a log.
@@ -164,6 +167,7 @@ pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrec
         say("units", text);
     }
     Ok(Recognised {
+        reading: columns.reading(&clock, &position, &settings, &physical, stated),
         physical,
         inner,
         settings,

@@ -11,7 +11,7 @@ use crate::scenario::{LogUnits, PositionUnit};
 
 /// The unit of a position, and its encoder where the steps show one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Reading {
+pub(super) struct PositionReading {
     /// Units for one of the column's.
     pub(super) scale: f64,
     pub(super) unit: PositionUnit,
@@ -39,12 +39,12 @@ pub(super) fn read(
     chosen: &Chosen,
     is_velocity: bool,
     stated: &LogOptions,
-) -> Reading {
+) -> PositionReading {
     let counts_per_rev = stated.counts_per_rev.filter(|counts| *counts != 0.0);
     if is_velocity && stated.position_unit.is_none() {
         let found = name::rate(&column.name, &column.unit);
         let (unit, scale, evidence) = found.unwrap_or((PositionUnit::Own, 1.0, UNSTATED));
-        return Reading {
+        return PositionReading {
             unit,
             scale,
             evidence,
@@ -62,7 +62,7 @@ pub(super) fn read(
         let counts = TAU / (step? * scale * LogUnits::SI.radians(unit));
         is_whole(counts).then(|| counts.round())
     };
-    Reading {
+    PositionReading {
         scale: 1.0,
         unit,
         evidence,
@@ -83,7 +83,7 @@ fn revolution(period: f64) -> Option<f64> {
     (bits.fract() == 0.0 && !REGISTERS.contains(&bits)).then_some(period)
 }
 
-impl Reading {
+impl PositionReading {
     /// The name of the unit.
     pub(super) fn name(&self) -> &'static str {
         match self.unit {

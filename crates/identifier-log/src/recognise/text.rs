@@ -7,12 +7,15 @@ use identifier_core::parameters::Unknown;
 use super::Recognised;
 use super::columns::{Chosen, Clock, Columns};
 use super::name::Unit;
-use super::position::{Reading, short};
+use super::LogOptions;
+use super::position::{PositionReading, short};
 use crate::log::Table;
+use crate::result::{ColumnReading, CommandReading, CommandSign, Reading};
 use crate::motion_unit::MotionUnit;
 use crate::physical::Scale;
 use crate::scenario::{
-    CommandUnit, Estimator, Fault, InnerLoop, Options, PhysicalSettings, PositionUnit, TimeUnit,
+    CommandUnit, Estimator, Fault, InnerLoop, LogSettings, Options, PhysicalSettings, PositionUnit,
+    TimeUnit,
 };
 
 impl Clock {
@@ -64,7 +67,71 @@ impl Columns {
         text
     }
 
-    pub(super) fn position_text(&self, reading: &Reading) -> String {
+    /// How the columns are read.
+    pub(super) fn reading(
+        &self,
+        clock: &Clock,
+        position: &PositionReading,
+        settings: &LogSettings,
+        physical: &PhysicalSettings,
+        stated: &LogOptions,
+    ) -> Reading {
+        let column = |chosen: &Chosen, unit: Option<&str>, factor: f64, evidence: &str| {
+            ColumnReading {
+                column: Some(chosen.column.to_string()),
+                unit: unit.map(str::to_owned),
+                factor,
+                evidence: match evidence {
+                    "" => chosen.evidence.clone(),
+                    evidence => format!("{}; unit {evidence}", chosen.evidence),
+                },
+            }
+        };
+        let time = match &clock.chosen {
+            Some(time) => column(time, Some(clock.unit.name()), 1.0, clock.evidence),
+            None => ColumnReading {
+                column: None,
+                unit: Some(TimeUnit::Second.name().to_owned()),
+                factor: stated.sample_time.unwrap_or(1.0),
+                evidence: "as stated".to_owned(),
+            },
+        };
+        let units = &settings.units;
+        let is_unit_stated = position.unit != PositionUnit::Own;
+        let scale = units.command_scale;
+        let command = self.command.as_ref().map(|command| {
+            let unit = match (physical.command_unit, command.named.unit) {
+                // The unit of a product is the column's no more.
+                (CommandUnit::Other, _) if (scale.abs() - 1.0).abs() > 0.0 => None,
+                (CommandUnit::Other, Some(Unit::Command(unit))) => Some(unit),
+                (CommandUnit::Other, _) => None,
+                (unit, _) => Some(unit.name()),
+            };
+            CommandReading {
+                of: column(command, unit, scale.abs(), ""),
+                sign: match (scale < 0.0, stated.command_scale.is_some()) {
+                    (false, _) => CommandSign::AsLogged,
+                    (true, true) => CommandSign::Stated,
+                    (true, false) => CommandSign::Inferred,
+                },
+            }
+        });
+        let assumed = [&time.evidence, &position.evidence.to_owned()];
+        let assumed = assumed.into_iter().filter(|of| of.contains("assumed"));
+        Reading {
+            position: column(
+                &self.position,
+                is_unit_stated.then(|| position.unit.name()),
+                units.position_scale,
+                position.evidence,
+            ),
+            assumed: assumed.cloned().collect(),
+            time,
+            command,
+        }
+    }
+
+    pub(super) fn position_text(&self, reading: &PositionReading) -> String {
         let mut text = self.position.text();
         let (unit, evidence) = (reading.name(), reading.evidence);
         text += if self.is_velocity {
@@ -186,6 +253,7 @@ impl Recognised {
         options.identifier.set_estimator(Estimator::Fit);
         (options.counts_per_rev, options.inner) = (self.counts_per_rev, self.inner);
         options.physical = self.physical;
+        options.reading = Some(self.reading.clone());
         let mut settings = self.settings.clone();
         // The encoder's, which the options have.
         settings.units.counts_per_rev = None;

@@ -6,7 +6,7 @@ use identifier_core::parameters::{Parameter, ServoParameters, Term, Unknown};
 use identifier_core::reason::Reason;
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::{Finding, FitNotes, LogReading, Prediction, ScaleEstimate};
+use super::{Finding, FitNotes, LogReading, Prediction, Reading, ScaleEstimate};
 use crate::experiment::Outcome;
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::physical::{Physical, Ratios, VoltageGains};
@@ -78,6 +78,9 @@ pub struct Summary {
     /// The gain at every time scale of the record, for that estimator.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub scales: Vec<ScaleEstimate>,
+    /// How the columns of its log were read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reading: Option<Reading>,
     /// Logs and predictions of a replay.
     #[serde(flatten)]
     pub replay: ReplayNotes,

@@ -1,6 +1,6 @@
 //! Findings of a fit to a whole record besides the estimates.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Findings of a fit to a whole record besides the estimates.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -15,6 +15,19 @@ pub struct FitNotes {
     pub braking: Option<BrakingForce>,
     /// The effects that the record shows, in the order in which they entered. A load that steps and the delay follow.
     pub effects: Vec<EnteredEffect>,
+    /// What the record says of a second mode beside the model, in the order of the frequencies.
+    pub second_modes: Vec<SecondMode>,
+}
+
+/// A second mode beside the model, b β/(s² + 2ζωs + ω²) of the command.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SecondMode {
+    /// ω, rad/s.
+    pub rad_per_s: f64,
+    /// β: the load's inertia over the motor's, or −1 for an encoder on the load.
+    pub ratio: f64,
+    /// Its standard error.
+    pub std_error: f64,
 }
 
 /// The gain at a time scale.
@@ -55,6 +68,9 @@ pub struct EnteredEffect {
     /// Sizes that are no unknown of the model, by name.
     #[serde(serialize_with = "by_name")]
     pub sizes: Vec<(&'static str, f64)>,
+    /// Their standard errors, by the same names, of those that were estimated.
+    #[serde(serialize_with = "by_name")]
+    pub std_errors: Vec<(&'static str, f64)>,
 }
 
 fn by_name<S: serde::Serializer>(

@@ -21,6 +21,8 @@ pub struct FormResult {
     /// Step of the target. If it overshoots, also the same through a filter in the sending program. Both are without
     /// friction and limits.
     pub steps: Vec<FormStep>,
+    /// The parameters to begin with, for a quarter of the bandwidth; empty where there are none.
+    pub first_trial: Vec<FormParameter>,
     /// Limits of the firmware, and the assumptions behind the numbers.
     pub remarks: Vec<String>,
     /// The last of the steps.

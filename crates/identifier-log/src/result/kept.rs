@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use identifier_core::parameters::Parameter;
 
-use super::{SensorNoise, Summary};
+use super::{EnteredEffect, Reading, SecondMode, SensorNoise, Summary};
 use crate::provenance::Origin;
 
 /// A result of `run` or `identify` as far as gains, exports and firmware need it, SI.
@@ -45,6 +45,35 @@ pub struct KeptResult {
     /// Its provenance.
     #[serde(default)]
     pub origin: Option<Origin>,
+    /// Findings of a fit to the whole record.
+    #[serde(default)]
+    pub fit: Option<KeptFit>,
+    /// How the columns of its log were read.
+    #[serde(default)]
+    pub reading: Option<Reading>,
+}
+
+/// Findings of a fit to a whole record.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct KeptFit {
+    /// The effects that the record shows.
+    pub effects: Vec<KeptEffect>,
+    /// What the record says of a second mode; none of an earlier version.
+    #[serde(default)]
+    pub second_modes: Option<Vec<SecondMode>>,
+}
+
+/// An effect that a record shows.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct KeptEffect {
+    /// Its name.
+    pub name: String,
+    /// Sizes that are no estimates, by name.
+    #[serde(default)]
+    pub sizes: BTreeMap<String, f64>,
+    /// Their standard errors.
+    #[serde(default)]
+    pub std_errors: BTreeMap<String, f64>,
 }
 
 /// An estimate, SI.
@@ -132,6 +161,25 @@ impl From<&Summary> for KeptResult {
             noise: result.noise,
             logs: logs.collect(),
             origin: None,
+            fit: result.fit.as_ref().map(|fit| KeptFit {
+                effects: fit.effects.iter().map(KeptEffect::from).collect(),
+                second_modes: Some(fit.second_modes.clone()),
+            }),
+            reading: result.reading.clone(),
+        }
+    }
+}
+
+impl From<&EnteredEffect> for KeptEffect {
+    fn from(effect: &EnteredEffect) -> Self {
+        let by_name = |sizes: &[(&'static str, f64)]| {
+            let sizes = sizes.iter();
+            sizes.map(|(name, size)| ((*name).to_owned(), *size)).collect()
+        };
+        Self {
+            name: effect.name.to_owned(),
+            sizes: by_name(&effect.sizes),
+            std_errors: by_name(&effect.std_errors),
         }
     }
 }

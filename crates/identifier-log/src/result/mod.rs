@@ -7,6 +7,7 @@ mod fit;
 mod form;
 mod kept;
 mod log;
+mod reading;
 mod tuning;
 
 pub use experiment::{
@@ -14,10 +15,13 @@ pub use experiment::{
     TermSize, serialize_reason,
 };
 pub use finding::Finding;
-pub use fit::{BrakingForce, EnteredEffect, FitNotes, ScaleEstimate};
+pub use fit::{BrakingForce, EnteredEffect, FitNotes, ScaleEstimate, SecondMode};
 pub use form::{FormMargins, FormParameter, FormResult, FormStep};
-pub use kept::{KeptCovariance, KeptEstimate, KeptLog, KeptResidual, KeptResult, NoResult};
+pub use kept::{
+    KeptCovariance, KeptEffect, KeptEstimate, KeptFit, KeptLog, KeptResidual, KeptResult, NoResult,
+};
 pub use log::{LogReading, OpenLoopError, Prediction};
+pub use reading::{ColumnReading, CommandReading, CommandSign, Reading};
 pub use tuning::{
-    DelayedServo, FeedForward, Gains, KnownForces, StiffPrediction, TuningConditions, TuningResult,
+    DelayedServo, FeedForward, FirstTrial, FoundMode, Gains, KnownForces, StiffPrediction, TuningConditions, TuningResult,
 };

@@ -6,7 +6,7 @@ use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::{PredictedResponse, Tuning};
 use serde::Serialize;
 
-use super::FormResult;
+use super::{FormResult, Reading};
 
 /// Gains, with their predicted response and their conditions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -22,6 +22,18 @@ pub struct TuningResult {
     pub cap: Option<&'static str>,
     /// Predicted response of the loop, and its stiffness.
     pub predicted_response: StiffPrediction,
+    /// The shortest and the longest settling time, s, by what earlier motions leave of friction in the integral; infinite
+    /// (null) where it does not settle.
+    pub settling_times: [f64; 2],
+    /// Gains to begin with, for a quarter of the bandwidth, and the step that they make.
+    pub first_trial: Option<FirstTrial>,
+    /// The resonance that the gains are for.
+    pub resonance: Option<FoundMode>,
+    /// The frequency from which on a resonance may lie that nothing has shown, rad/s; none where there is none.
+    pub hidden_from: Option<f64>,
+    /// How the columns of the log were read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reading: Option<Reading>,
     /// Feed-forward.
     pub feed_forward: FeedForward,
     /// The same in the form of a drive's firmware, where that was asked for.
@@ -31,6 +43,31 @@ pub struct TuningResult {
     pub servo: DelayedServo,
     /// Conditions.
     pub conditions: TuningConditions,
+}
+
+/// Gains to begin with.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FirstTrial {
+    /// Gains.
+    #[serde(flatten)]
+    pub gains: Gains,
+    /// The step to make with them, rad.
+    pub step: f64,
+    /// Its predicted rise time, s.
+    pub rise_time: f64,
+    /// Its largest predicted overshoot, a part of it.
+    pub overshoot: f64,
+}
+
+/// The mode of a second mass.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FoundMode {
+    /// ω, rad/s.
+    pub rad_per_s: f64,
+    /// ζ.
+    pub damping: f64,
+    /// β, the load's inertia over the motor's; −1 for an encoder on the load.
+    pub ratio: f64,
 }
 
 /// A PID with its filters, SI.

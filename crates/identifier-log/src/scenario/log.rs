@@ -2,11 +2,13 @@
 
 use std::fmt;
 
+use super::physical::CommandUnit;
 use super::Options;
 use super::error::Fault;
 use super::inner::InnerLoop;
 use super::log_units::{LogQuantity, LogUnits, PositionUnit, TimeUnit};
 use crate::motion_unit::{AxisKind, MotionUnit};
+use crate::result::{ColumnReading, CommandReading, CommandSign, Reading};
 
 /// Which column of a log is what, and in which unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -208,6 +210,41 @@ impl Options {
         log.units.torque_constant = self.physical.known_torque_constant();
         log.inner = self.inner;
         log
+    }
+
+    /// How the columns of a log are read, as recognised or as stated; none without a log.
+    #[must_use]
+    pub(crate) fn log_reading(&self) -> Option<Reading> {
+        const STATED: &str = "as stated";
+        let stated = || {
+            let log = self.log.as_ref()?;
+            let column = |column: Option<&Column>, unit: Option<&str>, factor: f64| ColumnReading {
+                column: column.map(ToString::to_string),
+                unit: unit.map(str::to_owned),
+                factor,
+                evidence: STATED.to_owned(),
+            };
+            let units = &log.units;
+            let position = Some(units.position.name());
+            let position = position.filter(|_| units.position != PositionUnit::Own);
+            let unit = Some(self.physical.command_unit.name());
+            let unit = unit.filter(|_| self.physical.command_unit != CommandUnit::Other);
+            let scale = units.command_scale;
+            let command = log.command.as_ref().map(|command| CommandReading {
+                of: column(Some(command), unit, scale.abs()),
+                sign: match scale < 0.0 {
+                    true => CommandSign::Stated,
+                    false => CommandSign::AsLogged,
+                },
+            });
+            Some(Reading {
+                time: column(log.time.as_ref(), Some(units.time.name()), 1.0),
+                position: column(Some(&log.position), position, units.position_scale),
+                command,
+                assumed: Vec::new(),
+            })
+        };
+        self.reading.clone().or_else(stated)
     }
 
     /// The sample time that a log must have, s; none where only the log knows it.

@@ -44,6 +44,7 @@ use identifier_core::settings::{ControllerSettings, GainError, SettingsError};
 use identifier_core::stability::CertificateError;
 use identifier_core::units::Units;
 
+use crate::result::Reading;
 use names::named;
 
 /// All tables of a scenario, in the order in which they are read: what a later one needs stands before it.
@@ -97,6 +98,8 @@ pub struct Options {
     pub inner: Option<InnerLoop>,
     /// The physical quantities that turn a result's ratios into physical units.
     pub physical: PhysicalSettings,
+    /// How the columns of the log were recognised, which no text states.
+    pub reading: Option<Reading>,
 }
 
 named! {
@@ -166,6 +169,7 @@ impl Options {
             log: None,
             inner: None,
             physical: PhysicalSettings::NONE,
+            reading: None,
         }
     }
 

@@ -6,6 +6,7 @@ use super::log_units::PositionUnit;
 use super::names::named;
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::physical::Scale;
+use crate::result::Reading;
 
 /// The physical quantities that turn a result's ratios into physical units, where they are stated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,6 +36,19 @@ named! {
         NewtonMetre = "Nm",
         /// Newtons, of a linear axis.
         Newton = "N",
+    }
+}
+
+impl CommandUnit {
+    /// The unit of a command as its column states it, and how many are one of it: 0.001 A are one mA.
+    #[must_use]
+    pub fn of_reading(reading: &Reading) -> Option<(Self, f64)> {
+        const PREFIXES: [(&str, f64); 4] = [("", 1.0), ("m", 1e-3), ("c", 1e-2), ("k", 1e3)];
+        let written = reading.command.as_ref()?.of.unit.as_deref()?;
+        PREFIXES.into_iter().find_map(|(prefix, part)| {
+            let unit = written.strip_prefix(prefix)?.replace([' ', '·', '.'], "");
+            Some((unit.parse().ok().filter(|unit| *unit != Self::Other)?, part))
+        })
     }
 }
 

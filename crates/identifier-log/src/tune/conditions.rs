@@ -1,13 +1,34 @@
 use std::f64::consts::TAU;
 
-use identifier_core::tuning::{Goal, TuningSettings};
+use identifier_core::tuning::{EncoderSide, Goal, TuningSettings};
 
 use super::known_forces::Angle;
 use super::{Form, IdentifiedResult};
 use crate::options::options;
 use crate::provenance::Task;
-use crate::result::KeptResult;
+use crate::named;
+use crate::result::{CommandSign, KeptResult};
 use crate::scenario::{CommandUnit, Options};
+
+named! {
+    /// The mass that the encoder is on.
+    pub enum EncoderMass {
+        /// The motor.
+        Motor = "motor",
+        /// The load behind a shaft, belt or gear.
+        Load = "load",
+    }
+}
+
+named! {
+    /// The direction of the command that the loop gives, in relation to the column of the log.
+    pub enum CommandDirection {
+        /// The same as the column.
+        AsLogged = "as-logged",
+        /// The opposite: a positive command moves the position up.
+        Inverted = "inverted",
+    }
+}
 
 options! {
     /// Goal and conditions of the gains, SI, as options. The rest comes from the scenario or the result, or has a default.
@@ -33,12 +54,21 @@ options! {
         max_sensitivity: f64 = "M",
         /// Largest noise of the command due to encoder noise, as a fraction of the limit; 0.03 by default.
         max_noise: f64 = "PART",
-        /// Lowest known resonance, rad/s.
+        /// Lowest frequency at which a resonance may lie that the log does not show, rad/s; inf for none. What the log shows
+        /// decides by default.
         resonance: f64 = "W",
+        /// The mass that the encoder is on: motor or load. Without it a resonance that the log does not show may be either's.
+        encoder_on: EncoderMass = "MASS",
+        /// Direction of the loop's command, where the log's was inverted because the motion goes against it: inverted or
+        /// as-logged.
+        command_sign: CommandDirection = "SIGN",
         /// Step of the predicted response, rad; 0.1 by default, at least 10 counts.
         step: f64 = "RAD",
-        /// Torque per command unit, N·m, for a form that takes a torque; the result's by default.
+        /// Torque of an A of the command (of a unit, where it is in none), N·m, for a form that takes a torque; the result's by
+        /// default.
         torque_constant: f64 = "K" { requires = "form" },
+        /// Unit of the log's command, where the log does not state it: Nm, A or V, for a form that takes one of them.
+        command_unit: CommandUnit = "UNIT" { requires = "form" },
         /// Supply voltage, V, for a form whose command is a share of it.
         bus_voltage: f64 = "V" { requires = "form" },
         /// The largest current, A, for a form whose command is a share of it.
@@ -69,6 +99,24 @@ pub enum ConditionError {
         "the result lacks the largest command: state --limit U (command units, inf for none), or --scenario S"
     )]
     Limit,
+    /// The sign of the command was inferred.
+    #[error(
+        "the motion goes against the command of the log, whose sign was inverted to identify it. A loop that ran usually \
+         gives the opposite of such a column: if yours does, state --command-sign inverted"
+    )]
+    Sign,
+    /// The loop's command moves the position down.
+    #[error(
+        "--command-sign as-logged: with a command that moves the position down every gain makes the axis run away; reverse \
+         motor or encoder in the drive, then state --command-sign inverted"
+    )]
+    Against,
+    /// Nothing says where a resonance may lie.
+    #[error(
+        "the result does not say up to which frequency its motion would have shown a resonance: identify the log again \
+         without a scenario or with law = \"fit\", or state --resonance W (rad/s, inf for none)"
+    )]
+    Resonance,
     /// The load takes all of it.
     #[error(
         "holding the load needs a command of {holding:.4}, beyond the limit of {} to {}: state a larger --limit",
@@ -113,6 +161,10 @@ impl Conditions {
         let resolution = resolution.ok_or(ConditionError::Resolution)?;
         let limit = self.limit.map(|limit| [-limit, limit]).or(known.limit);
         let limit = limit.ok_or(ConditionError::Limit)?;
+        // The amplifier's own may be lower.
+        let own = result.model.limit;
+        let limit = limit.map(|limit| limit.clamp(-own, own));
+        self.check(result)?;
         let command = beyond_the_load(result, limit)?;
         let step = Self::STEP.max(TuningSettings::MIN_STEP_COUNTS * resolution);
         let command_delay = self.command_delay.unwrap_or(known.command_delay);
@@ -130,6 +182,7 @@ impl Conditions {
             max_noise: self.max_noise.unwrap_or(TuningSettings::MAX_NOISE),
             step: self.step.unwrap_or(step),
             resonance: self.resonance,
+            encoder: self.encoder_on.map_or(EncoderSide::Unknown, EncoderMass::side),
             notch: true,
             feed_forward: self.feed_forward,
         };
@@ -137,6 +190,20 @@ impl Conditions {
             form.prepare(&mut settings, self);
         }
         Ok(settings)
+    }
+
+    /// Refuses what the result leaves open and nothing states.
+    fn check(&self, result: &IdentifiedResult) -> Result<(), ConditionError> {
+        let reading = result.reading.as_ref();
+        let command = reading.and_then(|reading| reading.command.as_ref());
+        let is_inferred = command.is_some_and(|command| command.sign == CommandSign::Inferred);
+        match self.command_sign {
+            Some(CommandDirection::AsLogged) => return Err(ConditionError::Against),
+            None if is_inferred => return Err(ConditionError::Sign),
+            _ => {}
+        }
+        let is_known = result.model.hidden.is_some() || self.resonance.is_some();
+        is_known.then_some(()).ok_or(ConditionError::Resonance)
     }
 
     /// The conditions that are taken from a log because nothing states them, a sentence each.
@@ -159,6 +226,15 @@ impl Conditions {
             format!("the limit is assumed to be the largest command of the log, {largest:.4}: state it with --limit")
         });
         step.into_iter().chain(command).collect()
+    }
+}
+
+impl EncoderMass {
+    const fn side(self) -> EncoderSide {
+        match self {
+            Self::Motor => EncoderSide::Motor,
+            Self::Load => EncoderSide::Load,
+        }
     }
 }
 
@@ -252,7 +328,7 @@ fn beyond_the_load(
     result: &IdentifiedResult,
     [low, high]: [f64; 2],
 ) -> Result<f64, ConditionError> {
-    let parameters = result.servo.parameters;
+    let parameters = result.model.servo.parameters;
     let holding = -parameters.load / parameters.b;
     let command = (high - holding).min(holding - low);
     // A limit that is no number or below zero is the tuner's to refuse.

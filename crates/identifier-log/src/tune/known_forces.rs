@@ -47,7 +47,7 @@ pub(super) fn known_forces(
     angle: Option<&Angle>,
     delay: f64,
 ) -> KnownForces {
-    let (own, b) = (&result.effects, result.servo.parameters.b);
+    let (own, b) = (&result.effects, result.model.servo.parameters.b);
     // Without a zero's sign.
     let held = |force| 0.0 - known(force) / b;
     let without_angle = KnownForces {

@@ -4,29 +4,34 @@
 //! and for a drive's firmware → [`Form`].
 
 mod conditions;
+mod effects;
 mod form;
 mod known_forces;
 mod result;
 
-pub use conditions::{ConditionError, Conditions, KnownConditions};
+pub use conditions::{
+    CommandDirection, ConditionError, Conditions, EncoderMass, KnownConditions,
+};
+pub use effects::{Bound, LoopModel};
 pub use form::Form;
 pub use known_forces::Angle;
 pub use result::{IdentifiedResult, KnownEffects, ResultError, WithError};
 
-use identifier_core::parameters::IdentifiedServo;
-use identifier_core::tuning::{Cap, Goal, Tuner, Tuning, TuningError, TuningSettings};
+use identifier_core::tuning::{Cap, Goal, StepMeasure, Tuner, Tuning, TuningError, TuningSettings};
 
 use crate::result::{
-    DelayedServo, FeedForward, FormResult, Gains, KeptResult, KnownForces, StiffPrediction,
-    Summary, TuningConditions, TuningResult,
+    DelayedServo, FeedForward, FirstTrial, FormResult, FoundMode, Gains, KeptResult, KnownForces, Reading,
+    StiffPrediction, Summary, TuningConditions, TuningResult,
 };
 use crate::scenario::Options;
 
 /// Gains, and what they were found for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tuned {
-    /// The servo.
-    pub servo: IdentifiedServo,
+    /// The servo, with its effects.
+    pub model: LoopModel,
+    /// How the columns of its log were read.
+    pub reading: Option<Reading>,
     /// The known forces beside inertia and friction.
     pub forces: KnownForces,
     /// The goal and its conditions.
@@ -59,6 +64,9 @@ pub enum NoGains {
 }
 
 impl Tuned {
+    /// The part of the bandwidth to begin with.
+    const FIRST_TRIAL: f64 = 0.25;
+
     /// Tunes for a result with its angle, if it has one.
     ///
     /// # Errors
@@ -68,12 +76,13 @@ impl Tuned {
         angle: Option<&Angle>,
         settings: &TuningSettings,
     ) -> Result<Self, NoGains> {
-        let delay = result.servo.delay + settings.command_delay;
+        let model = &result.model;
+        let delay = model.servo.delay + settings.command_delay;
         let forces = known_forces::known_forces(result, angle, delay);
-        let tuning = settings.tune(&result.servo).map_err(|error| match error {
+        let tuning = model.tune(settings).map_err(|error| match error {
             TuningError::TooFast { most, cap, .. } => {
                 let goal = Goal::Bandwidth(most);
-                let slower = TuningSettings { goal, ..*settings }.tune(&result.servo);
+                let slower = model.tune(&TuningSettings { goal, ..*settings });
                 NoGains::TooFast {
                     cap,
                     most,
@@ -85,7 +94,8 @@ impl Tuned {
             error => NoGains::Error(error),
         })?;
         Ok(Self {
-            servo: result.servo,
+            model: model.clone(),
+            reading: result.reading.clone(),
             forces,
             settings: *settings,
             tuning,
@@ -117,11 +127,9 @@ impl Tuned {
     /// The bandwidth of the same goal if the estimates had no errors, rad/s; none where that is nearly the same.
     #[must_use]
     pub fn bandwidth_without_errors(&self) -> Option<f64> {
-        let sure = IdentifiedServo {
-            covariance: [[0.0; 5]; 5],
-            ..self.servo
-        };
-        let bandwidth = self.settings.tune(&sure).ok()?.bandwidth;
+        let mut sure = self.model.clone();
+        sure.servo.covariance = [[0.0; 5]; 5];
+        let bandwidth = sure.tune(&self.settings).ok()?.bandwidth;
         (bandwidth > 1.05 * self.tuning.bandwidth).then_some(bandwidth)
     }
 
@@ -132,7 +140,7 @@ impl Tuned {
             command: f64::INFINITY,
             ..self.settings
         };
-        let tuning = settings.tune(&self.servo).ok()?;
+        let tuning = self.model.tune(&settings).ok()?;
         (tuning.kp > 1.01 * self.tuning.kp).then_some(tuning)
     }
 
@@ -146,10 +154,71 @@ impl Tuned {
         conditions: &Conditions,
         settings: &TuningSettings,
     ) -> Result<Self, NoGains> {
-        match conditions.form {
-            Some(form) => form.tune(result, known, conditions, settings),
-            None => Self::new(result, known.angle.as_ref(), settings),
+        let Some(form) = conditions.form else {
+            return Self::new(result, known.angle.as_ref(), settings);
+        };
+        let mut tuned = form.tune(result, known, conditions, settings)?;
+        let goal = Goal::Bandwidth(Self::FIRST_TRIAL * tuned.tuning.bandwidth);
+        let slower = TuningSettings { goal, ..*settings };
+        let first = form.tune(result, known, conditions, &slower).ok();
+        if let (Some(own), Some(first)) = (&mut tuned.form, first.and_then(|first| first.form)) {
+            own.first_trial = first.parameters;
         }
+        Ok(tuned)
+    }
+
+    /// The bandwidth of the same goal if there were no resonance that nothing has shown, rad/s; none where that is nearly the
+    /// same.
+    #[must_use]
+    pub fn bandwidth_without_hidden(&self) -> Option<f64> {
+        let settings = TuningSettings {
+            resonance: Some(f64::INFINITY),
+            ..self.settings
+        };
+        let bandwidth = self.model.tune(&settings).ok()?.bandwidth;
+        (bandwidth > 1.05 * self.tuning.bandwidth).then_some(bandwidth)
+    }
+
+    /// The frequency from which on a resonance may lie that nothing has shown, rad/s; none where there is none.
+    #[must_use]
+    pub fn hidden_from(&self) -> Option<f64> {
+        let stated = self.settings.resonance;
+        let finite = |frequency: &f64| frequency.is_finite();
+        stated.map_or_else(|| self.model.hidden_from(), Some).filter(finite)
+    }
+
+    /// Gains to begin with: those for a quarter of the bandwidth.
+    #[must_use]
+    pub fn first_trial(&self) -> Option<Tuning> {
+        let settings = TuningSettings {
+            goal: Goal::Bandwidth(Self::FIRST_TRIAL * self.tuning.bandwidth),
+            feed_forward: false,
+            ..self.settings
+        };
+        self.model.tune(&settings).ok()
+    }
+
+    /// The shortest and the longest time in which a step settles, s: with what earlier motions leave of friction in the
+    /// integral. Infinite where it does not.
+    #[must_use]
+    pub fn settling_times(&self) -> [f64; 2] {
+        /// Time for which a step is followed, 1/ω.
+        const FOLLOWED: f64 = 100.0;
+        let (settings, tuning) = (&self.settings, &self.tuning);
+        let until = FOLLOWED / tuning.bandwidth;
+        let settled = |share: f64| {
+            let steps = self.tuner().ok()?.step_after(tuning, share).ok()?;
+            let mut measure = StepMeasure::<f64>::new(settings.step, settings.resolution);
+            let mut last = [0.0; 2];
+            for sample in steps.take_while(|sample| sample.time < until) {
+                measure.take(sample.position);
+                last = [last[1], sample.time];
+            }
+            Some(f64::from(measure.settled()?) * (last[1] - last[0]))
+        };
+        let times = [-1.0, 0.0, 1.0].map(|share| settled(share).unwrap_or(f64::INFINITY));
+        let most = times.into_iter().fold(0.0, f64::max);
+        [times.into_iter().fold(f64::INFINITY, f64::min), most]
     }
 
     /// The tuner that found them.
@@ -157,20 +226,20 @@ impl Tuned {
     /// # Errors
     /// None for what was tuned.
     pub fn tuner(&self) -> Result<Tuner, TuningError> {
-        Tuner::new(&self.settings, &self.servo)
+        self.model.tuner(&self.settings)
     }
 
     /// The feed-forward of the reference's motion.
     #[must_use]
     pub fn feed_forward(&self) -> FeedForward {
         let hold = self.settings.sample_time / 2.0;
-        FeedForward::of_servo(&self.servo.parameters, &self.forces, self.tuning.kd, hold)
+        FeedForward::of_servo(&self.model.servo.parameters, &self.forces, self.tuning.kd, hold)
     }
 
     /// The result.
     #[must_use]
     pub fn result(&self) -> TuningResult {
-        let (servo, settings, tuning) = (&self.servo, &self.settings, &self.tuning);
+        let (servo, settings, tuning) = (&self.model.servo, &self.settings, &self.tuning);
         TuningResult {
             sample_time: settings.sample_time,
             gains: Gains::tuned(tuning),
@@ -180,6 +249,20 @@ impl Tuned {
                 predicted_response: tuning.predicted_response,
                 stiffness: 1.0 / tuning.predicted_response.compliance,
             },
+            settling_times: self.settling_times(),
+            first_trial: self.first_trial().map(|tuning| FirstTrial {
+                gains: Gains::tuned(&tuning),
+                step: tuning.predicted_response.step,
+                rise_time: tuning.predicted_response.rise_time,
+                overshoot: tuning.predicted_response.overshoot,
+            }),
+            resonance: self.model.resonance.map(|of| FoundMode {
+                rad_per_s: of.mode.frequency,
+                damping: of.mode.damping,
+                ratio: of.mode.ratio,
+            }),
+            hidden_from: self.hidden_from(),
+            reading: self.reading.clone(),
             feed_forward: self.feed_forward(),
             form: self.form.clone(),
             servo: DelayedServo {

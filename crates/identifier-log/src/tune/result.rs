@@ -1,14 +1,15 @@
-use identifier_core::parameters::{IdentifiedServo, ServoParameters};
+use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknown};
 
+use super::effects::LoopModel;
 use crate::motion_unit::{AxisKind, MotionUnit};
-use crate::result::{KeptEstimate, KeptResult};
+use crate::result::{KeptEstimate, KeptResult, Reading};
 use crate::verdict::VerdictReason;
 
 /// The servo in the result of a run or a replay, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifiedResult {
-    /// The servo, with the covariance of what was identified.
-    pub servo: IdentifiedServo,
+    /// The servo, with the covariance of what was identified and all of its effects.
+    pub model: LoopModel,
     /// Its axis: gains are for a unit of position that is stated.
     pub axis: AxisKind,
     /// The load, rad/s².
@@ -21,6 +22,8 @@ pub struct IdentifiedResult {
     pub sample_time: f64,
     /// Standard deviation of the measured position's noise in motion, rounding included, rad; none where it is not known.
     pub noise: Option<f64>,
+    /// How the columns of its log were read.
+    pub reading: Option<Reading>,
     /// The reason why nothing should be built on it, if there is one.
     pub reservation: Option<String>,
 }
@@ -120,18 +123,33 @@ impl IdentifiedResult {
                 return Err(refused(&key, value, "a number of at least 0"));
             }
         }
-        Ok(Self {
-            servo: IdentifiedServo {
-                parameters: ServoParameters {
-                    a: a[0].max(0.0),
-                    b: b[0],
-                    coulomb: coulomb[0].max(0.0),
-                    load: load[0],
-                },
-                delay: delay[0].max(0.0),
-                covariance,
-                unexplained: result.residual.and_then(|of| of.rms).unwrap_or(0.0),
+        let mut model = LoopModel::new(IdentifiedServo {
+            parameters: ServoParameters {
+                a: a[0].max(0.0),
+                b: b[0],
+                coulomb: coulomb[0].max(0.0),
+                load: load[0],
             },
+            delay: delay[0].max(0.0),
+            covariance,
+            unexplained: result.residual.and_then(|of| of.rms).unwrap_or(0.0),
+        });
+        let mut estimates = Vec::new();
+        for unknown in Unknown::ALL {
+            if let Some([value, _]) = estimate(unknown.name())? {
+                estimates.push((unknown, value));
+            }
+        }
+        let fit = result.fit.as_ref();
+        let effects = fit.map_or(&[][..], |fit| &fit.effects);
+        model.take(effects, &estimates).map_err(|name| ResultError {
+            key: "fit.effects".to_owned(),
+            fault: format!("{name} is no effect that this version knows: identify the log again"),
+        })?;
+        let second_modes = fit.and_then(|fit| fit.second_modes.as_deref());
+        model.hide(second_modes.unwrap_or_default());
+        Ok(Self {
+            model,
             axis,
             load,
             effects: KnownEffects {
@@ -142,6 +160,7 @@ impl IdentifiedResult {
             has_delay: estimate("delay")?.is_some(),
             sample_time,
             noise: result.noise.moving,
+            reading: result.reading.clone(),
             reservation,
         })
     }
@@ -205,7 +224,7 @@ mod tests {
     #[test]
     fn the_values_of_a_result_are_taken() {
         let result = read(RESULT).expect("a result");
-        let servo = result.servo;
+        let servo = result.model.servo;
         assert_eq!(servo.parameters, ServoParameters::new(0.2, 250.0, 0.0, 0.0));
         assert!((servo.standard_error(IdentifiedServo::B) - 0.5).abs() < 1e-12);
         assert!((servo.delay - 0.0012).abs() < 1e-12 && result.has_delay);
@@ -253,7 +272,11 @@ mod tests {
             limit: Some([-10.0, 10.0]),
             ..KnownConditions::default()
         };
-        let settings = Conditions::default().settings(Goal::Stiffest, &result, &known);
+        let stated = Conditions {
+            resonance: Some(f64::INFINITY),
+            ..Conditions::default()
+        };
+        let settings = stated.settings(Goal::Stiffest, &result, &known);
         let tuned = Tuned::new(&result, None, &settings.expect("settings")).expect("gains");
         let sure = tuned.bandwidth_without_errors().expect("a cost");
         assert!(sure > 1.05 * tuned.tuning.bandwidth, "{sure}");

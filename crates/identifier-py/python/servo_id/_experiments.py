@@ -252,10 +252,13 @@ def tune(
 
     ``form`` states them in the form of a drive's firmware too (``gains.form``), with ``torque_constant``, ``bus_voltage`` or
     ``max_current`` where that form needs it.
+
+    ``encoder_on`` ("motor" or "load") and ``resonance`` (rad/s, ``inf`` for none) bound a resonance that the log does not
+    show. ``command_sign`` is asked for where the motion goes against the log's command.
     """
     if {"response_time", "bandwidth"} <= conditions.keys():
         raise ValueError("response_time and bandwidth are two goals: state only one")
-    stated = {name: float(value) for name, value in conditions.items()}
+    stated = {name: str(value) for name, value in conditions.items()}
     text, assumptions = _native.tune(text_of(result), stated, form, accept_unconverged)
     return Gains(text, tuple(assumptions))
 

@@ -80,6 +80,9 @@ class Conditions(TypedDict, total=False):
     max_sensitivity: float
     max_noise: float
     resonance: float
+    encoder_on: Literal["motor", "load"]
+    command_sign: Literal["inverted", "as-logged"]
+    command_unit: str
     step: float
     torque_constant: float
     bus_voltage: float

@@ -279,7 +279,7 @@ fn parameters(scenario: &Scenario) -> &'static [Parameter] {
 /// The estimates of a result as initial ones of those that the model has.
 fn begin_at(scenario: &mut Scenario, result: &IdentifiedResult) {
     let parameters = parameters(scenario);
-    let found = &result.servo.parameters;
+    let found = &result.model.servo.parameters;
     let initial = &mut scenario.stated.identifier.initial;
     let stated = *initial;
     *initial = PerParameter::from_fn(|parameter| match parameters.contains(&parameter) {
@@ -297,7 +297,7 @@ fn expected_motion(
 ) -> Result<ExpectedMotion, Fault> {
     /// The step of a usual command, rad: as that of a predicted response.
     const STEP: f64 = 0.1;
-    let b = result.servo.parameters.b;
+    let b = result.model.servo.parameters.b;
     let pid = settings.controller;
     let bandwidth = scenario.stated.identifier.bandwidth;
     let bandwidth = bandwidth.or(pid.map(|pid| (b * pid.kp).sqrt()));
@@ -378,7 +378,7 @@ where
     type Whole<S, const P: usize> = GaussNewtonIdentifier<f32, S, P>;
     let settings = start.settings;
     let own: GaussNewtonRecursion<f32, S, P> = settings.build()?;
-    let known = own.prepare(&start.servo.servo, &start.motion);
+    let known = own.prepare(&start.servo.model.servo, &start.motion);
     let mut all = Vec::new();
     let take = |word| all.push(word);
     // The object of C has room for a first fit too.
@@ -456,7 +456,7 @@ fn c_object(scenario: &Scenario, has_loop: bool) -> String {
 
 /// Sentences on a loop for a reader.
 fn remarks(scenario: &Scenario, settings: &Settings, result: &IdentifiedResult) -> Vec<String> {
-    let found = &result.servo.parameters;
+    let found = &result.model.servo.parameters;
     let begins: Vec<String> = parameters(scenario)
         .iter()
         .map(|parameter| format!("{} = {}", parameter.name(), number(found.get(*parameter))))

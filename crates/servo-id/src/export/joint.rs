@@ -31,6 +31,8 @@ pub(super) struct Origin {
     pub(super) status: String,
     /// The logs, each with its SHA-256.
     pub(super) logs: Vec<[String; 2]>,
+    /// How their columns were read.
+    pub(super) reading: Vec<String>,
 }
 
 /// A joint in physical units. The errors take the estimates for independent, for a result does not hold their
@@ -143,7 +145,7 @@ impl Identified {
             .iter()
             .map(|log| [log.file.display().to_string(), log.sha256.clone()]);
         let scenario = origin.and_then(|origin| Options::of_origin(origin).ok());
-        let found = servo.servo.parameters;
+        let found = servo.model.servo.parameters;
         // A result of an earlier version has its unit in its scenario only.
         let of_scenario = scenario
             .as_ref()
@@ -165,6 +167,7 @@ impl Identified {
                 law: result.law.clone(),
                 status: result.status.clone(),
                 logs: logs.collect(),
+                reading: servo.reading.as_ref().map_or_else(Vec::new, |of| of.lines()),
             },
             servo,
         })
@@ -226,7 +229,7 @@ impl Identified {
             friction: servo.coulomb.unwrap_or(none),
             load: servo.load.unwrap_or(none),
             delay: PhysicalQuantity {
-                value: self.servo.servo.delay,
+                value: self.servo.model.servo.delay,
                 std_error: self.delay_error,
                 unit: "s",
             },
@@ -300,6 +303,7 @@ impl Joint {
             logs.iter()
                 .map(|[file, hash]| format!("log {file}, SHA-256 {hash}")),
         );
+        lines.extend(own.reading.iter().map(|of| format!("read as {of}")));
         if self.has_unit_inertia {
             lines.push(
                 "The inertia is unknown and set to 1; every torque is for that inertia.".to_owned(),

@@ -32,6 +32,15 @@ pub(super) fn form(of: &FormResult, remarks: &[String]) -> Vec<Block> {
             "A step {through} has a rise time of {rise} ms and an overshoot of {overshoot} %."
         ));
     }
+    if !of.first_trial.is_empty() {
+        let first = of.first_trial.iter();
+        let first: Vec<_> = first.map(|of| format!("{} = {}", of.name, of.value)).collect();
+        list.push(format!(
+            "First trial, a quarter of the bandwidth: {}. A small step must come to rest with these; if it does not, it will \
+             not with the others.",
+            first.join(", ")
+        ));
+    }
     list.extend(remarks.iter().map(|remark| sentence(remark)));
     list.extend(of.remarks.iter().cloned());
     let caption = of.firmware.to_owned();

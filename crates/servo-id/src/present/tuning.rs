@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::tuning::{
-    PredictedResponse, PredictedSample, StepMeasure, Tuning, TuningError, TuningSettings,
+    Cap, EncoderSide, PredictedResponse, PredictedSample, Resonance, StepMeasure, Tuning,
+    TuningError, TuningSettings,
 };
 use identifier_log::result::FeedForward;
 use identifier_log::scenario::{Estimator, Options};
@@ -23,7 +24,7 @@ const SINCE: &str = "time since the step [s]";
 #[must_use]
 pub fn cost_of_errors(tuned: &Tuned) -> Option<String> {
     let b = IdentifiedServo::B;
-    let part = SIDES * tuned.servo.standard_error(b) / tuned.servo.parameters.b;
+    let part = SIDES * tuned.model.servo.standard_error(b) / tuned.model.servo.parameters.b;
     let bandwidth = tuned.bandwidth_without_errors()?;
     Some(format!(
         "b is known within ± {:.1} %: the bandwidth is {:.0} rad/s instead of {bandwidth:.0}",
@@ -75,7 +76,7 @@ pub fn tuning(
     let sections = [
         Section::brief("Result", found),
         Section::full("Plots", vec![Block::Figures(figures)]),
-        Section::full("Conditions", vec![conditions(tuned)]),
+        Section::full("Conditions", vec![conditions(tuned), Block::List(read_as(tuned))]),
     ];
     Ok(Page::new(title, command, verdict, sections))
 }
@@ -130,21 +131,52 @@ pub(super) fn figures(tuned: &Tuned) -> Result<Vec<Figure>, TuningError> {
 }
 
 fn conditions(tuned: &Tuned) -> Block {
-    let parameters = &tuned.servo.parameters;
+    let parameters = &tuned.model.servo.parameters;
     let settings = &tuned.settings;
     let facts = [
         ("a", parameters.a, "1/s"),
         ("b", parameters.b, "rad/s² per command unit"),
         ("c", parameters.coulomb, "rad/s²"),
         ("d", parameters.load, "rad/s²"),
-        ("Delay", tuned.servo.delay + settings.command_delay, "s"),
+        ("Delay", tuned.model.servo.delay + settings.command_delay, "s"),
         ("Encoder", settings.resolution, "rad per count"),
         ("Command", settings.command, "command units beyond holding"),
         ("Sample time", settings.sample_time, "s"),
         ("Sensitivity", settings.max_sensitivity, "at most"),
     ];
     let facts = facts.map(|(name, value, unit)| (name, format!("{} {unit}", plain(value))));
-    Block::facts(facts)
+    let resonance = match &tuned.model.resonance {
+        Some(Resonance { mode, .. }) => {
+            let side = match mode.ratio < 0.0 {
+                true => "encoder on the load".to_owned(),
+                false => format!("load {} of the motor's inertia", figure(mode.ratio)),
+            };
+            let (frequency, damping) = (figure(mode.frequency), figure(mode.damping));
+            format!("{frequency} rad/s, damping {damping}, {side}")
+        }
+        None => "none found".to_owned(),
+    };
+    let hidden = match tuned.hidden_from() {
+        Some(from) => format!(
+            "any from {} rad/s on, load up to {} times the motor's inertia{}, damping from {}",
+            figure(from),
+            TuningSettings::HIDDEN_RATIO,
+            match (tuned.settings.encoder, &tuned.model.resonance) {
+                (EncoderSide::Unknown, None) => " or encoder on the load",
+                _ => "",
+            },
+            TuningSettings::HIDDEN_DAMPING
+        ),
+        None => "none, as stated".to_owned(),
+    };
+    let facts = facts.into_iter();
+    Block::facts(facts.chain([("Resonance", resonance), ("Resonance not shown", hidden)]))
+}
+
+/// How the log was read.
+fn read_as(tuned: &Tuned) -> Vec<String> {
+    let reading = tuned.reading.as_ref();
+    reading.map_or_else(Vec::new, |reading| reading.lines())
 }
 
 /// The stiffest gains for a result, with what they assume.
@@ -168,6 +200,7 @@ fn gains(tuned: &Tuned) -> Vec<Block> {
     });
     let remarks = unlimited.into_iter().chain(remarks(tuned));
     blocks.extend(remarks.map(|remark| Block::Text(sentence(&remark))));
+    blocks.extend(first_trial(tuned).map(|trial| Block::Text(sentence(&trial))));
     let feed_forward = feed_forward(&tuned.feed_forward());
     blocks.push(Block::Text(sentence(&feed_forward)));
     blocks
@@ -266,6 +299,23 @@ pub(super) fn predicted_figures(tuning: &Tuning) -> [PredictedFigure; 12] {
     ]
 }
 
+/// What to try before the gains themselves.
+fn first_trial(tuned: &Tuned) -> Option<String> {
+    let first = tuned.first_trial()?;
+    let Tuning { kp, kd, ki, .. } = first;
+    let [kp, kd, ki, cutoff] = [kp, kd, ki, first.cutoff].map(figure);
+    let predicted = &first.predicted_response;
+    Some(format!(
+        "first trial, a quarter of the bandwidth: kp = {kp}, kd = {kd}, ki = {ki}, cutoff = {cutoff}, reference_filter = {}; \
+         make a step of {} rad and see that it rises in {} ms, overshoots by {} % at most and comes to rest; if it does not, \
+         the full gains will not either",
+        figure(first.reference_filter),
+        figure(predicted.step),
+        figure(1e3 * predicted.rise_time),
+        figure(100.0 * predicted.overshoot)
+    ))
+}
+
 /// A row for each figure of the predicted response.
 fn predicted_response(tuned: &Tuned) -> Table {
     let columns = Column::all(&["response"], &["predicted"], &["unit"]);
@@ -273,7 +323,7 @@ fn predicted_response(tuned: &Tuned) -> Table {
         let (name, predicted) = match name {
             "settling time" => {
                 let band = settling_band(&tuned.settings);
-                (format!("{name}, {band}"), predicted)
+                (format!("{name}, {band}"), settling_range(tuned, predicted))
             }
             "command of the step" if tuned.settings.command.is_infinite() => {
                 (name.to_owned(), DASH.to_owned())
@@ -285,6 +335,18 @@ fn predicted_response(tuned: &Tuned) -> Table {
     Table::new("", columns, rows.into())
 }
 
+/// A settling time with its range, where friction makes one.
+fn settling_range(tuned: &Tuned, predicted: String) -> String {
+    let [shortest, longest] = tuned.settling_times();
+    if longest < 1.05 * shortest {
+        return predicted;
+    }
+    match longest.is_finite() {
+        true => format!("{} to {}", figure(1e3 * shortest), figure(1e3 * longest)),
+        false => format!("{} or longer", figure(1e3 * shortest)),
+    }
+}
+
 /// The reason why the loop is not faster, and the effect of friction on its rise time.
 fn remarks(tuned: &Tuned) -> Vec<String> {
     /// The trial's own tolerance of a rise time.
@@ -293,6 +355,18 @@ fn remarks(tuned: &Tuned) -> Vec<String> {
         Some(cap) => format!("the loop is as fast as {cap} allows"),
         None => "the loop is as fast as was asked for".to_owned(),
     }];
+    let is_hidden = tuned.tuning.cap == Some(Cap::UnseenResonance);
+    if let Some((from, bandwidth)) = tuned.hidden_from().zip(tuned.bandwidth_without_hidden())
+        && is_hidden
+    {
+        remarks.push(format!(
+            "a log with quick steps or a chirp up to {} rad/s would show whether there is a resonance; without one the loop \
+             reaches {bandwidth:.0} rad/s (--resonance inf if you know that there is none, --encoder-on motor if the encoder \
+             is on the motor)",
+            figure(3.0 * from)
+        ));
+    }
+    remarks.extend(tuned.model.bounds.iter().map(|bound| bound.sentence(&tuned.tuning)));
     if depends_on_friction(&tuned.tuning, TOLERANCE) {
         remarks.push(
             "with friction the rise time depends on the previous motion, within the range shown: a larger step or a \

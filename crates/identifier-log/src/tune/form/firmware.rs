@@ -19,6 +19,11 @@ pub(super) struct Firmware {
     pub(super) cutoff: Option<f64>,
     pub(super) law: Estimator,
     pub(super) older: f64,
+    /// Samples by which the error's target is late.
+    pub(super) target_delay: usize,
+    pub(super) anti_windup: AntiWindup,
+    /// The repository, file and commit that it was read from; none where it was not read.
+    pub(super) source: Option<String>,
     pub(super) command: Option<String>,
     pub(super) share_of: Option<Share>,
     pub(super) angle: Option<f64>,
@@ -84,10 +89,9 @@ pub(super) enum Of {
     Limit,
 }
 
-/// A velocity filter of a frequency ω, as an α-β filter of the position: prediction p + w, innovation e,
-/// p = prediction + α e, w += β e. Here w is the motion of a sample. The velocity is w + γ α e over a sample, and the position is p +
-/// γ w. With γ = 1 this is the next prediction. With α = 1 it is a low-pass filter of the difference; a phase-locked
-/// loop is one too.
+/// A filter of a frequency ω for position and velocity, as an α-β filter: prediction p + w, innovation e, p = prediction + α e,
+/// w += β e. Here w is the motion of a sample. The velocity is w over a sample, and the position is p + γ w: with γ = 1 the
+/// next prediction. With α = 1 it is a low-pass filter of the difference; a phase-locked loop is one too.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 pub(super) enum Filter {
     /// Low-pass filter of the difference, with the pole e^(−ωT).
@@ -95,10 +99,27 @@ pub(super) enum Filter {
     LowPass,
     /// The same with the pole 1/(1 + ωT).
     BackwardLowPass,
-    /// Phase-locked loop whose velocity is its integral: ω²/(s + ω)².
+    /// Phase-locked loop whose velocity is its integral, ω²/(s + ω)², and whose position (2ωs + ω²)/(s + ω)² is that of the
+    /// sample.
     Observer,
-    /// Phase-locked loop: (2ωs + ω²)/(s + ω)².
-    LockedLoop,
+    /// The same with the position of the sample that follows.
+    AheadObserver,
+}
+
+/// What an integral does where the output is at its limit.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+pub(super) enum AntiWindup {
+    /// It goes on.
+    #[default]
+    None,
+    /// Its part of the output stays within the limit.
+    Clamped,
+    /// Its part stays within what the proportional part leaves of the limit.
+    Headroom,
+    /// It falls by a hundredth each sample.
+    Decay,
+    /// It grows no more towards the limit.
+    Conditional,
 }
 
 impl Filter {
@@ -111,7 +132,7 @@ impl Filter {
             Self::LowPass => ([1.0, -(-x).exp_m1(), 0.0], frequency),
             Self::BackwardLowPass => ([1.0, x / (1.0 + x), 0.0], x.ln_1p() / time),
             Self::Observer => ([2.0 * x, x * x, 0.0], 0.5 * frequency),
-            Self::LockedLoop => ([2.0 * x, x * x, 1.0], 2.5 * frequency),
+            Self::AheadObserver => ([2.0 * x, x * x, 1.0], 0.5 * frequency),
         };
         (filter, cutoff.min(0.99 * PI / time))
     }

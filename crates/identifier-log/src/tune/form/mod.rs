@@ -20,6 +20,15 @@ use crate::motion_unit::AxisKind;
 use crate::result::{FormParameter, FormResult};
 use crate::scenario::CommandUnit;
 
+/// The output of a firmware.
+#[derive(Debug, Clone, Copy)]
+struct Output {
+    /// Of it for a unit of the log's command.
+    scale: f64,
+    /// Its unit.
+    unit: &'static str,
+}
+
 impl Form {
     /// Takes rate, filter and delay of the firmware into the settings of a tuning.
     pub(super) fn prepare(self, settings: &mut TuningSettings, stated: &Conditions) {
@@ -28,7 +37,8 @@ impl Form {
         settings.command_delay += self.0.delay * settings.sample_time;
         let frequency = stated.cutoff.or(self.0.cutoff);
         settings.cutoff = frequency.map(|of| self.0.filter.of(of, settings.sample_time).1);
-        settings.feed_forward = false;
+        // None has a reference model or a notch.
+        (settings.feed_forward, settings.notch) = (false, false);
     }
 
     /// Gains for a result with their form. If the firmware's own loop has less than the margins, or another response
@@ -46,11 +56,10 @@ impl Form {
         /// Part of the bandwidth that the next attempt has, and attempts.
         const SLOWER: f64 = 0.97;
         const ATTEMPTS: usize = 150;
-        /// Tolerances of the largest sensitivity and of the response time, to which searches meet them.
-        const TOLERANCE: f64 = 1.005;
+        /// Tolerance of the response time, to which searches meet it.
         const TIME_TOLERANCE: f64 = 0.02;
-        let scale = self.scale(known, stated, result);
-        let (scale, assumption) = scale.map_err(NoGains::Form)?;
+        let output = self.output(known, stated, result);
+        let output = output.map_err(NoGains::Form)?;
         let (frequency, time) = (stated.cutoff.or(self.0.cutoff), settings.sample_time);
         let (name, most) = (&self.0.name, 0.5 / time);
         // A phase-locked loop corrects by more than its error there.
@@ -60,53 +69,52 @@ impl Form {
                  either"
             )));
         }
-        let (mut settings, goal, mut is_slower) = (*settings, settings.goal, false);
+        let (mut settings, goal, mut slower) = (*settings, settings.goal, None);
         for _ in 0..ATTEMPTS {
             let found = Tuned::new(result, known.angle.as_ref(), &settings);
-            if is_slower && found.is_err() {
+            if slower.is_some() && found.is_err() {
                 break;
             }
             let mut tuned = found?;
             let most = tuned.tuning.bandwidth;
-            let mut form = self.stored(&tuned, stated, scale)?;
+            let (form, cap) = self.stored(&tuned, stated, output)?;
             let rise_time = form.steps.last().and_then(|step| step.rise_time);
             let longer = match (goal, rise_time) {
                 (Goal::ResponseTime(asked), Some(took)) => took / asked,
                 _ => 1.0,
             };
-            let keeps = form.margins.sensitivity <= TOLERANCE * settings.max_sensitivity;
-            let next = if !keeps || rise_time.is_none() {
-                is_slower = true;
+            let cap = cap.or(rise_time.is_none().then_some(Cap::Delay));
+            let next = if cap.is_some() {
+                slower = cap;
                 SLOWER
-            } else if is_slower && goal != Goal::Stiffest {
+            } else if let Some(cap) = slower.filter(|_| goal != Goal::Stiffest) {
                 return Err(NoGains::TooFast {
-                    cap: Cap::Delay,
+                    cap,
                     most,
                     rise_time,
                 });
             } else if (longer - 1.0).abs() > TIME_TOLERANCE {
                 longer
             } else {
-                form.remarks.splice(0..0, assumption);
-                tuned.tuning.cap = is_slower.then_some(Cap::Delay).or(tuned.tuning.cap);
+                tuned.tuning.cap = slower.or(tuned.tuning.cap);
                 tuned.form = Some(form);
                 return Ok(tuned);
             };
             settings.goal = Goal::Bandwidth(next * most);
         }
         Err(NoGains::Form(format!(
-            "{name} has no gains within the margins: this servo has too little friction for it; choose another form"
+            "{name} has no gains within the margins: this servo has too little friction for it, or a resonance that it does not \
+             hold; choose another form"
         )))
     }
 
-    /// The output of the firmware for a command of the result, and the assumptions behind it. Otherwise the reason why
-    /// there is none.
-    fn scale(
+    /// The output of the firmware for a command of the result, or the reason why there is none.
+    fn output(
         self,
         known: &KnownConditions,
         stated: &Conditions,
         result: &IdentifiedResult,
-    ) -> Result<(f64, Option<String>), String> {
+    ) -> Result<Output, String> {
         let name = &self.0.name;
         if result.axis == AxisKind::Linear && self.0.angle.is_some() {
             return Err(format!(
@@ -119,51 +127,63 @@ impl Form {
                 format!("{name} needs {option} for its command, a number above 0: for example {option} {example}")
             })
         };
-        let torque = stated.torque_constant.or(known.torque_constant);
-        let unit = known
-            .command_unit
-            .filter(|unit| *unit != CommandUnit::Other);
-        let of_unit = match (self.0.command.as_deref(), unit.map(CommandUnit::name)) {
-            (Some("Nm"), None) if torque.is_none() => 1.0,
-            (Some("Nm"), Some("A") | None) => needed("--torque-constant", torque, "0.1")?,
-            (Some(own), Some(unit)) if own != unit => {
+        let of_reading = result.reading.as_ref().and_then(CommandUnit::of_reading);
+        let of_scenario = known.command_unit.map(|unit| (unit, 1.0));
+        let of_option = stated.command_unit.map(|unit| (unit, 1.0));
+        let unit = [of_option, of_reading, of_scenario];
+        let unit = unit.into_iter().flatten();
+        let unit = unit.filter(|(unit, _)| *unit != CommandUnit::Other).next();
+        // That of an option is of the whole unit, that of a result is of its command's.
+        let of_torque = stated.torque_constant.zip(unit).map(|(torque, (_, factor))| torque * factor);
+        let torque = of_torque.or(stated.torque_constant).or(known.torque_constant);
+        let own = self.0.command.as_deref().or(unit.map(|(unit, _)| unit.name()));
+        let of_unit = match (&self.0.command, unit.map(|(unit, part)| (unit.name(), part))) {
+            (Some(own), Some((unit, part))) if own == unit => part,
+            (Some(own), Some(("A", _))) if own == "Nm" => needed("--torque-constant", torque, "0.1")?,
+            (Some(own), None) if own == "Nm" && torque.is_some() => {
+                needed("--torque-constant", torque, "0.1")?
+            }
+            (Some(own), Some((unit, _))) => {
                 return Err(format!(
                     "{name} takes a command in {own}, but the log has one in {unit}: identify with the drive's own \
                      command"
                 ));
             }
-            _ => 1.0,
+            (Some(own), None) => {
+                return Err(format!(
+                    "{name} takes a command in {own}, and nothing states the unit of the log's: state it with \
+                     --command-unit {own} if it is that"
+                ));
+            }
+            (None, Some((_, part))) => part,
+            (None, None) => 1.0,
         };
         let whole = match self.0.share_of {
             Some(Share::MaxCurrent) => needed("--max-current", stated.max_current, "60")?,
             Some(Share::BusVoltage) => needed("--bus-voltage", stated.bus_voltage, "12")?,
-            Some(Share::Acceleration) => TAU / result.servo.parameters.b,
+            Some(Share::Acceleration) => TAU / result.model.servo.parameters.b,
             None => 1.0,
         };
-        let is_assumed = unit.is_none() && torque.is_none();
-        let assumption = self.0.command.as_ref().filter(|_| is_assumed).map(|own| {
-            format!("The command of the log is assumed to be in {own}: state it with `identify --command-unit`.")
-        });
-        Ok((of_unit / whole, assumption))
+        Ok(Output {
+            scale: of_unit / whole,
+            unit: own.unwrap_or("command"),
+        })
     }
 
-    /// The gains of a tuning as the firmware stores them, with what their loop does.
-    fn stored(self, tuned: &Tuned, stated: &Conditions, scale: f64) -> Result<FormResult, NoGains> {
+    /// The gains of a tuning as the firmware stores them, with what their loop does, and what forbids them.
+    fn stored(
+        self,
+        tuned: &Tuned,
+        stated: &Conditions,
+        output: Output,
+    ) -> Result<(FormResult, Option<Cap>), NoGains> {
         /// The overshoot from which a filter of the target is suggested, and its time constant over that of the
         /// integral's zero.
         const OVERSHOOT: f64 = 0.05;
         const SMOOTHING: f64 = 1.5;
         let (firmware, settings, tuning) = (self.0, &tuned.settings, &tuned.tuning);
-        let frequency = stated.cutoff.or(firmware.cutoff).unwrap_or(tuning.cutoff);
-        let (exactness, parameters, gains) = self.parameters(tuned, frequency, scale);
-        let sample_time = settings.sample_time;
-        let (filter, _) = firmware.filter.of(frequency, sample_time);
-        let firmware_loop = FirmwareLoop {
-            firmware,
-            sample_time,
-            filter,
-            gains,
-        };
+        let (exactness, parameters, firmware_loop) = self.run(tuned, stated, output);
+        let gains = firmware_loop.gains;
         let tuner = tuned.tuner().map_err(NoGains::Error)?;
         let servos = tuner.possible_servos();
         let until = PredictedResponse::MAX_TIME / tuning.bandwidth;
@@ -172,25 +192,41 @@ impl Form {
         let mut steps = vec![at_once];
         let [first, second, third] = gains;
         let zero = second / third;
-        let commands = response.iter().map(|sample| sample.command.abs());
-        let share = commands.fold(0.0, f64::max) / settings.command;
+        let limited = response.iter().map(|sample| sample.command.abs());
+        let is_limited = limited.fold(0.0, f64::max) >= settings.command;
         if at_once.overshoot > OVERSHOOT && zero.is_finite() {
             let (smoothed, samples) = step(SMOOTHING * zero);
             steps.push(smoothed);
             response = samples;
         }
-        let servo = tuned.servo.parameters;
+        let servo = tuned.model.servo.parameters;
+        let margins = firmware_loop.margins(
+            tuner.sampled_servos(),
+            [tuning.bandwidth, settings.max_sensitivity],
+            tuned.model.resonance.is_some(),
+        );
+        let bears = tuner.bears_hidden(tuned.model.shown(), |nu| firmware_loop.controller(nu));
+        let cap = match (margins.1, bears) {
+            (true, true) => None,
+            (true, false) => Some(Cap::UnseenResonance),
+            (false, _) if tuned.model.resonance.is_some() => Some(Cap::Resonance),
+            (false, _) => Some(Cap::Delay),
+        };
         let mut remarks = Vec::new();
         if let Some(limit) = firmware.velocity_limit {
             let within = limit / first;
             remarks.push(format!("The loop is linear only while |e| is below velocity limit/Kx: {within:.3} rad with the default limit of {limit:.4} rad/s."));
         }
-        if share > 1.0 {
+        if is_limited {
             remarks.push(format!(
-                "A step of {} rad needs {share:.1} times the largest command, so it is slower than \
-                                  predicted: send smoothed targets.",
+                "A step of {} rad reaches the largest command: send smoothed targets.",
                 settings.step
             ));
+        }
+        if let Some(source) = &firmware.source {
+            remarks.push(format!("Its loop was read from {source}."));
+        } else if firmware.command.is_some() {
+            remarks.push("Its loop is that of its manual: the firmware itself was not read.".to_owned());
         }
         if firmware.law == Estimator::Proportional {
             let left = (servo.coulomb + servo.load.abs()) / (servo.b * second);
@@ -199,17 +235,40 @@ impl Form {
             ));
         }
         remarks.extend(firmware.remarks.iter().cloned());
-        Ok(FormResult {
+        let form = FormResult {
             name: &firmware.name,
             firmware: &firmware.title,
             parameters,
             exactness,
-            sample_time,
-            margins: firmware_loop.margins(servos, tuning.bandwidth),
+            sample_time: settings.sample_time,
+            margins: margins.0,
             steps,
+            first_trial: Vec::new(),
             remarks,
             response,
-        })
+        };
+        Ok((form, cap))
+    }
+
+    /// The exactness of the form, the stored parameters, and the loop that runs with them.
+    fn run(
+        self,
+        tuned: &Tuned,
+        stated: &Conditions,
+        output: Output,
+    ) -> (&'static str, Vec<FormParameter>, FirmwareLoop) {
+        let firmware = self.0;
+        let frequency = stated.cutoff.or(firmware.cutoff).unwrap_or(tuned.tuning.cutoff);
+        let (exactness, parameters, gains) = self.parameters(tuned, frequency, output);
+        let sample_time = tuned.settings.sample_time;
+        let firmware_loop = FirmwareLoop {
+            firmware,
+            sample_time,
+            filter: firmware.filter.of(frequency, sample_time).0,
+            gains,
+            limit: tuned.settings.command,
+        };
+        (exactness, parameters, firmware_loop)
     }
 
     /// The exactness of the form, the stored parameters, and the gains that they represent, SI.
@@ -217,17 +276,16 @@ impl Form {
         self,
         tuned: &Tuned,
         frequency: f64,
-        scale: f64,
+        Output { scale, unit }: Output,
     ) -> (&'static str, Vec<FormParameter>, [f64; 3]) {
         let (firmware, settings) = (self.0, &tuned.settings);
-        let servo = tuned.servo.parameters;
+        let servo = tuned.model.servo.parameters;
         let (exactness, mut gains) = firmware.law.gains(&tuned.tuning);
         let per_angle = scale * firmware.angle.unwrap_or(1.0);
         let mut scales = [per_angle; 3];
         if firmware.law == Estimator::Cascade {
             scales[0] = 1.0;
         }
-        let own = firmware.command.as_deref().unwrap_or("command");
         let mut parameters = Vec::new();
         for parameter in &firmware.parameters {
             let place = parameter.of as usize;
@@ -257,7 +315,7 @@ impl Form {
             parameters.push(FormParameter {
                 name: &parameter.name,
                 value,
-                unit: parameter.unit.replace('$', own),
+                unit: parameter.unit.replace('$', unit),
             });
         }
         // No limit is no number to state.

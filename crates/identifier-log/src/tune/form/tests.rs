@@ -1,113 +1,32 @@
-//! Each firmware's own update, written from its source in its own units, around a servo in small steps. Its margins and
-//! its step match those that the form predicts.
+//! The loop of each firmware is that of its own code, and its margins and its step are those that the form predicts.
 
 use std::f64::consts::TAU;
 
 use identifier_core::parameters::{IdentifiedServo, ServoParameters};
-use identifier_core::tuning::StepMeasure;
+use identifier_core::number::Complex;
+use identifier_core::tuning::{Mode, Resonance, StepMeasure};
+use virtual_servo::{Effects, Servo, SplitMix64};
 
-use super::super::KnownEffects;
+use super::super::{KnownEffects, LoopModel};
 use super::firmware::FIRMWARES;
+use super::firmware_loop::Controller;
 use super::*;
+use crate::result::{ColumnReading, CommandReading, CommandSign, Reading};
 
-/// The number of small steps in a period.
-const PARTS: usize = 20;
-
-/// An identified servo. Its delay is a whole number of small steps.
+/// An identified servo that nothing is hidden of.
 fn identified(a: f64, b: f64, delay: f64, sample_time: f64) -> IdentifiedResult {
+    let parameters = ServoParameters::new(a, b, 0.0, 0.3 * b);
     IdentifiedResult {
-        servo: IdentifiedServo {
-            parameters: ServoParameters::new(a, b, 0.0, 0.3 * b),
-            delay,
-            covariance: [[0.0; 5]; 5],
-            unexplained: 0.0,
-        },
+        model: LoopModel::new(IdentifiedServo::known(parameters, delay)),
         axis: AxisKind::Rotary,
         load: [0.3 * b, 0.0],
         effects: KnownEffects::default(),
         has_delay: true,
         sample_time,
         noise: None,
+        reading: None,
         reservation: None,
     }
-}
-
-/// A firmware with its state: the output for a target and a position, in its units.
-type Controller = Box<dyn FnMut(f64, f64) -> f64>;
-
-/// A controller of the values of its parameters, by name, and a period, s.
-type Update = fn(&dyn Fn(&str) -> f64, f64) -> Controller;
-
-/// The facts about a firmware that a test needs.
-struct Case {
-    form: &'static str,
-    period: f64,
-    a: f64,
-    /// rad per unit of position.
-    angle: f64,
-    /// Command of the servo per output.
-    output: f64,
-    conditions: Conditions,
-    unit: CommandUnit,
-    controller: Update,
-}
-
-fn low_pass(share: f64) -> impl FnMut(f64) -> f64 {
-    let mut state = 0.0;
-    move |input| {
-        state += share * (input - state);
-        state
-    }
-}
-
-fn difference(time: f64) -> impl FnMut(f64) -> f64 {
-    let mut before = 0.0;
-    move |input| {
-        let rate = (input - before) / time;
-        before = input;
-        rate
-    }
-}
-
-/// kp e + ki ∑ e T + kd (e − e₋)/T.
-fn textbook([kp, ki, kd]: [f64; 3], time: f64) -> Controller {
-    let (mut sum, mut rate) = (0.0, difference(time));
-    Box::new(move |target, position| {
-        let error = target - position;
-        sum += error * time;
-        kp * error + ki * sum + kd * rate(error)
-    })
-}
-
-/// The same with the rate of the position.
-fn rate_of_position(
-    [kp, ki, kd]: [f64; 3],
-    mut velocity: impl FnMut(f64) -> f64 + 'static,
-    time: f64,
-) -> Controller {
-    let mut sum = 0.0;
-    Box::new(move |target, position| {
-        sum += (target - position) * time;
-        kp * (target - position) + ki * sum - kd * velocity(position)
-    })
-}
-
-fn cascade(
-    [kx, kv, kvi]: [f64; 3],
-    mut velocity: impl FnMut(f64) -> f64 + 'static,
-    time: f64,
-) -> Controller {
-    let mut integral = 0.0;
-    Box::new(move |target, position| {
-        let error = kx * (target - position) - velocity(position);
-        integral += kvi * error * time;
-        kv * error + integral
-    })
-}
-
-fn filtered_difference(share: f64, time: f64) -> impl FnMut(f64) -> f64 + 'static {
-    let (mut rate, mut smooth) = (difference(time), low_pass(share));
-    move |position| smooth(rate(position))
 }
 
 /// The gains of a result for a form, in a loop with an ideal sensor, and the reason why there are none.
@@ -126,268 +45,197 @@ fn tuned(
     };
     let conditions = Conditions {
         form: Some(form.parse().expect("a form")),
+        resonance: stated.resonance.or(Some(f64::INFINITY)),
         ..stated
     };
     let settings = conditions.settings(goal, result, &known);
     Tuned::of_conditions(result, &known, &conditions, &settings.expect("conditions"))
 }
 
-fn cases() -> [Case; 12] {
-    [
-        Case::of(
-            "pid",
-            |_| {},
-            |of, time| {
-                let velocity = filtered_difference(1.0 - (-of("cutoff") * time).exp(), time);
-                rate_of_position(["kp", "ki", "kd"].map(of), velocity, time)
-            },
-        ),
-        Case::of(
-            "cascade",
-            |_| {},
-            |of, time| {
-                let velocity = filtered_difference(1.0 - (-of("cutoff") * time).exp(), time);
-                cascade(["Kx", "Kv", "Kvi"].map(of), velocity, time)
-            },
-        ),
-        Case::of(
-            "simplefoc",
-            |case| {
-                case.unit = CommandUnit::Volt;
-                case.conditions.sample_time = Some(1e-3);
-            },
-            |of, time| {
-                let (p_angle, p, i) = (of("P_angle.P"), of("PID_velocity.P"), of("PID_velocity.I"));
-                let tf = of("LPF_velocity.Tf");
-                let (mut rate, mut lpf) = (difference(time), 0.0);
-                let (mut integral, mut before, mut next) = (0.0, 0.0, 0.0);
-                Box::new(move |target, position| {
-                    let alpha = tf / (tf + time);
-                    lpf = alpha * lpf + (1.0 - alpha) * rate(position);
-                    let error = p_angle * (target - position) - lpf;
-                    integral += i * time * 0.5 * (error + before);
-                    before = error;
-                    // loopFOC() puts out what move() set in the loop before.
-                    std::mem::replace(&mut next, p * error + integral)
-                })
-            },
-        ),
-        Case::of(
-            "odrive",
-            |case| {
-                // The log's command is a current; the motor gives 0.04 Nm/A.
-                (case.period, case.angle, case.output) = (125e-6, TAU, 1.0 / 0.04);
-                case.unit = CommandUnit::Ampere;
-                case.conditions.torque_constant = Some(0.04);
-            },
-            |of, time| {
-                let [pos_gain, vel_gain, integrator_gain] =
-                    ["pos_gain", "vel_gain", "vel_integrator_gain"]
-                        .map(|name| of(&format!("controller.config.{name}")));
-                let pll_kp = 2.0 * of("encoder.config.bandwidth");
-                let pll_ki = 0.25 * pll_kp * pll_kp;
-                let (mut pos, mut vel, mut integrator) = (0.0, 0.0, 0.0);
-                Box::new(move |target, turns| {
-                    pos += time * vel;
-                    let delta = turns - pos;
-                    pos += time * pll_kp * delta;
-                    vel += time * pll_ki * delta;
-                    let error = pos_gain * (target - pos) - vel;
-                    let torque = vel_gain * error + integrator;
-                    integrator += integrator_gain * time * error;
-                    torque
-                })
-            },
-        ),
-        Case::of(
-            "moteus",
-            |case| {
-                (case.period, case.angle) = (1.0 / 30e3, TAU);
-                case.unit = CommandUnit::NewtonMetre;
-            },
-            |of, time| {
-                let [kp, ki, kd] =
-                    ["kp", "ki", "kd"].map(|name| of(&format!("servo.pid_position.{name}")));
-                let w_n = of("motor_position.sources.0.pll_filter_hz") / 2.48 * TAU;
-                let (mut filtered, mut pll_integral, mut integral) = (0.0, 0.0, 0.0);
-                Box::new(move |target, turns| {
-                    let error = turns - filtered;
-                    pll_integral += time * w_n * w_n * error;
-                    let velocity = pll_integral + 2.0 * w_n * error;
-                    filtered += time * velocity;
-                    let error = filtered - target;
-                    integral += error * ki * time;
-                    -(kp * error + kd * velocity + integral)
-                })
-            },
-        ),
-        Case::of(
-            "vesc",
-            |case| {
-                // A share of 60 A.
-                (case.angle, case.output) = (TAU / 360.0, 60.0);
-                case.unit = CommandUnit::Ampere;
-                case.conditions.max_current = Some(60.0);
-            },
-            |of, time| {
-                let velocity = filtered_difference(of("p_pid_kd_filter"), time);
-                let gains = ["p_pid_kp", "p_pid_ki", "p_pid_kd_proc"].map(of);
-                rate_of_position(gains, velocity, time)
-            },
-        ),
-        Case::of(
-            "dynamixel",
-            |case| {
-                // A step of PWM is 1/885 of 12 V.
-                (case.a, case.angle, case.output) = (60.0, TAU / 4096.0, 12.0 / 885.0);
-                case.at_12_volts();
-            },
-            |of, time| textbook([of("Position P Gain (84)") / 128.0, 0.0, 0.0], time),
-        ),
-        Case::of(
-            "feetech",
-            |case| {
-                // 0.166 of 12 V per rad.
-                (case.a, case.output) = (60.0, 0.166 * 12.0);
-                case.at_12_volts();
-            },
-            |of, time| textbook([of("P (21)"), 0.0, 0.0], time),
-        ),
-        Case::of(
-            "wpilib",
-            |case| (case.period, case.unit) = (20e-3, CommandUnit::Volt),
-            |of, time| textbook(["kP", "kI", "kD"].map(of), time),
-        ),
-        Case::of(
-            "sparkmax",
-            |case| {
-                (case.angle, case.output) = (TAU, 12.0);
-                case.at_12_volts();
-            },
-            // Once per millisecond, its unit of time.
-            |of, _| textbook(["kP", "kI", "kD"].map(of), 1.0),
-        ),
-        Case::of(
-            "linuxcnc",
-            |_| {},
-            |of, time| textbook(["Pgain", "Igain", "Dgain"].map(of), time),
-        ),
-        Case::of(
-            "cia402",
-            |case| case.conditions.cutoff = Some(800.0),
-            |of, time| {
-                // J = 1/b: the torque is an acceleration, of which the command is 1/500.
-                let kv = TAU * of("speed gain") / 500.0;
-                let ti = 1e-3 * of("speed integral time");
-                let velocity = filtered_difference(1.0 - (-800.0 * time).exp(), time);
-                cascade([of("position gain"), kv, kv / ti], velocity, time)
-            },
-        ),
-    ]
+/// Positions that a firmware was shown, rad, with a target of 0.1 rad from the first on.
+const SHOWN: [f64; 12] = [
+    0.001, 0.01, 0.03, 0.06, 0.1, 0.14, 0.17, 0.19, 0.2, 0.203, 0.19, 0.17,
+];
+
+/// What the firmware's own code put out then, compiled from the files that the table names: gains in SI, period, and what one
+/// of its output is in SI. SimpleFOC puts out in the loop that follows.
+const RESPONSES: [(&str, [f64; 3], f64, f64, [f64; 12]); 6] = [
+    (
+        "simplefoc",
+        [94.7214, 0.02, 0.105573],
+        1e-3,
+        1.0,
+        [
+            0.184701, 0.1390567, 0.04042997, -0.1009078, -0.2813138, -0.4453516, -0.5434009, -0.5830852, -0.5707395, -0.5273517, -0.4085304, f64::NAN,
+        ],
+    ),
+    (
+        "odrive",
+        [94.7214, 0.125664 / TAU, 0.663334 / TAU],
+        125e-6,
+        1.0,
+        [
+            0.1864707, 0.1576173, 0.07671953, -0.07231138, -0.3007968, -0.5865647, -0.8823555, -1.152254, -1.369411, -1.523123, -1.579367, -1.540408,
+        ],
+    ),
+    (
+        "moteus",
+        [0.125664 / TAU, 12.5664 / TAU, 62.8319 / TAU],
+        1.0 / 30e3,
+        -1.0,
+        [
+            -0.1992117, -0.1910782, -0.1670415, -0.1199364, -0.04308496, 0.06150758, 0.1837188, 0.3140671, 0.4436791, 0.5667248, 0.670361, 0.7499959,
+        ],
+    ),
+    (
+        "vesc",
+        [1.16355e-4, 0.0116355, 0.0581776],
+        1e-3,
+        TAU / 360.0 / 60.0,
+        [
+            3.899787, 2.853788, 0.6246009, -2.521949, -6.48559, -9.984502, -11.91123, -12.49942, -11.93556, -10.72909, -7.869442, -4.63731,
+        ],
+    ),
+    (
+        "wpilib",
+        [0.02, 2.0, 10.0],
+        20e-3,
+        1.0,
+        [
+            0.3168, 0.2088, 0.1718, 0.1098, 0.0198, -0.0682, -0.1322, -0.1802, -0.2102, -0.2298, -0.2058, -0.1728,
+        ],
+    ),
+    (
+        "linuxcnc",
+        [0.02, 2.0, 10.0],
+        1e-3,
+        1.0,
+        [
+            1.97799, 0.00089, -0.25841, -0.51801, -0.79801, -0.87841, -0.73911, -0.58001, -0.40101, -0.26804, 0.07706, 0.25636,
+        ],
+    ),
+];
+
+#[test]
+fn a_firmware_puts_out_what_its_own_code_does() {
+    for (name, gains, sample_time, unit, expected) in RESPONSES {
+        let firmware = FIRMWARES.iter().find(|firmware| firmware.name == name);
+        let firmware = firmware.expect("a row");
+        let frequency = firmware.cutoff.expect("its own");
+        let mut controller = Controller::new(FirmwareLoop {
+            firmware,
+            sample_time,
+            filter: firmware.filter.of(frequency, sample_time).0,
+            gains,
+            limit: f64::INFINITY,
+        });
+        for (position, expected) in SHOWN.into_iter().zip(expected) {
+            let found = controller.process(0.1, position);
+            let off = found - unit * expected;
+            assert!(!(off.abs() > 2e-4 * unit.abs()), "{name}: {found} {expected}");
+        }
+    }
+    // Whose code can be read has its numbers here.
+    let read = FIRMWARES.iter().filter(|firmware| firmware.source.is_some());
+    assert!(read.map(|of| &*of.name).eq(RESPONSES.map(|(name, ..)| name)));
 }
 
-impl Case {
-    const B: f64 = 500.0;
+/// A form with what it needs to be stated, and the viscous friction of the servos that it is for, 1/s.
+struct Case {
+    form: &'static str,
+    friction: f64,
+    unit: CommandUnit,
+    conditions: Conditions,
+}
 
-    /// A form at 1 kHz in SI, but for a change.
-    fn of(form: &'static str, change: fn(&mut Self), controller: Update) -> Self {
-        let mut case = Self {
+fn cases() -> impl Iterator<Item = Case> {
+    FIRMWARES.iter().map(|firmware| {
+        let form = &*firmware.name;
+        let stated = Conditions::default();
+        let at_12_volts = Conditions {
+            bus_voltage: Some(12.0),
+            ..stated
+        };
+        let (friction, unit, conditions) = match form {
+            "simplefoc" => (2.0, CommandUnit::Volt, Conditions { sample_time: Some(1e-3), ..stated }),
+            // The log's command is a current; the motor gives 0.04 Nm/A.
+            "odrive" => (2.0, CommandUnit::Ampere, Conditions { torque_constant: Some(0.04), ..stated }),
+            "moteus" => (2.0, CommandUnit::NewtonMetre, stated),
+            "vesc" => (2.0, CommandUnit::Ampere, Conditions { max_current: Some(60.0), ..stated }),
+            "dynamixel" | "feetech" => (60.0, CommandUnit::Volt, at_12_volts),
+            "wpilib" => (2.0, CommandUnit::Volt, stated),
+            "sparkmax" => (2.0, CommandUnit::Volt, at_12_volts),
+            "cia402" => (2.0, CommandUnit::Other, Conditions { cutoff: Some(800.0), ..stated }),
+            _ => (2.0, CommandUnit::Other, stated),
+        };
+        Case {
             form,
-            period: 1e-3,
-            a: 2.0,
-            angle: 1.0,
-            output: 1.0,
-            conditions: Conditions::default(),
-            unit: CommandUnit::Other,
-            controller,
-        };
-        change(&mut case);
-        case
-    }
-
-    fn at_12_volts(&mut self) {
-        self.unit = CommandUnit::Volt;
-        self.conditions.bus_voltage = Some(12.0);
-    }
-
-    /// A whole number of small steps, about 0.4 ms.
-    fn delay(&self) -> f64 {
-        let part = self.period / PARTS as f64;
-        (4e-4 / part).round() * part
-    }
-
-    fn tuned(&self) -> Tuned {
-        let result = identified(self.a, Self::B, self.delay(), 1e-3);
-        let goal = Goal::Stiffest;
-        let tuned = tuned(&result, self.unit, self.form, self.conditions, goal);
-        tuned.unwrap_or_else(|error| panic!("{}: {error:?}", self.form))
-    }
-
-    /// Runs the loop of a form, its servo's gain times a factor. The arguments are a target (rad, of the time), a
-    /// command in the first sample beside the controller's, and a load (rad/s²). The result is position (rad) and
-    /// command of each sample.
-    fn run(
-        &self,
-        form: &FormResult,
-        factor: f64,
-        target: impl Fn(f64) -> f64,
-        extra: f64,
-        load: f64,
-        samples: usize,
-    ) -> Vec<[f64; 2]> {
-        let value = |name: &str| {
-            let mut parameters = form.parameters.iter();
-            let found = parameters.find(|parameter| parameter.name == name);
-            found.unwrap_or_else(|| panic!("{name}")).value
-        };
-        let mut controller = (self.controller)(&value, self.period);
-        let part = self.period / PARTS as f64;
-        let late = (self.delay() / part).round() as usize;
-        let (mut position, mut velocity) = (0.0, 0.0);
-        // The command of every small step, from the time on at which it acts.
-        let mut acting = vec![0.0; late];
-        let mut course = Vec::with_capacity(samples);
-        for sample in 0..samples {
-            let wanted = target(sample as f64 * self.period);
-            let output = controller(wanted / self.angle, position / self.angle);
-            let command = self.output * output + if sample == 0 { extra } else { 0.0 };
-            course.push([position, command]);
-            acting.extend([command; PARTS]);
-            for step in sample * PARTS..(sample + 1) * PARTS {
-                let push = factor * Self::B * acting[step] + load;
-                // Midpoint of the acceleration, twice: exact to the third order of a small step.
-                let slope = push - self.a * velocity;
-                let middle = push - self.a * (velocity + 0.5 * part * slope);
-                position += part * velocity + 0.5 * part * part * slope;
-                velocity += part * middle;
-            }
+            friction,
+            unit,
+            conditions,
         }
-        course
+    })
+}
+
+/// A loop that runs around a servo of the simulator.
+struct Running<'a> {
+    of: &'a FirmwareLoop,
+    servo: ServoParameters,
+    effects: Effects,
+}
+
+impl Running<'_> {
+    /// Position (rad) and command of each sample, for a target (rad, of the time) and a command in the first sample beside the
+    /// controller's. The gain of the servo is multiplied by a factor.
+    fn run(&self, factor: f64, target: impl Fn(f64) -> f64, extra: f64, samples: usize) -> Vec<[f64; 2]> {
+        let time = self.of.sample_time;
+        let parameters = ServoParameters {
+            b: factor * self.servo.b,
+            ..self.servo
+        };
+        let mut servo = Servo::at_rest(&parameters, &self.effects, time, 1).expect("allowed");
+        let mut controller = Controller::new(*self.of);
+        let sample = |sample: usize| {
+            let position = servo.position();
+            let own = controller.process(target(sample as f64 * time), position);
+            let command = own + if sample == 0 { extra } else { 0.0 };
+            servo.advance(command);
+            [position, command]
+        };
+        (0..samples).map(sample).collect()
     }
 
-    /// Time constants that pass until a loop is still.
-    fn samples(&self, bandwidth: f64) -> usize {
-        (60.0 / (bandwidth * self.period)) as usize
-    }
-
-    fn is_stable(&self, form: &FormResult, factor: f64, bandwidth: f64) -> bool {
-        let samples = 4 * self.samples(bandwidth);
-        let course = self.run(form, factor, |_| 0.0, 1.0, 0.0, samples);
+    fn is_stable(&self, factor: f64, samples: usize) -> bool {
+        let course = self.run(factor, |_| 0.0, 1e-12, samples);
         let largest =
             |part: &[[f64; 2]]| part.iter().fold(0.0_f64, |most, at| most.max(at[0].abs()));
         let third = samples / 3;
         largest(&course[2 * third..]) < largest(&course[third..2 * third])
     }
 
-    /// The factor from one that is stable to another that is not.
-    fn edge(&self, form: &FormResult, from: f64, to: f64, bandwidth: f64) -> f64 {
-        let mut ends = [from, to];
+    /// The factor up to which it is stable on one side.
+    fn edge(&self, to: f64, samples: usize) -> f64 {
+        let mut ends = [1.0, to];
         for _ in 0..9 {
             let middle = (ends[0] * ends[1]).sqrt();
-            let is_stable = self.is_stable(form, middle, bandwidth);
-            ends[usize::from(!is_stable)] = middle;
+            ends[usize::from(!self.is_stable(middle, samples))] = middle;
         }
         (ends[0] * ends[1]).sqrt()
+    }
+
+    /// Mₛ: the command under an impulse beside the controller's is the impulse response of 1/(1 + L).
+    fn sensitivity(&self, frequencies: impl Iterator<Item = f64>, samples: usize) -> f64 {
+        let impulse = self.run(1.0, |_| 0.0, 1e-3, samples);
+        let of = |frequency: f64| {
+            let turn = Complex::new(0.0, -frequency * self.of.sample_time).exponential();
+            let start = (Complex::ZERO, Complex::ONE);
+            let (sum, _) = impulse.iter().fold(start, |(sum, at), [_, command]| {
+                (sum + at.scaled(*command), at * turn)
+            });
+            1e3 * sum.power().sqrt()
+        };
+        let below_half = frequencies.filter(|frequency| frequency * self.of.sample_time < 3.1);
+        below_half.map(of).fold(0.0, f64::max)
     }
 }
 
@@ -395,67 +243,143 @@ fn is_near(own: f64, predicted: f64, part: f64) -> bool {
     (own - predicted).abs() <= part * predicted.abs()
 }
 
-/// Prints a row for each form.
+/// Twenty servos for each form, of which the first half have a second mass. Prints a row for the last of each.
 #[test]
 fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
+    let mut random = SplitMix64::new(93);
+    let mut uniform = |low: f64, high: f64| low + (high - low) * random.next_uniform();
     for case in cases() {
-        let tuned = case.tuned();
-        let form = tuned.form.clone().expect("its form");
-        let bandwidth = tuned.tuning.bandwidth;
-        let samples = case.samples(bandwidth);
-        // The command under an impulse beside the controller's is the impulse response of 1/(1 + L).
-        let impulse = case.run(&form, 1.0, |_| 0.0, 1.0, 0.0, samples);
-        let sensitivity = |frequency: f64| {
-            let (mut re, mut im) = (0.0, 0.0);
-            for ([_, command], at) in impulse.iter().zip(0..) {
-                let (sine, cosine) = (frequency * case.period * f64::from(at)).sin_cos();
-                (re, im) = (re + command * cosine, im - command * sine);
+        let period = case.conditions.sample_time.or(case.form.parse::<Form>().expect("one").0.sample_time);
+        let period = period.unwrap_or(1e-3);
+        for number in 0..20 {
+            let b = 500.0 * uniform(-1.5, 1.5).exp();
+            // Friction of the motor damps a mode, which the tuner does not count on.
+            let a = match number < 10 {
+                true => 0.1,
+                false => case.friction * uniform(1.0, 3.0),
+            };
+            let delay = uniform(1e-4, 6e-4);
+            let mut result = identified(a, b, delay, 1e-3);
+            let own: Form = case.form.parse().expect("a form");
+            let mut effects = Effects {
+                delay: delay + own.0.delay * period,
+                ..Effects::NONE
+            };
+            if number < 10 {
+                let share = uniform(0.2, 0.6);
+                let frequency = uniform(0.2, 0.8) / period.max(1e-3);
+                effects.resonance = frequency;
+                effects.inertia_ratio = share;
+                effects.resonance_damping = Some(0.03);
+                result.model.resonance = Some(Resonance {
+                    mode: Mode {
+                        frequency,
+                        damping: 0.03,
+                        ratio: share / (1.0 - share),
+                    },
+                    errors: [0.0; 2],
+                    friction_on_motor: true,
+                });
             }
-            f64::hypot(re, im)
-        };
-        let frequencies = (0..120).map(|at| bandwidth * 0.3 * 1.04_f64.powi(at));
-        let below_half = frequencies.filter(|frequency| frequency * case.period < 3.1);
-        let found = below_half.map(sensitivity).fold(0.0, f64::max);
-        let predicted = form.margins.sensitivity;
-        let [fall, rise] = form.margins.gain_margins;
-        let edge = |to| case.edge(&form, 1.0, to, bandwidth);
-        let edges = [edge(100.0), if fall > 0.0 { edge(0.01) } else { 0.0 }];
-        let measured = |smoothing: f64| {
-            // Sampled at the end of a period, as the filter of a program does.
-            let target = |time: f64| 1.0 - (-(time + case.period) / smoothing).exp();
-            let course = case.run(&form, 1.0, target, 0.0, 0.0, samples);
-            let mut measure = StepMeasure::<f64>::new(1.0, 0.0);
-            (course.iter()).for_each(|[position, _]| measure.take(*position));
-            let rise = case.period * measure.rise().expect("it rises");
-            (rise, measure.overshoot())
-        };
-        for step in &form.steps {
-            let (rise, overshoot) = measured(step.smoothing);
-            let expected = step.rise_time.expect("it rises");
-            assert!(is_near(rise, expected, 0.003), "{}", case.form);
-            assert!((overshoot - step.overshoot).abs() < 0.001, "{}", case.form);
+            let tuned = tuned(&result, case.unit, case.form, case.conditions, Goal::Stiffest);
+            let tuned = match tuned {
+                Ok(tuned) => tuned,
+                // A proportional loop around a second mass may have no damping.
+                Err(NoGains::Form(_)) if number < 10 => continue,
+                Err(error) => panic!("{} {number}: {error:?}", case.form),
+            };
+            let form = tuned.form.clone().expect("its form");
+            let known = KnownConditions {
+                command_unit: Some(case.unit),
+                ..KnownConditions::default()
+            };
+            let output = own.output(&known, &case.conditions, &result).expect("its unit");
+            let (.., firmware_loop) = own.run(&tuned, &case.conditions, output);
+            let running = Running {
+                of: &firmware_loop,
+                servo: ServoParameters::new(a, b, 0.0, 0.0),
+                effects,
+            };
+            let bandwidth = tuned.tuning.bandwidth;
+            let samples = (80.0 / (bandwidth * period)) as usize;
+            let dense = (0..240).map(|at| bandwidth * 0.3 * 1.02_f64.powi(at));
+            let near = (-40..=40).map(|at| effects.resonance * (1.0 + 1e-3 * f64::from(at)));
+            let found = running.sensitivity(dense.chain(near), 2 * samples);
+            let predicted = form.margins.sensitivity;
+            assert!(predicted <= 1.61, "{} {number}: {predicted}", case.form);
+            // Corners are no worse than the servo itself, which is known.
+            assert!(is_near(found, predicted, 0.05), "{} {number}: {found} {predicted}", case.form);
+            assert!(running.is_stable(1.0, 4 * samples), "{} {number}", case.form);
+            for step in form.steps.iter().filter(|_| number >= 10) {
+                let target = |time: f64| {
+                    let past = (time + period) / step.smoothing;
+                    tuned.settings.step * (1.0 - (-past).exp())
+                };
+                let course = running.run(1.0, target, 0.0, samples);
+                let mut measure = StepMeasure::<f64>::new(tuned.settings.step, 0.0);
+                (course.iter()).for_each(|[position, _]| measure.take(*position));
+                let rise = period * measure.rise().expect("it rises");
+                let expected = step.rise_time.expect("it rises");
+                assert!(is_near(rise, expected, 0.003), "{} {number}: {rise} {expected}", case.form);
+                let off = measure.overshoot() - step.overshoot;
+                assert!(off.abs() < 0.001, "{} {number}: {off}", case.form);
+            }
+            if number == 19 {
+                assert!(is_near(found, predicted, 0.003), "{}: {found}", case.form);
+                let [fall, rise] = form.margins.gain_margins;
+                let unlimited = Running {
+                    of: &FirmwareLoop { limit: f64::INFINITY, ..firmware_loop },
+                    ..running
+                };
+                let edge = |to| unlimited.edge(to, 4 * samples);
+                let edges = [edge(100.0), if fall > 0.0 { edge(0.01) } else { 0.0 }];
+                println!("{}, ω {bandwidth:.2}: {:.3?} found {found:.3} {edges:.3?}", form.name, form.margins);
+                assert!(is_near(edges[0], rise, 0.03), "{}", case.form);
+                assert!(is_near(edges[1], fall, 0.03), "{}", case.form);
+            }
         }
-        let (own_rise, own_overshoot) = measured(0.0);
-        let predicted_step = form.steps[0];
-        println!(
-            "{}, {}, ω {bandwidth:.2}: {:.3?} found {found:.3} {edges:.3?}, {predicted_step:.3?} found {own_rise:.4} s {own_overshoot:.3}",
-            form.name, form.exactness, form.margins
-        );
-        assert!(predicted <= 1.61, "{}", case.form);
-        assert!(is_near(found, predicted, 0.003), "{}", case.form);
-        assert!(is_near(edges[0], rise, 0.03), "{}", case.form);
-        assert!(is_near(edges[1], fall, 0.03), "{}", case.form);
-        // The integral holds the load where there is one.
-        let [loaded, _] = case.run(&form, 1.0, |_| 0.0, 0.0, 5.0, samples)[samples - 1];
-        let stored = form.parameters[0].value * case.output / case.angle;
-        let kp = match case.form {
-            "dynamixel" => stored / 128.0,
-            "feetech" => stored,
-            _ => tuned.tuning.kp,
+    }
+}
+
+/// The loops that 'exact' forms were designed for differ: the row of moteus had the filter of its position for its velocity.
+#[test]
+fn a_unit_with_a_prefix_becomes_that_of_the_firmware() {
+    let of = |unit: &str, torque: Option<f64>, form: &str| {
+        let mut result = identified(2.0, 0.5, 5e-4, 1e-3);
+        let column = |unit: &str| ColumnReading {
+            column: None,
+            unit: Some(unit.to_owned()),
+            factor: 1.0,
+            evidence: String::new(),
         };
-        let sags = 5.0 / (Case::B * kp);
-        let off = loaded - f64::from(u8::from(form.exactness == "P only")) * sags;
-        assert!(off.abs() < 0.02 * sags, "{} {off}", case.form);
+        result.reading = Some(Reading {
+            time: column("s"),
+            position: column("rad"),
+            command: Some(CommandReading {
+                of: column(unit),
+                sign: CommandSign::AsLogged,
+            }),
+            assumed: Vec::new(),
+        });
+        let stated = Conditions {
+            torque_constant: torque,
+            max_current: Some(60.0),
+            sample_time: (form == "simplefoc").then_some(1e-3),
+            limit: Some(2e4),
+            ..Conditions::default()
+        };
+        let tuned = tuned(&result, CommandUnit::Other, form, stated, Goal::Bandwidth(20.0));
+        let form = tuned.expect("gains").form.expect("its form");
+        (form.parameters[1].value, form.parameters[1].unit.clone())
+    };
+    for (form, prefixed, whole) in [
+        ("odrive", of("mA", Some(0.05), "odrive"), of("A", Some(0.05), "odrive")),
+        ("vesc", of("mA", None, "vesc"), of("A", None, "vesc")),
+        ("simplefoc", of("mV", None, "simplefoc"), of("V", None, "simplefoc")),
+        ("moteus", of("mNm", None, "moteus"), of("N m", None, "moteus")),
+    ] {
+        assert!(is_near(prefixed.0, 1e-3 * whole.0, 1e-3), "{form}: {prefixed:?} {whole:?}");
+        assert_eq!(prefixed.1, whole.1, "{form}");
     }
 }
 
@@ -477,7 +401,7 @@ fn with_gains(kp: f64, ki: f64, kd: f64) -> Tuned {
 fn values(form: &str, tuned: &Tuned, scale: f64) -> (Vec<f64>, [f64; 3], &'static str) {
     let form: Form = form.parse().expect("a form");
     let frequency = form.0.cutoff.unwrap_or(400.0);
-    let (exactness, parameters, gains) = form.parameters(tuned, frequency, scale);
+    let (exactness, parameters, gains) = form.parameters(tuned, frequency, Output { scale, unit: "command" });
     let values = parameters.iter().map(|parameter| parameter.value);
     (values.collect(), gains, exactness)
 }
@@ -525,7 +449,7 @@ fn gains_become_the_numbers_of_each_firmware_and_back() {
 #[test]
 fn the_table_has_every_form() {
     let names = (FIRMWARES.iter()).map(|firmware| firmware.name.as_str());
-    assert!(names.eq(cases().iter().map(|case| case.form)));
+    assert!(names.eq(cases().map(|case| case.form)));
 }
 
 /// kp² = 4 kd ki is the edge; beyond it the integral is what it is there.
@@ -556,7 +480,8 @@ fn what_a_form_needs_is_named_with_its_option() {
     for (form, unit, part) in [
         ("odrive", "A", "--torque-constant 0.1"),
         ("moteus", "V", "in Nm, but the log has one in V"),
-        ("vesc", "other", "--max-current 60"),
+        ("vesc", "other", "--command-unit A"),
+        ("vesc", "A", "--max-current 60"),
         ("vesc", "V", "in A, but the log has one in V"),
         ("dynamixel", "V", "--bus-voltage 12"),
         ("sparkmax", "A", "in V, but the log has one in A"),

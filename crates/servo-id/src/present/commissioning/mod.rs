@@ -260,7 +260,7 @@ fn masses(outcome: &Outcome) -> String {
     };
     let hertz = |omega: f64| figure(omega / TAU);
     let (lines, highest) = (response.lines.len(), hertz(response.highest_frequency()));
-    let Some(Resonance { mode, errors }) = &response.resonance else {
+    let Some(Resonance { mode, errors, .. }) = &response.resonance else {
         return format!(
             "The {lines} lines of the frequency response, up to {highest} Hz, show no resonance."
         );
