@@ -3,6 +3,7 @@
 mod commission;
 mod compare;
 mod emps;
+mod gains;
 mod gauss_newton;
 mod number_formats;
 mod paper_experiment;

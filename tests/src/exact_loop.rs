@@ -73,25 +73,46 @@ impl ExactLoop {
         // The command is a fifth state that stays.
         let rates = [
             [0.0, 1.0, 0.0, 0.0, 0.0],
-            [0.0, -servo.a * of_motor, stiff * of_motor, damp * of_motor, servo.b * of_motor],
+            [
+                0.0,
+                -servo.a * of_motor,
+                stiff * of_motor,
+                damp * of_motor,
+                servo.b * of_motor,
+            ],
             [0.0, 0.0, rigid, 1.0, 0.0],
-            [0.0, servo.a * of_motor, -stiff * lead, rigid - damp * lead, -servo.b * of_motor],
+            [
+                0.0,
+                servo.a * of_motor,
+                -stiff * lead,
+                rigid - damp * lead,
+                -servo.b * of_motor,
+            ],
             [0.0; 5],
         ];
         let whole = (effects.delay / sample_time).floor();
         let part = effects.delay - whole * sample_time;
         let over = |time: f64| {
-            let rows = rates.iter().map(|row| row.iter().map(|rate| rate * time).collect());
+            let rows = rates
+                .iter()
+                .map(|row| row.iter().map(|rate| rate * time).collect());
             exponential(&rows.collect())
         };
         let (all, last) = (over(sample_time), over(sample_time - part));
         let column = |of: &Matrix| (0..STATES).map(|row| of[row][STATES]).collect::<Vec<_>>();
         let newer = column(&last);
-        let older = column(&all).iter().zip(&newer).map(|(all, newer)| all - newer).collect();
+        let older = column(&all)
+            .iter()
+            .zip(&newer)
+            .map(|(all, newer)| all - newer)
+            .collect();
         let on_load = if effects.encoder_on_load { 1.0 } else { 0.0 };
         let antiresonance = effects.resonance * (1.0 - share).sqrt();
         Self {
-            transition: all[..STATES].iter().map(|row| row[..STATES].to_vec()).collect(),
+            transition: all[..STATES]
+                .iter()
+                .map(|row| row[..STATES].to_vec())
+                .collect(),
             newer,
             older,
             whole: whole as usize,
@@ -149,7 +170,10 @@ impl ExactLoop {
         }
         let mut logarithm = 0.0;
         for squaring in 0..SQUARINGS {
-            let norm = closed.iter().flatten().fold(0.0_f64, |most, entry| most.max(entry.abs()));
+            let norm = closed
+                .iter()
+                .flatten()
+                .fold(0.0_f64, |most, entry| most.max(entry.abs()));
             logarithm += norm.ln() / 2.0_f64.powi(squaring);
             for entry in closed.iter_mut().flatten() {
                 *entry /= norm;
@@ -169,7 +193,9 @@ impl ExactLoop {
             .collect();
         let state = solved(z, &self.transition, input);
         let terms = state.iter().zip(self.output);
-        terms.fold(Complex::new(0.0, 0.0), |sum, (state, output)| sum + state.scaled(output))
+        terms.fold(Complex::new(0.0, 0.0), |sum, (state, output)| {
+            sum + state.scaled(output)
+        })
     }
 
     /// L at a frequency, rad/s, the loop opened at the command; its feedback is negative.
@@ -180,9 +206,10 @@ impl ExactLoop {
         let input = input.map(|own| Complex::new(*own, 0.0)).collect();
         let state = solved(z, &self.controller.transition, input);
         let terms = state.iter().zip(&self.controller.output);
-        let command = terms.fold(Complex::new(self.controller.direct, 0.0), |sum, (state, output)| {
-            sum + state.scaled(*output)
-        });
+        let command = terms.fold(
+            Complex::new(self.controller.direct, 0.0),
+            |sum, (state, output)| sum + state.scaled(*output),
+        );
         (command * self.servo(frequency)).scaled(-1.0)
     }
 
@@ -210,7 +237,10 @@ impl ExactLoop {
         });
         let inside = |frequency: &f64| (lowest..=highest).contains(frequency);
         let distance = |frequency: f64| 1.0 / (self.gain(frequency) + 1.0).power().sqrt();
-        all.chain(near).filter(inside).map(distance).fold(0.0, f64::max)
+        all.chain(near)
+            .filter(inside)
+            .map(distance)
+            .fold(0.0, f64::max)
     }
 }
 
@@ -238,7 +268,11 @@ impl LinearController {
         // Tustin's (s² + 0.1 n s + n²)/(s² + n s + n²), n = tan(ωT/2) with s = (z − 1)/(z + 1).
         let n = (0.5 * tuning.notch * sample_time).tan();
         let of = |damping: f64| {
-            [1.0 + damping * n + n * n, 2.0 * (n * n - 1.0), 1.0 - damping * n + n * n]
+            [
+                1.0 + damping * n + n * n,
+                2.0 * (n * n - 1.0),
+                1.0 - damping * n + n * n,
+            ]
         };
         let (above, below) = (of(0.1), of(1.0));
         let [b0, b1, b2] = above.map(|own| own / below[0]);
@@ -256,7 +290,10 @@ impl LinearController {
         let row = |b: f64, a: f64, next: f64| {
             let by_input = b - a * b0;
             let states = self.output.iter().map(|of| by_input * of);
-            (states.chain([-a, next]).collect::<Vec<_>>(), by_input * self.direct)
+            (
+                states.chain([-a, next]).collect::<Vec<_>>(),
+                by_input * self.direct,
+            )
         };
         let ((first, by_first), (second, by_second)) = (row(b1, a1, 1.0), row(b2, a2, 0.0));
         transition.extend([first, second]);
@@ -292,10 +329,18 @@ fn exponential(of: &Matrix) -> Matrix {
     const TERMS: i32 = 10;
     let size = of.len();
     let identity: Matrix = (0..size)
-        .map(|row| (0..size).map(|column| f64::from(u8::from(row == column))).collect())
+        .map(|row| {
+            (0..size)
+                .map(|column| f64::from(u8::from(row == column)))
+                .collect()
+        })
         .collect();
     let part: Matrix = (of.iter())
-        .map(|row| row.iter().map(|entry| entry / 2.0_f64.powi(HALVINGS)).collect())
+        .map(|row| {
+            row.iter()
+                .map(|entry| entry / 2.0_f64.powi(HALVINGS))
+                .collect()
+        })
         .collect();
     // Without the identity, which small terms would drown in.
     let (mut sum, mut term) = (part.clone(), part.clone());
@@ -317,7 +362,10 @@ fn exponential(of: &Matrix) -> Matrix {
         }
     }
     let add = |(row, identity): (&Vec<f64>, Vec<f64>)| {
-        row.iter().zip(identity).map(|(own, one)| own + one).collect()
+        row.iter()
+            .zip(identity)
+            .map(|(own, one)| own + one)
+            .collect()
     };
     sum.iter().zip(identity).map(add).collect()
 }
@@ -336,7 +384,9 @@ fn solved(z: Complex, matrix: &Matrix, right: Vec<Complex>) -> Vec<Complex> {
         .collect();
     for column in 0..size {
         let largest = (column..size).max_by(|&one, &other| {
-            rows[one][column].power().total_cmp(&rows[other][column].power())
+            rows[one][column]
+                .power()
+                .total_cmp(&rows[other][column].power())
         });
         rows.swap(column, largest.unwrap_or(column));
         for row in (0..size).filter(|&row| row != column) {
@@ -347,5 +397,7 @@ fn solved(z: Complex, matrix: &Matrix, right: Vec<Complex>) -> Vec<Complex> {
             }
         }
     }
-    (0..size).map(|row| rows[row][size] / rows[row][row]).collect()
+    (0..size)
+        .map(|row| rows[row][size] / rows[row][row])
+        .collect()
 }

@@ -312,13 +312,15 @@ fn response<S: Serializer>(
     }
     let keys = response.as_ref().map(|response| Keys {
         highest_frequency: response.highest_frequency(),
-        resonance: response.resonance.map(|Resonance { mode, errors, .. }| Found {
-            frequency: mode.frequency,
-            antiresonance: mode.antiresonance(),
-            damping: mode.damping,
-            inertia_ratio: mode.ratio,
-            relative_std_errors: errors,
-        }),
+        resonance: response
+            .resonance
+            .map(|Resonance { mode, errors, .. }| Found {
+                frequency: mode.frequency,
+                antiresonance: mode.antiresonance(),
+                damping: mode.damping,
+                inertia_ratio: mode.ratio,
+                relative_std_errors: errors,
+            }),
         lines: (response.lines.iter())
             .map(|line| Line {
                 frequency: line.frequency,

@@ -76,7 +76,9 @@ impl HiddenResonances {
             _ => &[],
         };
         let mode = modes.get(place).copied().or_else(|| {
-            let first = self.lowest.or_else(|| Some(Self::RATIO * modes.last()?.frequency))?;
+            let first = self
+                .lowest
+                .or_else(|| Some(Self::RATIO * modes.last()?.frequency))?;
             let above = place - modes.len();
             let factor = libm::pow(Self::RATIO, above as f64);
             Some(HiddenMode::any(factor * first))

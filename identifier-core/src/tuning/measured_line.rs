@@ -1,5 +1,5 @@
-use super::hidden_resonance::HiddenMode;
 use super::Tuning;
+use super::hidden_resonance::HiddenMode;
 use super::placement::Design;
 use super::sampled_response::{SampledController, nu_at};
 use crate::number::Complex;

@@ -86,7 +86,11 @@ impl PredictionInputs {
     }
 
     /// The same with a share of the friction in the integral.
-    pub(super) fn step_after(&self, design: &Design, share: f64) -> Result<ClosedLoop, TuningError> {
+    pub(super) fn step_after(
+        &self,
+        design: &Design,
+        share: f64,
+    ) -> Result<ClosedLoop, TuningError> {
         self.closed_loop(design, 0, &self.balanced_step(share))
     }
 

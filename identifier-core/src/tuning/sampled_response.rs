@@ -122,7 +122,11 @@ impl SampledServo {
         let sum = Self::new(servo, Some(mode), sample_time);
         let (a, square) = (servo.a, mode.frequency * mode.frequency);
         let damped = 2.0 * mode.damping * mode.frequency;
-        let [c2, c1, c0] = [damped + a * (1.0 + mode.ratio), square + damped * a, a * square];
+        let [c2, c1, c0] = [
+            damped + a * (1.0 + mode.ratio),
+            square + damped * a,
+            a * square,
+        ];
         let mut p = c0 / c1;
         for _ in 0..STEPS {
             let value = ((c2 - p) * p - c1) * p + c0;

@@ -91,7 +91,9 @@ impl GainCheck {
         let notch = mode.map(|mode| mode.frequency);
         let identified = servos.identified();
         let measured = match resonance {
-            Some(resonance) => resonance.sampled(&identified, &resonance.mode, settings.sample_time),
+            Some(resonance) => {
+                resonance.sampled(&identified, &resonance.mode, settings.sample_time)
+            }
             None => SampledServo::new(&identified, None, settings.sample_time),
         };
         Self {
@@ -181,11 +183,7 @@ impl GainCheck {
     }
 
     /// A measured line, or the loop of a servo, or one frequency of it.
-    pub(super) fn work(
-        &self,
-        case: &mut Case,
-        shown: Shown<'_>,
-    ) -> Option<Verdict> {
+    pub(super) fn work(&self, case: &mut Case, shown: Shown<'_>) -> Option<Verdict> {
         let (lines, is_explained) = shown.lines();
         if case.line == 0
             && case.hidden == 0
@@ -356,11 +354,7 @@ impl Search {
 
     /// One slice: the gains for a bandwidth, or one frequency of one servo. At the end it gives the largest bandwidth,
     /// or none if there is none.
-    pub(super) fn work(
-        &mut self,
-        judge: &GainCheck,
-        shown: Shown<'_>,
-    ) -> Option<Option<Found>> {
+    pub(super) fn work(&mut self, judge: &GainCheck, shown: Shown<'_>) -> Option<Option<Found>> {
         let bandwidth = self.bandwidth;
         let Some(case) = &mut self.case else {
             self.case = Some(judge.open(bandwidth, self.notched));

@@ -164,24 +164,22 @@ impl Tuner {
                     Task::Search(Search::from(0.5 * asked), Some(asked))
                 }
             },
-            Task::Search(search, asked) => {
-                match (search.work(&self.judge, shown)?, *asked) {
-                    (Some(found), None) => Task::Found(found),
-                    (
-                        Some(Found {
-                            design,
-                            cap: Some(cap),
-                            ..
-                        }),
-                        Some(bandwidth),
-                    ) => Task::End(Err(TuningError::TooFast {
-                        bandwidth,
-                        most: design.bandwidth,
-                        cap,
-                    })),
-                    _ => Task::End(Err(TuningError::NotKnown)),
-                }
-            }
+            Task::Search(search, asked) => match (search.work(&self.judge, shown)?, *asked) {
+                (Some(found), None) => Task::Found(found),
+                (
+                    Some(Found {
+                        design,
+                        cap: Some(cap),
+                        ..
+                    }),
+                    Some(bandwidth),
+                ) => Task::End(Err(TuningError::TooFast {
+                    bandwidth,
+                    most: design.bandwidth,
+                    cap,
+                })),
+                _ => Task::End(Err(TuningError::NotKnown)),
+            },
             Task::Found(found) => self.predict(*found),
             Task::Predict(found, prediction) => Task::End(
                 prediction

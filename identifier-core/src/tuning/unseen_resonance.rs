@@ -155,7 +155,8 @@ mod tests {
         let settings = TuningSettings::new(TIME, 1e-6, 10.0, 0.1);
         let tuner = Tuner::new(&settings, &servo).expect("a servo");
         let mut state = tuner.start();
-        let found = core::iter::from_fn(|| Some(tuner.work_with(&mut state, Shown::Lines(lines, true))));
+        let found =
+            core::iter::from_fn(|| Some(tuner.work_with(&mut state, Shown::Lines(lines, true))));
         found.flatten().next().expect("it ends").expect("gains")
     }
 

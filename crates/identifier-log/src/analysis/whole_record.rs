@@ -145,9 +145,16 @@ impl Scale {
             let no_terms = own.filter(|effect| term(**effect).is_none());
             let shown = no_terms.filter(|effect| is_there(effect) && is_shown(effect));
             let (sizes, std_errors): (Vec<_>, Vec<_>) = shown
-                .map(|&effect| ((name(effect), value(effect)), (name(effect), std_error(effect))))
+                .map(|&effect| {
+                    (
+                        (name(effect), value(effect)),
+                        (name(effect), std_error(effect)),
+                    )
+                })
                 .unzip();
-            let known = std_errors.into_iter().filter(|(_, error)| error.is_finite());
+            let known = std_errors
+                .into_iter()
+                .filter(|(_, error)| error.is_finite());
             (own_size.into_iter().chain(sizes).collect(), known.collect())
         };
         let effects = found.entered.iter().map(|entered| {

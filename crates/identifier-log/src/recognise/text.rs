@@ -4,15 +4,15 @@ use std::fmt::Write;
 
 use identifier_core::parameters::Unknown;
 
+use super::LogOptions;
 use super::Recognised;
 use super::columns::{Chosen, Clock, Columns};
 use super::name::Unit;
-use super::LogOptions;
 use super::position::{PositionReading, short};
 use crate::log::Table;
-use crate::result::{ColumnReading, CommandReading, CommandSign, Reading};
 use crate::motion_unit::MotionUnit;
 use crate::physical::Scale;
+use crate::result::{ColumnReading, CommandReading, CommandSign, Reading};
 use crate::scenario::{
     CommandUnit, Estimator, Fault, InnerLoop, LogSettings, Options, PhysicalSettings, PositionUnit,
     TimeUnit,
@@ -76,8 +76,8 @@ impl Columns {
         physical: &PhysicalSettings,
         stated: &LogOptions,
     ) -> Reading {
-        let column = |chosen: &Chosen, unit: Option<&str>, factor: f64, evidence: &str| {
-            ColumnReading {
+        let column =
+            |chosen: &Chosen, unit: Option<&str>, factor: f64, evidence: &str| ColumnReading {
                 column: Some(chosen.column.to_string()),
                 unit: unit.map(str::to_owned),
                 factor,
@@ -85,8 +85,7 @@ impl Columns {
                     "" => chosen.evidence.clone(),
                     evidence => format!("{}; unit {evidence}", chosen.evidence),
                 },
-            }
-        };
+            };
         let time = match &clock.chosen {
             Some(time) => column(time, Some(clock.unit.name()), 1.0, clock.evidence),
             None => ColumnReading {

@@ -174,7 +174,9 @@ impl From<&EnteredEffect> for KeptEffect {
     fn from(effect: &EnteredEffect) -> Self {
         let by_name = |sizes: &[(&'static str, f64)]| {
             let sizes = sizes.iter();
-            sizes.map(|(name, size)| ((*name).to_owned(), *size)).collect()
+            sizes
+                .map(|(name, size)| ((*name).to_owned(), *size))
+                .collect()
         };
         Self {
             name: effect.name.to_owned(),

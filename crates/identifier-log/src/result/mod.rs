@@ -23,5 +23,6 @@ pub use kept::{
 pub use log::{LogReading, OpenLoopError, Prediction};
 pub use reading::{ColumnReading, CommandReading, CommandSign, Reading};
 pub use tuning::{
-    DelayedServo, FeedForward, FirstTrial, FoundMode, Gains, KnownForces, StiffPrediction, TuningConditions, TuningResult,
+    DelayedServo, FeedForward, FirstTrial, FoundMode, Gains, KnownForces, StiffPrediction,
+    TuningConditions, TuningResult,
 };

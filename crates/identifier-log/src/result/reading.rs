@@ -61,7 +61,11 @@ impl Reading {
             None => "command: computed by the servo's own loop from its goals".to_owned(),
         };
         let mut lines = vec![format!("position: {}", self.position), command];
-        lines.extend(self.assumed.iter().map(|of| format!("not shown by the log: {of}")));
+        lines.extend(
+            self.assumed
+                .iter()
+                .map(|of| format!("not shown by the log: {of}")),
+        );
         lines
     }
 }

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use super::physical::CommandUnit;
 use super::Options;
 use super::error::Fault;
 use super::inner::InnerLoop;
 use super::log_units::{LogQuantity, LogUnits, PositionUnit, TimeUnit};
+use super::physical::CommandUnit;
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::result::{ColumnReading, CommandReading, CommandSign, Reading};
 

@@ -4,9 +4,9 @@ use identifier_core::tuning::{EncoderSide, Goal, TuningSettings};
 
 use super::known_forces::Angle;
 use super::{Form, IdentifiedResult};
+use crate::named;
 use crate::options::options;
 use crate::provenance::Task;
-use crate::named;
 use crate::result::{CommandSign, KeptResult};
 use crate::scenario::{CommandUnit, Options};
 
@@ -182,7 +182,9 @@ impl Conditions {
             max_noise: self.max_noise.unwrap_or(TuningSettings::MAX_NOISE),
             step: self.step.unwrap_or(step),
             resonance: self.resonance,
-            encoder: self.encoder_on.map_or(EncoderSide::Unknown, EncoderMass::side),
+            encoder: self
+                .encoder_on
+                .map_or(EncoderSide::Unknown, EncoderMass::side),
             notch: true,
             feed_forward: self.feed_forward,
         };

@@ -138,7 +138,12 @@ impl LoopModel {
             least <= Mode::ON_LOAD || largest >= 0.5 * TuningSettings::HIDDEN_RATIO
         };
         let last = hidden.last()?.frequency;
-        Some(hidden.iter().find(is_open).map_or(last, |mode| mode.frequency))
+        Some(
+            hidden
+                .iter()
+                .find(is_open)
+                .map_or(last, |mode| mode.frequency),
+        )
     }
 
     /// Takes in the effects of a fit and the terms that were estimated.
@@ -159,7 +164,9 @@ impl LoopModel {
         for effect in effects {
             causes.push((cause(effect)?, Some(effect)));
         }
-        let terms = estimates.iter().filter_map(|(unknown, _)| Cause::lacking(*unknown));
+        let terms = estimates
+            .iter()
+            .filter_map(|(unknown, _)| Cause::lacking(*unknown));
         for cause in terms {
             if causes.iter().all(|(known, _)| *known != cause) {
                 causes.push((cause, None));
@@ -194,7 +201,10 @@ impl LoopModel {
             }
             Cause::Gravity => self.wave([of.get("gravity-sine"), of.get("gravity-cosine")], 1.0),
             Cause::Ripple => {
-                self.wave([of.get("ripple-sine"), of.get("ripple-cosine")], of.get("order"));
+                self.wave(
+                    [of.get("ripple-sine"), of.get("ripple-cosine")],
+                    of.get("order"),
+                );
             }
             Cause::GainDrift => self.varies("over the log", 0.5 * of.get("size")),
             Cause::LoadFriction => self.varies("with the load", of.get("size")),
@@ -295,5 +305,124 @@ fn resonance(of: &Sizes<'_>) -> Resonance {
         },
         errors: ["resonance_rad_per_s", "damping"].map(|name| of.relative_error(name)),
         friction_on_motor: true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use identifier_core::parameters::ServoParameters;
+
+    /// The servo of effects, `name size=value …` each.
+    fn with(effects: &[(&str, &[(&str, f64)])]) -> Result<LoopModel, String> {
+        let parameters = ServoParameters::new(0.2, 250.0, 10.0, 0.0);
+        let mut model = LoopModel::new(IdentifiedServo::known(parameters, 1e-3));
+        let effects: Vec<_> = (effects.iter())
+            .map(|(name, sizes)| KeptEffect {
+                name: (*name).to_owned(),
+                sizes: (sizes.iter())
+                    .map(|(name, size)| ((*name).to_owned(), *size))
+                    .collect(),
+                std_errors: Default::default(),
+            })
+            .collect();
+        model.take(&effects, &[])?;
+        Ok(model)
+    }
+
+    fn one(name: &str, sizes: &[(&str, f64)]) -> LoopModel {
+        with(&[(name, sizes)]).expect("an effect")
+    }
+
+    /// How far b is open, as a part of it.
+    fn of_b(model: &LoopModel) -> f64 {
+        let error = model.servo.standard_error(IdentifiedServo::B);
+        IdentifiedServo::STANDARD_ERRORS * error / model.servo.parameters.b
+    }
+
+    #[test]
+    fn a_gain_that_changes_opens_b_as_far_as_it_does() {
+        for (cause, sizes) in [
+            (Cause::LoadFriction, &[("size", 0.2)][..]),
+            (Cause::GainAsymmetry, &[("size", -0.2)]),
+            (Cause::TorqueRipple, &[("sine", 0.12), ("cosine", -0.16)]),
+            (Cause::GainDrift, &[("size", 0.4)]),
+            (Cause::Eccentricity, &[("sine_rad", 0.2)]),
+        ] {
+            let open = of_b(&one(cause.name(), sizes));
+            assert!((open - 0.2).abs() < 1e-12, "{}: {open}", cause.name());
+        }
+        // By both at once it changes further.
+        let sizes = &[("size", 0.2)][..];
+        let both = with(&[
+            (Cause::LoadFriction.name(), sizes),
+            (Cause::GainAsymmetry.name(), sizes),
+        ]);
+        assert!(of_b(&both.expect("effects")) > 0.28);
+        let most = one(Cause::GainAsymmetry.name(), &[("size", 0.6)]);
+        assert!(most.refusal.expect("no gains").contains("60 %"));
+    }
+
+    #[test]
+    fn effects_change_delay_limit_forces_and_what_is_said() {
+        let lag = one(Cause::CurrentLoop.name(), &[("time_constant_s", 5e-4)]);
+        assert!((lag.servo.delay - 1.5e-3).abs() < 1e-12);
+        let jitter = one(Cause::Jitter.name(), &[("deviation_s", 1e-4)]);
+        let error = jitter.servo.standard_error(IdentifiedServo::DELAY);
+        assert!((error - 1e-4).abs() < 1e-12);
+        let limited = one(Cause::HiddenLimit.name(), &[("limit", 3.0)]);
+        assert!((limited.limit - 3.0).abs() < 1e-12);
+        let gravity = one(Cause::Gravity.name(), &[("gravity-sine", 5.0)]);
+        assert!((gravity.forces.wave_amplitude() - 5.0).abs() < 1e-12);
+        for (cause, sizes) in [
+            (Cause::DeadBand, &[("dead-band", 0.1)][..]),
+            (Cause::Backlash, &[("play_rad", 0.01)]),
+            (Cause::FrictionDrift, &[("size", 0.3)]),
+            (Cause::LoadSteps, &[]),
+        ] {
+            assert_eq!(one(cause.name(), sizes).bounds.len(), 1, "{}", cause.name());
+        }
+    }
+
+    #[test]
+    fn a_resonance_is_that_of_its_side_and_a_twist_is_none() {
+        let sizes = [
+            ("resonance_rad_per_s", 600.0),
+            ("damping", 0.02),
+            ("load_share", 0.6),
+            ("encoder_on_load", 0.0),
+        ];
+        let name = Cause::Resonance.name();
+        let ratio = |sizes: &[_]| one(name, sizes).resonance.map(|of| of.mode.ratio);
+        assert!((ratio(&sizes).expect("a mode") - 1.5).abs() < 1e-12);
+        let mut on_load = sizes;
+        on_load[3].1 = 1.0;
+        assert!((ratio(&on_load).expect("a mode") - Mode::ON_LOAD).abs() < 1e-12);
+        assert_eq!(ratio(&[("twist_s2", 1e-5)]), None);
+        let unknown = with(&[("tides", &[])]);
+        assert_eq!(unknown.err().as_deref(), Some("tides"));
+    }
+
+    /// Within five errors, more where the record shows what no model has; an own resonance explains what is about it.
+    #[test]
+    fn modes_are_open_as_far_as_their_record_leaves_them() {
+        let mode = |rad_per_s, ratio, std_error| SecondMode {
+            rad_per_s,
+            ratio,
+            std_error,
+        };
+        let mut model = one(Cause::Resonance.name(), &[("resonance_rad_per_s", 600.0)]);
+        let resonance = model.resonance.as_mut().expect("a mode");
+        resonance.errors = [0.001, 0.1];
+        let modes = [mode(590.0, 0.4, 0.1), mode(900.0, 0.1, 0.1)];
+        model.hide(&modes);
+        let open = model.hidden.take().expect("modes");
+        assert!(open[0].ratios.iter().all(|ratio| ratio.abs() < 1e-12));
+        assert!((open[1].ratios[0] + 0.4).abs() < 1e-12 && (open[1].ratios[1] - 0.6).abs() < 1e-12);
+        model.hide(&[modes[1], mode(1500.0, 1.0, 0.1)]);
+        let open = model.hidden.take().expect("modes");
+        assert!((open[0].ratios[1] - 1.1).abs() < 1e-12, "{open:?}");
+        model.hide(&[]);
+        assert_eq!(model.hidden, None);
     }
 }

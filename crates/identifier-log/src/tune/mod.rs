@@ -9,9 +9,7 @@ mod form;
 mod known_forces;
 mod result;
 
-pub use conditions::{
-    CommandDirection, ConditionError, Conditions, EncoderMass, KnownConditions,
-};
+pub use conditions::{CommandDirection, ConditionError, Conditions, EncoderMass, KnownConditions};
 pub use effects::{Bound, LoopModel};
 pub use form::Form;
 pub use known_forces::Angle;
@@ -20,8 +18,8 @@ pub use result::{IdentifiedResult, KnownEffects, ResultError, WithError};
 use identifier_core::tuning::{Cap, Goal, StepMeasure, Tuner, Tuning, TuningError, TuningSettings};
 
 use crate::result::{
-    DelayedServo, FeedForward, FirstTrial, FormResult, FoundMode, Gains, KeptResult, KnownForces, Reading,
-    StiffPrediction, Summary, TuningConditions, TuningResult,
+    DelayedServo, FeedForward, FirstTrial, FormResult, FoundMode, Gains, KeptResult, KnownForces,
+    Reading, StiffPrediction, Summary, TuningConditions, TuningResult,
 };
 use crate::scenario::Options;
 
@@ -184,7 +182,9 @@ impl Tuned {
     pub fn hidden_from(&self) -> Option<f64> {
         let stated = self.settings.resonance;
         let finite = |frequency: &f64| frequency.is_finite();
-        stated.map_or_else(|| self.model.hidden_from(), Some).filter(finite)
+        stated
+            .map_or_else(|| self.model.hidden_from(), Some)
+            .filter(finite)
     }
 
     /// Gains to begin with: those for a quarter of the bandwidth.
@@ -233,7 +233,12 @@ impl Tuned {
     #[must_use]
     pub fn feed_forward(&self) -> FeedForward {
         let hold = self.settings.sample_time / 2.0;
-        FeedForward::of_servo(&self.model.servo.parameters, &self.forces, self.tuning.kd, hold)
+        FeedForward::of_servo(
+            &self.model.servo.parameters,
+            &self.forces,
+            self.tuning.kd,
+            hold,
+        )
     }
 
     /// The result.

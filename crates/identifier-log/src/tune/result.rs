@@ -142,12 +142,17 @@ impl IdentifiedResult {
         }
         let fit = result.fit.as_ref();
         let effects = fit.map_or(&[][..], |fit| &fit.effects);
-        model.take(effects, &estimates).map_err(|name| ResultError {
-            key: "fit.effects".to_owned(),
-            fault: format!("{name} is no effect that this version knows: identify the log again"),
-        })?;
+        model
+            .take(effects, &estimates)
+            .map_err(|name| ResultError {
+                key: "fit.effects".to_owned(),
+                fault: format!(
+                    "{name} is no effect that this version knows: identify the log again"
+                ),
+            })?;
         let second_modes = fit.and_then(|fit| fit.second_modes.as_deref());
         model.hide(second_modes.unwrap_or_default());
+        let reservation = reservation.or_else(|| model.refusal.clone());
         Ok(Self {
             model,
             axis,

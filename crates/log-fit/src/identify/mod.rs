@@ -43,8 +43,8 @@ pub use candidate::effects;
 pub use course::{Course, FreeRun};
 pub use examine::{Estimated, Examined, Lacking, examine};
 pub use free_run::free_run;
-pub use shown::SecondMode;
 pub use recording::{Logged, MAX_SAMPLES, Recording};
+pub use shown::SecondMode;
 use uncertainty::Profile;
 pub use uncertainty::SEPARATED;
 
@@ -183,7 +183,9 @@ pub fn identify(
         (model.free, model.entered) = (judged.free.clone(), judged.entered.clone());
         modes = shown::modes(judge, &judged, &range);
     }
-    let second_modes = modes.iter().filter_map(|answer| SecondMode::of(answer, block));
+    let second_modes = modes
+        .iter()
+        .filter_map(|answer| SecondMode::of(answer, block));
     let second_modes: Vec<SecondMode> = second_modes.collect();
     let mut answers = effect_selection.answers(&judged);
     effect_selection.refine(&judged, &mut answers);

@@ -167,7 +167,10 @@ impl Identified {
                 law: result.law.clone(),
                 status: result.status.clone(),
                 logs: logs.collect(),
-                reading: servo.reading.as_ref().map_or_else(Vec::new, |of| of.lines()),
+                reading: servo
+                    .reading
+                    .as_ref()
+                    .map_or_else(Vec::new, |of| of.lines()),
             },
             servo,
         })

@@ -34,7 +34,9 @@ pub(super) fn form(of: &FormResult, remarks: &[String]) -> Vec<Block> {
     }
     if !of.first_trial.is_empty() {
         let first = of.first_trial.iter();
-        let first: Vec<_> = first.map(|of| format!("{} = {}", of.name, of.value)).collect();
+        let first: Vec<_> = first
+            .map(|of| format!("{} = {}", of.name, of.value))
+            .collect();
         list.push(format!(
             "First trial, a quarter of the bandwidth: {}. A small step must come to rest with these; if it does not, it will \
              not with the others.",

@@ -76,7 +76,10 @@ pub fn tuning(
     let sections = [
         Section::brief("Result", found),
         Section::full("Plots", vec![Block::Figures(figures)]),
-        Section::full("Conditions", vec![conditions(tuned), Block::List(read_as(tuned))]),
+        Section::full(
+            "Conditions",
+            vec![conditions(tuned), Block::List(read_as(tuned))],
+        ),
     ];
     Ok(Page::new(title, command, verdict, sections))
 }
@@ -138,7 +141,11 @@ fn conditions(tuned: &Tuned) -> Block {
         ("b", parameters.b, "rad/s² per command unit"),
         ("c", parameters.coulomb, "rad/s²"),
         ("d", parameters.load, "rad/s²"),
-        ("Delay", tuned.model.servo.delay + settings.command_delay, "s"),
+        (
+            "Delay",
+            tuned.model.servo.delay + settings.command_delay,
+            "s",
+        ),
         ("Encoder", settings.resolution, "rad per count"),
         ("Command", settings.command, "command units beyond holding"),
         ("Sample time", settings.sample_time, "s"),
@@ -366,7 +373,13 @@ fn remarks(tuned: &Tuned) -> Vec<String> {
             figure(3.0 * from)
         ));
     }
-    remarks.extend(tuned.model.bounds.iter().map(|bound| bound.sentence(&tuned.tuning)));
+    remarks.extend(
+        tuned
+            .model
+            .bounds
+            .iter()
+            .map(|bound| bound.sentence(&tuned.tuning)),
+    );
     if depends_on_friction(&tuned.tuning, TOLERANCE) {
         remarks.push(
             "with friction the rise time depends on the previous motion, within the range shown: a larger step or a \

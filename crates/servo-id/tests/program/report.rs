@@ -44,7 +44,10 @@ fn every_verb_reports() {
         ("identify log.csv.gz --scenario replay.toml", ""),
         ("commission commission.toml", "of the trial"),
         ("commission commission_gravity.toml", LOAD_BY_ANGLE),
-        ("tune result.json --scenario friction.toml", ""),
+        (
+            "tune result.json --scenario friction.toml --resonance inf",
+            "",
+        ),
         ("sweep sweep.toml --runs 3", ""),
         ("compare compare.toml", "relay-least-squares"),
     ] {

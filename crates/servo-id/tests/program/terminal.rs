@@ -90,7 +90,7 @@ const VERBS: [&str; 18] = [
     "identify log.csv",
     "identify log.csv --torque-constant 0.1 --command-unit V",
     "identify log.csv --scenario scenario.toml",
-    "tune result.json",
+    "tune result.json --resonance inf",
     "commission commission.toml",
     "compare compare.toml",
     "sweep scenario.toml --runs 3",

@@ -4,9 +4,15 @@ use crate::support::{Folder, committed_log, number, own_folder, packed_log};
 use identifier_log::recognise::LogOptions;
 use serde_json::{Value, json};
 
-/// A result of `run`, with the keys that `tune` reads.
+/// A result of a fit, with the keys that `tune` reads. Its motion shows every resonance below the sampling frequency.
 fn result() -> Value {
     let estimate = |value: f64, error: f64| json!({ "value": value, "std_error": error });
+    let frequencies = std::iter::successors(Some(20.0), |last| Some(1.1 * last));
+    let mode = |of: f64| json!({ "rad_per_s": of, "ratio": 0.0, "std_error": 1e-4 });
+    let modes: Vec<Value> = frequencies
+        .take_while(|of| *of < 6283.0)
+        .map(mode)
+        .collect();
     json!({
         "status": "converged",
         "reason": "every estimate keeps still",
@@ -19,6 +25,7 @@ fn result() -> Value {
             "delay": estimate(5e-4, 1e-5),
         },
         "residual": { "rms": 2e-4 },
+        "fit": { "effects": [], "second_modes": modes },
     })
 }
 
@@ -161,11 +168,15 @@ TUNE --resonance 0 | --resonance =
 TUNE --step 0.001 | --step =
 TUNE --step NaN | --step =
 TUNE --bandwidth 3 --step 0.01 | --step 0.01:
-TUNE --for vesc | --max-current
-TUNE --for sparkmax --bus-voltage -1 | --bus-voltage
+TUNE --for vesc | --command-unit A
+TUNE --for vesc --command-unit A | --max-current
+TUNE --for sparkmax --command-unit V --bus-voltage -1 | --bus-voltage
 TUNE --for esc | --for
 TUNE --max-current 60 | --for
-TUNE --for odrive --response-time 0.002 | --response-time 0.002:
+TUNE --for odrive --command-unit Nm --response-time 0.002 | --response-time 0.002:
+TUNE --encoder-on both | --encoder-on
+TUNE --command-sign minus | --command-sign
+TUNE --command-unit furlong | --command-unit
 ";
 
 #[test]
@@ -203,8 +214,9 @@ fn a_demand_beyond_the_servo_is_refused_with_the_figure_that_would_do() {
 #[test]
 fn gains_are_stated_in_the_form_of_a_drive() {
     let folder = with(&result());
-    let page = folder.done(&format!("{TUNE} --for odrive"));
-    let form = &folder.json(&format!("{TUNE} --for odrive"))["form"];
+    let odrive = format!("{TUNE} --for odrive --command-unit Nm");
+    let page = folder.done(&odrive);
+    let form = &folder.json(&odrive)["form"];
     for parameter in form["parameters"].as_array().expect("parameters") {
         let of = |key: &str| parameter[key].as_str().expect("a text");
         let value = parameter["value"].as_f64().expect("a number");
@@ -215,7 +227,9 @@ fn gains_are_stated_in_the_form_of_a_drive() {
     assert_eq!(form["exactness"], json!("needs ki cut"));
     assert!(number(form, "/margins/sensitivity") < 1.61);
     assert!(page.contains("needs ki cut"), "{page}");
-    assert!(page.contains("assumed to be in Nm"), "{page}");
+    // A unit that nothing states is not assumed.
+    let refused = folder.refused(&format!("{TUNE} --for odrive"));
+    assert!(refused.contains("--command-unit Nm"), "{refused}");
 }
 
 /// The report of a log, the verb tune on its result, and the playground: one function, with the largest command as limit.

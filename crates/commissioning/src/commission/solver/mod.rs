@@ -14,7 +14,9 @@ use super::{
 use identifier_core::fit::Block;
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
-use identifier_core::tuning::{AxisForces, Goal, MeasuredLine, Resonance, Shown, Tuner, TunerState};
+use identifier_core::tuning::{
+    AxisForces, Goal, MeasuredLine, Resonance, Shown, Tuner, TunerState,
+};
 use order::{Evidence, Step};
 use planning::Planning;
 
@@ -216,7 +218,8 @@ impl<N: Number, const W: usize> CommissionSolver<N, W> {
                 fitted,
             } => {
                 let is_explained = self.evidence.shows_one_mass();
-                let tuned = tuner.work_with(state, Shown::Lines(self.response.lines(), is_explained))?;
+                let tuned =
+                    tuner.work_with(state, Shown::Lines(self.response.lines(), is_explained))?;
                 let fitted = *fitted;
                 self.take_tuning(tuned, fitted)
             }

@@ -86,8 +86,7 @@ impl FirmwareLoop {
                 });
                 Some(nu + ((RATIO - 1.0) * nu).min(near))
             });
-            let is_predicted =
-                allowed <= max_sensitivity && resonance.is_some() == has_resonance;
+            let is_predicted = allowed <= max_sensitivity && resonance.is_some() == has_resonance;
             let mut sensitivity = 1.0_f64;
             // Nyquist's turns about −1 that are still to come, of a walk that begins on the real axis.
             let (mut awaited, mut last) = (0, Complex::new(-f64::MAX, -0.0));

@@ -134,12 +134,26 @@ impl Form {
         let unit = unit.into_iter().flatten();
         let unit = unit.filter(|(unit, _)| *unit != CommandUnit::Other).next();
         // That of an option is of the whole unit, that of a result is of its command's.
-        let of_torque = stated.torque_constant.zip(unit).map(|(torque, (_, factor))| torque * factor);
-        let torque = of_torque.or(stated.torque_constant).or(known.torque_constant);
-        let own = self.0.command.as_deref().or(unit.map(|(unit, _)| unit.name()));
-        let of_unit = match (&self.0.command, unit.map(|(unit, part)| (unit.name(), part))) {
+        let of_torque = stated
+            .torque_constant
+            .zip(unit)
+            .map(|(torque, (_, factor))| torque * factor);
+        let torque = of_torque
+            .or(stated.torque_constant)
+            .or(known.torque_constant);
+        let own = self
+            .0
+            .command
+            .as_deref()
+            .or(unit.map(|(unit, _)| unit.name()));
+        let of_unit = match (
+            &self.0.command,
+            unit.map(|(unit, part)| (unit.name(), part)),
+        ) {
             (Some(own), Some((unit, part))) if own == unit => part,
-            (Some(own), Some(("A", _))) if own == "Nm" => needed("--torque-constant", torque, "0.1")?,
+            (Some(own), Some(("A", _))) if own == "Nm" => {
+                needed("--torque-constant", torque, "0.1")?
+            }
             (Some(own), None) if own == "Nm" && torque.is_some() => {
                 needed("--torque-constant", torque, "0.1")?
             }
@@ -226,7 +240,9 @@ impl Form {
         if let Some(source) = &firmware.source {
             remarks.push(format!("Its loop was read from {source}."));
         } else if firmware.command.is_some() {
-            remarks.push("Its loop is that of its manual: the firmware itself was not read.".to_owned());
+            remarks.push(
+                "Its loop is that of its manual: the firmware itself was not read.".to_owned(),
+            );
         }
         if firmware.law == Estimator::Proportional {
             let left = (servo.coulomb + servo.load.abs()) / (servo.b * second);
@@ -258,7 +274,10 @@ impl Form {
         output: Output,
     ) -> (&'static str, Vec<FormParameter>, FirmwareLoop) {
         let firmware = self.0;
-        let frequency = stated.cutoff.or(firmware.cutoff).unwrap_or(tuned.tuning.cutoff);
+        let frequency = stated
+            .cutoff
+            .or(firmware.cutoff)
+            .unwrap_or(tuned.tuning.cutoff);
         let (exactness, parameters, gains) = self.parameters(tuned, frequency, output);
         let sample_time = tuned.settings.sample_time;
         let firmware_loop = FirmwareLoop {

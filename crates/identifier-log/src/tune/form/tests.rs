@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::number::Complex;
+use identifier_core::parameters::{IdentifiedServo, ServoParameters};
 use identifier_core::tuning::{Mode, Resonance, StepMeasure};
 use virtual_servo::{Effects, Servo, SplitMix64};
 
@@ -66,7 +66,18 @@ const RESPONSES: [(&str, [f64; 3], f64, f64, [f64; 12]); 6] = [
         1e-3,
         1.0,
         [
-            0.184701, 0.1390567, 0.04042997, -0.1009078, -0.2813138, -0.4453516, -0.5434009, -0.5830852, -0.5707395, -0.5273517, -0.4085304, f64::NAN,
+            0.184701,
+            0.1390567,
+            0.04042997,
+            -0.1009078,
+            -0.2813138,
+            -0.4453516,
+            -0.5434009,
+            -0.5830852,
+            -0.5707395,
+            -0.5273517,
+            -0.4085304,
+            f64::NAN,
         ],
     ),
     (
@@ -75,7 +86,18 @@ const RESPONSES: [(&str, [f64; 3], f64, f64, [f64; 12]); 6] = [
         125e-6,
         1.0,
         [
-            0.1864707, 0.1576173, 0.07671953, -0.07231138, -0.3007968, -0.5865647, -0.8823555, -1.152254, -1.369411, -1.523123, -1.579367, -1.540408,
+            0.1864707,
+            0.1576173,
+            0.07671953,
+            -0.07231138,
+            -0.3007968,
+            -0.5865647,
+            -0.8823555,
+            -1.152254,
+            -1.369411,
+            -1.523123,
+            -1.579367,
+            -1.540408,
         ],
     ),
     (
@@ -84,7 +106,18 @@ const RESPONSES: [(&str, [f64; 3], f64, f64, [f64; 12]); 6] = [
         1.0 / 30e3,
         -1.0,
         [
-            -0.1992117, -0.1910782, -0.1670415, -0.1199364, -0.04308496, 0.06150758, 0.1837188, 0.3140671, 0.4436791, 0.5667248, 0.670361, 0.7499959,
+            -0.1992117,
+            -0.1910782,
+            -0.1670415,
+            -0.1199364,
+            -0.04308496,
+            0.06150758,
+            0.1837188,
+            0.3140671,
+            0.4436791,
+            0.5667248,
+            0.670361,
+            0.7499959,
         ],
     ),
     (
@@ -93,7 +126,8 @@ const RESPONSES: [(&str, [f64; 3], f64, f64, [f64; 12]); 6] = [
         1e-3,
         TAU / 360.0 / 60.0,
         [
-            3.899787, 2.853788, 0.6246009, -2.521949, -6.48559, -9.984502, -11.91123, -12.49942, -11.93556, -10.72909, -7.869442, -4.63731,
+            3.899787, 2.853788, 0.6246009, -2.521949, -6.48559, -9.984502, -11.91123, -12.49942,
+            -11.93556, -10.72909, -7.869442, -4.63731,
         ],
     ),
     (
@@ -102,7 +136,8 @@ const RESPONSES: [(&str, [f64; 3], f64, f64, [f64; 12]); 6] = [
         20e-3,
         1.0,
         [
-            0.3168, 0.2088, 0.1718, 0.1098, 0.0198, -0.0682, -0.1322, -0.1802, -0.2102, -0.2298, -0.2058, -0.1728,
+            0.3168, 0.2088, 0.1718, 0.1098, 0.0198, -0.0682, -0.1322, -0.1802, -0.2102, -0.2298,
+            -0.2058, -0.1728,
         ],
     ),
     (
@@ -111,7 +146,8 @@ const RESPONSES: [(&str, [f64; 3], f64, f64, [f64; 12]); 6] = [
         1e-3,
         1.0,
         [
-            1.97799, 0.00089, -0.25841, -0.51801, -0.79801, -0.87841, -0.73911, -0.58001, -0.40101, -0.26804, 0.07706, 0.25636,
+            1.97799, 0.00089, -0.25841, -0.51801, -0.79801, -0.87841, -0.73911, -0.58001, -0.40101,
+            -0.26804, 0.07706, 0.25636,
         ],
     ),
 ];
@@ -132,12 +168,20 @@ fn a_firmware_puts_out_what_its_own_code_does() {
         for (position, expected) in SHOWN.into_iter().zip(expected) {
             let found = controller.process(0.1, position);
             let off = found - unit * expected;
-            assert!(!(off.abs() > 2e-4 * unit.abs()), "{name}: {found} {expected}");
+            assert!(
+                !(off.abs() > 2e-4 * unit.abs()),
+                "{name}: {found} {expected}"
+            );
         }
     }
     // Whose code can be read has its numbers here.
-    let read = FIRMWARES.iter().filter(|firmware| firmware.source.is_some());
-    assert!(read.map(|of| &*of.name).eq(RESPONSES.map(|(name, ..)| name)));
+    let read = FIRMWARES
+        .iter()
+        .filter(|firmware| firmware.source.is_some());
+    assert!(
+        read.map(|of| &*of.name)
+            .eq(RESPONSES.map(|(name, ..)| name))
+    );
 }
 
 /// A form with what it needs to be stated, and the viscous friction of the servos that it is for, 1/s.
@@ -157,15 +201,43 @@ fn cases() -> impl Iterator<Item = Case> {
             ..stated
         };
         let (friction, unit, conditions) = match form {
-            "simplefoc" => (2.0, CommandUnit::Volt, Conditions { sample_time: Some(1e-3), ..stated }),
+            "simplefoc" => (
+                2.0,
+                CommandUnit::Volt,
+                Conditions {
+                    sample_time: Some(1e-3),
+                    ..stated
+                },
+            ),
             // The log's command is a current; the motor gives 0.04 Nm/A.
-            "odrive" => (2.0, CommandUnit::Ampere, Conditions { torque_constant: Some(0.04), ..stated }),
+            "odrive" => (
+                2.0,
+                CommandUnit::Ampere,
+                Conditions {
+                    torque_constant: Some(0.04),
+                    ..stated
+                },
+            ),
             "moteus" => (2.0, CommandUnit::NewtonMetre, stated),
-            "vesc" => (2.0, CommandUnit::Ampere, Conditions { max_current: Some(60.0), ..stated }),
+            "vesc" => (
+                2.0,
+                CommandUnit::Ampere,
+                Conditions {
+                    max_current: Some(60.0),
+                    ..stated
+                },
+            ),
             "dynamixel" | "feetech" => (60.0, CommandUnit::Volt, at_12_volts),
             "wpilib" => (2.0, CommandUnit::Volt, stated),
             "sparkmax" => (2.0, CommandUnit::Volt, at_12_volts),
-            "cia402" => (2.0, CommandUnit::Other, Conditions { cutoff: Some(800.0), ..stated }),
+            "cia402" => (
+                2.0,
+                CommandUnit::Other,
+                Conditions {
+                    cutoff: Some(800.0),
+                    ..stated
+                },
+            ),
             _ => (2.0, CommandUnit::Other, stated),
         };
         Case {
@@ -187,7 +259,13 @@ struct Running<'a> {
 impl Running<'_> {
     /// Position (rad) and command of each sample, for a target (rad, of the time) and a command in the first sample beside the
     /// controller's. The gain of the servo is multiplied by a factor.
-    fn run(&self, factor: f64, target: impl Fn(f64) -> f64, extra: f64, samples: usize) -> Vec<[f64; 2]> {
+    fn run(
+        &self,
+        factor: f64,
+        target: impl Fn(f64) -> f64,
+        extra: f64,
+        samples: usize,
+    ) -> Vec<[f64; 2]> {
         let time = self.of.sample_time;
         let parameters = ServoParameters {
             b: factor * self.servo.b,
@@ -249,7 +327,10 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
     let mut random = SplitMix64::new(93);
     let mut uniform = |low: f64, high: f64| low + (high - low) * random.next_uniform();
     for case in cases() {
-        let period = case.conditions.sample_time.or(case.form.parse::<Form>().expect("one").0.sample_time);
+        let period =
+            case.conditions
+                .sample_time
+                .or(case.form.parse::<Form>().expect("one").0.sample_time);
         let period = period.unwrap_or(1e-3);
         for number in 0..20 {
             let b = 500.0 * uniform(-1.5, 1.5).exp();
@@ -281,7 +362,13 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
                     friction_on_motor: true,
                 });
             }
-            let tuned = tuned(&result, case.unit, case.form, case.conditions, Goal::Stiffest);
+            let tuned = tuned(
+                &result,
+                case.unit,
+                case.form,
+                case.conditions,
+                Goal::Stiffest,
+            );
             let tuned = match tuned {
                 Ok(tuned) => tuned,
                 // A proportional loop around a second mass may have no damping.
@@ -293,7 +380,9 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
                 command_unit: Some(case.unit),
                 ..KnownConditions::default()
             };
-            let output = own.output(&known, &case.conditions, &result).expect("its unit");
+            let output = own
+                .output(&known, &case.conditions, &result)
+                .expect("its unit");
             let (.., firmware_loop) = own.run(&tuned, &case.conditions, output);
             let running = Running {
                 of: &firmware_loop,
@@ -308,8 +397,16 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
             let predicted = form.margins.sensitivity;
             assert!(predicted <= 1.61, "{} {number}: {predicted}", case.form);
             // Corners are no worse than the servo itself, which is known.
-            assert!(is_near(found, predicted, 0.05), "{} {number}: {found} {predicted}", case.form);
-            assert!(running.is_stable(1.0, 4 * samples), "{} {number}", case.form);
+            assert!(
+                is_near(found, predicted, 0.05),
+                "{} {number}: {found} {predicted}",
+                case.form
+            );
+            assert!(
+                running.is_stable(1.0, 4 * samples),
+                "{} {number}",
+                case.form
+            );
             for step in form.steps.iter().filter(|_| number >= 10) {
                 let target = |time: f64| {
                     let past = (time + period) / step.smoothing;
@@ -320,7 +417,11 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
                 (course.iter()).for_each(|[position, _]| measure.take(*position));
                 let rise = period * measure.rise().expect("it rises");
                 let expected = step.rise_time.expect("it rises");
-                assert!(is_near(rise, expected, 0.003), "{} {number}: {rise} {expected}", case.form);
+                assert!(
+                    is_near(rise, expected, 0.003),
+                    "{} {number}: {rise} {expected}",
+                    case.form
+                );
                 let off = measure.overshoot() - step.overshoot;
                 assert!(off.abs() < 0.001, "{} {number}: {off}", case.form);
             }
@@ -328,12 +429,18 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
                 assert!(is_near(found, predicted, 0.003), "{}: {found}", case.form);
                 let [fall, rise] = form.margins.gain_margins;
                 let unlimited = Running {
-                    of: &FirmwareLoop { limit: f64::INFINITY, ..firmware_loop },
+                    of: &FirmwareLoop {
+                        limit: f64::INFINITY,
+                        ..firmware_loop
+                    },
                     ..running
                 };
                 let edge = |to| unlimited.edge(to, 4 * samples);
                 let edges = [edge(100.0), if fall > 0.0 { edge(0.01) } else { 0.0 }];
-                println!("{}, ω {bandwidth:.2}: {:.3?} found {found:.3} {edges:.3?}", form.name, form.margins);
+                println!(
+                    "{}, ω {bandwidth:.2}: {:.3?} found {found:.3} {edges:.3?}",
+                    form.name, form.margins
+                );
                 assert!(is_near(edges[0], rise, 0.03), "{}", case.form);
                 assert!(is_near(edges[1], fall, 0.03), "{}", case.form);
             }
@@ -368,17 +475,38 @@ fn a_unit_with_a_prefix_becomes_that_of_the_firmware() {
             limit: Some(2e4),
             ..Conditions::default()
         };
-        let tuned = tuned(&result, CommandUnit::Other, form, stated, Goal::Bandwidth(20.0));
+        let tuned = tuned(
+            &result,
+            CommandUnit::Other,
+            form,
+            stated,
+            Goal::Bandwidth(20.0),
+        );
         let form = tuned.expect("gains").form.expect("its form");
         (form.parameters[1].value, form.parameters[1].unit.clone())
     };
     for (form, prefixed, whole) in [
-        ("odrive", of("mA", Some(0.05), "odrive"), of("A", Some(0.05), "odrive")),
+        (
+            "odrive",
+            of("mA", Some(0.05), "odrive"),
+            of("A", Some(0.05), "odrive"),
+        ),
         ("vesc", of("mA", None, "vesc"), of("A", None, "vesc")),
-        ("simplefoc", of("mV", None, "simplefoc"), of("V", None, "simplefoc")),
-        ("moteus", of("mNm", None, "moteus"), of("N m", None, "moteus")),
+        (
+            "simplefoc",
+            of("mV", None, "simplefoc"),
+            of("V", None, "simplefoc"),
+        ),
+        (
+            "moteus",
+            of("mNm", None, "moteus"),
+            of("N m", None, "moteus"),
+        ),
     ] {
-        assert!(is_near(prefixed.0, 1e-3 * whole.0, 1e-3), "{form}: {prefixed:?} {whole:?}");
+        assert!(
+            is_near(prefixed.0, 1e-3 * whole.0, 1e-3),
+            "{form}: {prefixed:?} {whole:?}"
+        );
         assert_eq!(prefixed.1, whole.1, "{form}");
     }
 }
@@ -401,7 +529,14 @@ fn with_gains(kp: f64, ki: f64, kd: f64) -> Tuned {
 fn values(form: &str, tuned: &Tuned, scale: f64) -> (Vec<f64>, [f64; 3], &'static str) {
     let form: Form = form.parse().expect("a form");
     let frequency = form.0.cutoff.unwrap_or(400.0);
-    let (exactness, parameters, gains) = form.parameters(tuned, frequency, Output { scale, unit: "command" });
+    let (exactness, parameters, gains) = form.parameters(
+        tuned,
+        frequency,
+        Output {
+            scale,
+            unit: "command",
+        },
+    );
     let values = parameters.iter().map(|parameter| parameter.value);
     (values.collect(), gains, exactness)
 }
