@@ -32,6 +32,7 @@
 //! | prediction of other logs; gains and forms of a drive's firmware | [`predict`], [`tune`] |
 
 pub mod analysis;
+mod column_reading;
 pub mod experiment;
 mod found_servo;
 mod identify;

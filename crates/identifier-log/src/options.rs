@@ -1,7 +1,6 @@
 //! Options of a command line, which a program that has none sets by their names.
 
 use crate::scenario::{CommandUnit, Integrator, PositionUnit, TimeUnit};
-use crate::tune::{CommandDirection, EncoderMass};
 
 /// A value that an option may have.
 pub(crate) trait OptionValue: Sized {
@@ -21,14 +20,15 @@ impl OptionValue for f64 {
 
 macro_rules! as_parsed {
     ($($type:ty)*) => {$(
-        impl OptionValue for $type {
+        impl $crate::options::OptionValue for $type {
             fn from_text(text: &str) -> Result<Self, String> {
                 text.parse().map_err(|allowed: <Self as std::str::FromStr>::Err| allowed.to_string())
             }
         }
     )*};
 }
-as_parsed! { String CommandDirection CommandUnit EncoderMass Integrator PositionUnit TimeUnit }
+as_parsed! { String CommandUnit Integrator PositionUnit TimeUnit }
+pub(crate) use as_parsed;
 
 /// Options of one value, a line each: name, type, what the help shows for the value, and further settings of the option. A
 /// type derives the command line's arguments from them, and takes their values by name. `more` has the others.

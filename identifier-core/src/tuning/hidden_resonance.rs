@@ -8,30 +8,12 @@
 use core::f64::consts::TAU;
 
 use super::TuningSettings;
-use super::measured_line::Shown;
-use super::resonance::{EncoderSide, Mode, Resonance};
+use super::resonance::{Mode, Resonance};
 use super::sampled_mode::SampledMode;
 use super::sampled_response::{SampledServo, split};
+use super::settings::EncoderSide;
+use super::shown::{HiddenMode, Shown};
 use crate::number::Complex;
-
-/// The ratios of a mode at a frequency that a motion leaves open.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HiddenMode {
-    /// ω, rad/s.
-    pub frequency: f64,
-    /// The least and the largest [β](Mode::ratio).
-    pub ratios: [f64; 2],
-}
-
-impl HiddenMode {
-    /// Any mode at a frequency, rad/s.
-    const fn any(frequency: f64) -> Self {
-        Self {
-            frequency,
-            ratios: [Mode::ON_LOAD, TuningSettings::HIDDEN_RATIO],
-        }
-    }
-}
 
 /// The resonances that nothing has shown.
 #[derive(Debug, Clone, Copy, PartialEq)]

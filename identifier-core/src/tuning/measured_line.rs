@@ -1,5 +1,4 @@
 use super::Tuning;
-use super::hidden_resonance::HiddenMode;
 use super::placement::Design;
 use super::sampled_response::{SampledController, nu_at};
 use crate::number::Complex;
@@ -13,28 +12,6 @@ pub struct MeasuredLine {
     pub gain: Complex,
     /// Standard deviation of its absolute value, rad per command unit.
     pub deviation: f64,
-}
-
-/// What a motion has shown of a servo's response beside its model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shown<'a> {
-    /// Nothing.
-    Nothing,
-    /// Lines of a measured response, and whether the model explains them. On each of them the gains keep their distance
-    /// from −1.
-    Lines(&'a [MeasuredLine], bool),
-    /// The ratio of a mode up to which it may be there, by frequencies that go up by
-    /// a tenth. Above the last any may be there that [`TuningSettings::resonance`](super::TuningSettings::resonance) allows.
-    Modes(&'a [HiddenMode]),
-}
-
-impl<'a> Shown<'a> {
-    pub(super) const fn lines(self) -> (&'a [MeasuredLine], bool) {
-        match self {
-            Self::Lines(lines, is_explained) => (lines, is_explained),
-            _ => (&[], true),
-        }
-    }
 }
 
 impl MeasuredLine {

@@ -1,7 +1,6 @@
 //! The resonance of two masses, as a frequency response shows it, and the servos that resonate alike.
 
 use super::possible_servos::{PossibleServo, PossibleServos};
-use super::sampled_response::SampledServo;
 use crate::number::Complex;
 
 /// The mode of a servo of two masses, in addition to the motion of both as one. From a command to the motor's position
@@ -15,23 +14,6 @@ pub struct Mode {
     /// β, the load's inertia over the motor's for an encoder on the motor; −1 for one on the load, whatever the inertias
     /// are.
     pub ratio: f64,
-}
-
-/// The mass whose position the encoder shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case")
-)]
-pub enum EncoderSide {
-    /// The motor.
-    Motor,
-    /// The load behind the shaft.
-    Load,
-    /// Either.
-    #[default]
-    Unknown,
 }
 
 /// A mode that was measured.
@@ -79,15 +61,6 @@ pub(super) struct ResonantServo {
 }
 
 impl Resonance {
-    /// The sampled response of a servo with a mode of this kind.
-    pub(super) fn sampled(&self, servo: &PossibleServo, mode: &Mode, time: f64) -> SampledServo {
-        if self.friction_on_motor {
-            SampledServo::with_friction_on_motor(servo, mode, time)
-        } else {
-            SampledServo::new(servo, Some(mode), time)
-        }
-    }
-
     /// The search range of ω in standard errors, and the least and largest part of ω for it. Backlash and wear move a
     /// resonance by per cents.
     const FREQUENCY: f64 = 3.0;

@@ -16,7 +16,7 @@
 
 use super::placement::Design;
 use super::possible_servos::PossibleServo;
-use super::resonance::Mode;
+use super::resonance::{Mode, Resonance};
 use super::sampled_mode::SampledMode;
 use crate::control::notch_at;
 use crate::model::ZeroOrderHoldStep;
@@ -109,6 +109,20 @@ impl SampledServo {
         }
     }
 
+    /// The response of a servo with a mode of a resonance's kind.
+    pub(super) fn of(
+        resonance: &Resonance,
+        servo: &PossibleServo,
+        mode: &Mode,
+        sample_time: f64,
+    ) -> Self {
+        if resonance.friction_on_motor {
+            Self::with_friction_on_motor(servo, mode, sample_time)
+        } else {
+            Self::new(servo, Some(mode), sample_time)
+        }
+    }
+
     /// The response of two masses whose viscous friction is the motor's. Friction is a feedback of the motor's velocity:
     ///
     /// G/b = N/(s (s³ + (2ζω + a (1 + β)) s² + (ω² + 2ζωa) s + aω²)), N = (1 + β) s² + 2ζωs + ω²,
@@ -136,7 +150,8 @@ impl SampledServo {
         let (sum_of_poles, product) = (c2 - p, c1 - p * (c2 - p));
         let imaginary = product - 0.25 * sum_of_poles * sum_of_poles;
         let is_slow = (0.0..=ZeroOrderHoldStep::<f64>::LARGEST_RATE).contains(&(p * sample_time));
-        if !is_slow || !(imaginary > 0.0) {
+        let oscillates = imaginary > 0.0;
+        if !(is_slow && oscillates) {
             return sum;
         }
         let s = Complex::new(-0.5 * sum_of_poles, libm::sqrt(imaginary));

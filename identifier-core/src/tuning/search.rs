@@ -2,11 +2,12 @@
 
 use super::hidden_resonance::{HiddenResonances, ServoBelow};
 use super::margins::{FrequencySweep, Margins, Progress};
-use super::measured_line::{MeasuredLine, Shown};
+use super::measured_line::MeasuredLine;
 use super::placement::{Design, Placement};
 use super::possible_servos::PossibleServos;
 use super::resonance::Resonance;
 use super::sampled_response::{SampledController, SampledResponse, SampledServo, nu_at};
+use super::shown::Shown;
 use super::unseen_resonance::{NearLines, UnseenResonance};
 use super::{Cap, TuningSettings};
 use crate::control::Notch;
@@ -91,9 +92,12 @@ impl GainCheck {
         let notch = mode.map(|mode| mode.frequency);
         let identified = servos.identified();
         let measured = match resonance {
-            Some(resonance) => {
-                resonance.sampled(&identified, &resonance.mode, settings.sample_time)
-            }
+            Some(resonance) => SampledServo::of(
+                resonance,
+                &identified,
+                &resonance.mode,
+                settings.sample_time,
+            ),
             None => SampledServo::new(&identified, None, settings.sample_time),
         };
         Self {
@@ -272,7 +276,7 @@ impl GainCheck {
         let place = place - PossibleServos::COUNT;
         let resonance = self.resonance.as_ref()?;
         let servo = resonance.servo(&self.servos, place)?;
-        let sampled = resonance.sampled(&servo.servo, &servo.mode, self.sample_time);
+        let sampled = SampledServo::of(resonance, &servo.servo, &servo.mode, self.sample_time);
         let sensitivity = 1.0 + servo.excess * (self.max_sensitivity - 1.0);
         Some((sampled, sensitivity))
     }

@@ -1,6 +1,23 @@
-use super::{Cap, EncoderSide, Goal};
+use super::{Cap, Goal};
 use crate::error::{Allowed, OutOfRange};
 use crate::units::Units;
+
+/// The mass whose position the encoder shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+pub enum EncoderSide {
+    /// The motor.
+    Motor,
+    /// The load behind the shaft.
+    Load,
+    /// Either.
+    #[default]
+    Unknown,
+}
 
 /// Settings of a tuning, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]

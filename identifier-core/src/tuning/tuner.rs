@@ -1,6 +1,5 @@
 use super::axis_forces::AxisForces;
 use super::closed_loop::{PredictedSample, PredictedStep};
-use super::measured_line::Shown;
 use super::placement::Design;
 use super::possible_servos::{PossibleServo, PossibleServos};
 use super::prediction::{PredictionInputs, ResponsePrediction};
@@ -8,6 +7,7 @@ use super::resonance::Resonance;
 use super::response_time::ByTime;
 use super::sampled_response::SampledServo;
 use super::search::{Case, Found, GainCheck, Search, Verdict};
+use super::shown::Shown;
 use super::{Goal, Tuning, TuningError, TuningSettings};
 use crate::number::Complex;
 use crate::parameters::IdentifiedServo;

@@ -273,12 +273,26 @@ fn a_narrow_resonance_between_two_lines_is_borne() {
     assert_borne_from_any_count(&bench);
 }
 
-/// The antiresonance, 7 to 8 Hz, is at the lowest lines of a survey: low lines show both masses together.
+/// The antiresonance, 7 to 8 Hz, is at the lowest lines of a survey: low lines show both masses together. From some starts
+/// the step of the trial rests in friction for longer than was predicted.
 #[test]
 fn a_heavy_load_on_a_soft_spring_is_found_by_low_lines() {
+    let starts = (0..4).map(|part| f64::from(part) / 4.0);
+    let mut applied = 0;
     for (hertz, share) in [(12.0, 0.6), (16.0, 0.8)] {
-        assert_borne(&heavy(hertz, share));
+        for offset in starts.clone() {
+            let judged = judge(&Bench {
+                offset,
+                ..heavy(hertz, share)
+            });
+            let shown = judged.resonance.expect("two masses") / TAU / hertz;
+            assert!((shown - 1.0).abs() < 0.02, "{shown}");
+            let sensitivity = judged.sensitivity.unwrap_or(0.0);
+            assert!(sensitivity < MAX_SENSITIVITY, "{sensitivity}");
+            applied += i32::from(judged.phase == Phase::Applied);
+        }
     }
+    assert!(applied >= 7, "{applied} of 8");
 }
 
 /// The five numbers explain its motions, and gains for these alone have an Ms of 15.

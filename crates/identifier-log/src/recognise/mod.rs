@@ -10,8 +10,8 @@ mod position;
 mod question;
 mod text;
 
+use crate::column_reading::Reading;
 use crate::log::{LogError, Table};
-use crate::result::Reading;
 use crate::scenario::{InnerLoop, LogSettings, PhysicalSettings, TimeUnit};
 
 use columns::{Candidates, Chosen};

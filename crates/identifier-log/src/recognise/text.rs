@@ -9,10 +9,10 @@ use super::Recognised;
 use super::columns::{Chosen, Clock, Columns};
 use super::name::Unit;
 use super::position::{PositionReading, short};
+use crate::column_reading::{ColumnReading, CommandReading, CommandSign, Reading};
 use crate::log::Table;
 use crate::motion_unit::MotionUnit;
 use crate::physical::Scale;
-use crate::result::{ColumnReading, CommandReading, CommandSign, Reading};
 use crate::scenario::{
     CommandUnit, Estimator, Fault, InnerLoop, LogSettings, Options, PhysicalSettings, PositionUnit,
     TimeUnit,

@@ -7,9 +7,9 @@ mod fit;
 mod form;
 mod kept;
 mod log;
-mod reading;
 mod tuning;
 
+pub use crate::column_reading::{ColumnReading, CommandReading, CommandSign, Reading};
 pub use experiment::{
     Covariance, Estimate, Estimates, OutputError, ReplayNotes, SensorNoise, SettlingTime, Summary,
     TermSize, serialize_reason,
@@ -21,7 +21,6 @@ pub use kept::{
     KeptCovariance, KeptEffect, KeptEstimate, KeptFit, KeptLog, KeptResidual, KeptResult, NoResult,
 };
 pub use log::{LogReading, OpenLoopError, Prediction};
-pub use reading::{ColumnReading, CommandReading, CommandSign, Reading};
 pub use tuning::{
     DelayedServo, FeedForward, FirstTrial, FoundMode, Gains, KnownForces, StiffPrediction,
     TuningConditions, TuningResult,

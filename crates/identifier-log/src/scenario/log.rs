@@ -7,8 +7,8 @@ use super::error::Fault;
 use super::inner::InnerLoop;
 use super::log_units::{LogQuantity, LogUnits, PositionUnit, TimeUnit};
 use super::physical::CommandUnit;
+use crate::column_reading::{ColumnReading, CommandReading, CommandSign, Reading};
 use crate::motion_unit::{AxisKind, MotionUnit};
-use crate::result::{ColumnReading, CommandReading, CommandSign, Reading};
 
 /// Which column of a log is what, and in which unit.
 #[derive(Debug, Clone, PartialEq)]

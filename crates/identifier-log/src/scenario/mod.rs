@@ -44,7 +44,7 @@ use identifier_core::settings::{ControllerSettings, GainError, SettingsError};
 use identifier_core::stability::CertificateError;
 use identifier_core::units::Units;
 
-use crate::result::Reading;
+use crate::column_reading::Reading;
 use names::named;
 
 /// All tables of a scenario, in the order in which they are read: what a later one needs stands before it.

@@ -4,9 +4,9 @@ use super::Options;
 use super::error::Fault;
 use super::log_units::PositionUnit;
 use super::names::named;
+use crate::column_reading::Reading;
 use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::physical::Scale;
-use crate::result::Reading;
 
 /// The physical quantities that turn a result's ratios into physical units, where they are stated.
 #[derive(Debug, Clone, Copy, PartialEq)]

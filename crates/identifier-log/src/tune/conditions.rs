@@ -5,7 +5,7 @@ use identifier_core::tuning::{EncoderSide, Goal, TuningSettings};
 use super::known_forces::Angle;
 use super::{Form, IdentifiedResult};
 use crate::named;
-use crate::options::options;
+use crate::options::{as_parsed, options};
 use crate::provenance::Task;
 use crate::result::{CommandSign, KeptResult};
 use crate::scenario::{CommandUnit, Options};
@@ -84,6 +84,8 @@ options! {
         pub form: Option<Form>,
     }
 }
+
+as_parsed! { CommandDirection EncoderMass }
 
 /// A condition that is not known and must be stated.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

@@ -131,8 +131,8 @@ impl Form {
         let of_scenario = known.command_unit.map(|unit| (unit, 1.0));
         let of_option = stated.command_unit.map(|unit| (unit, 1.0));
         let unit = [of_option, of_reading, of_scenario];
-        let unit = unit.into_iter().flatten();
-        let unit = unit.filter(|(unit, _)| *unit != CommandUnit::Other).next();
+        let mut unit = unit.into_iter().flatten();
+        let unit = unit.find(|(unit, _)| *unit != CommandUnit::Other);
         // That of an option is of the whole unit, that of a result is of its command's.
         let of_torque = stated
             .torque_constant

@@ -57,9 +57,12 @@ const SHOWN: [f64; 12] = [
     0.001, 0.01, 0.03, 0.06, 0.1, 0.14, 0.17, 0.19, 0.2, 0.203, 0.19, 0.17,
 ];
 
+/// Of a firmware by its name.
+type Response = (&'static str, [f64; 3], f64, f64, [f64; SHOWN.len()]);
+
 /// What the firmware's own code put out then, compiled from the files that the table names: gains in SI, period, and what one
 /// of its output is in SI. SimpleFOC puts out in the loop that follows.
-const RESPONSES: [(&str, [f64; 3], f64, f64, [f64; 12]); 6] = [
+const RESPONSES: [Response; 6] = [
     (
         "simplefoc",
         [94.7214, 0.02, 0.105573],
@@ -169,7 +172,7 @@ fn a_firmware_puts_out_what_its_own_code_does() {
             let found = controller.process(0.1, position);
             let off = found - unit * expected;
             assert!(
-                !(off.abs() > 2e-4 * unit.abs()),
+                expected.is_nan() || off.abs() <= 2e-4 * unit.abs(),
                 "{name}: {found} {expected}"
             );
         }
