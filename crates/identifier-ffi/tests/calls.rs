@@ -405,7 +405,7 @@ fn a_tuning_is_refused_with_what_the_core_says() {
             .expect("a word")
             .parse()
             .expect("a number");
-        let (mut words, mut error) = ([0_u64; 332], MaybeUninit::<Error>::uninit());
+        let (mut words, mut error) = ([0_u64; 352], MaybeUninit::<Error>::uninit());
         let (tuner, size) = (words.as_mut_ptr().cast(), size_of_val(&words) as u32);
         // SAFETY: as the header says.
         let (status, refused) = unsafe {
