@@ -142,7 +142,7 @@ fn pictures_and_reports_have_no_cut_text_no_overlap_and_no_empty_figure() {
     let comparison = short_comparison(&folder).display().to_string();
     let cases: [(&str, &[&str]); 9] = [
         ("run", &["run", &friction, "--json", &result]),
-        ("tune", &["tune", &result]),
+        ("tune", &["tune", &result, "--resonance", "inf"]),
         ("identify", &["identify", &log]),
         ("identify-column", &["identify", &log, "--size", "column"]),
         ("column", &["run", &friction, "--size", "column"]),
