@@ -401,10 +401,11 @@ class OtherVerbs(unittest.TestCase):
         result = servo_id.simulate(SERVO)
         self.assertTrue(result.converged)
         self.assertEqual(result.truth["b"], 180.0)
-        gains = servo_id.tune(result, response_time=0.05)
+        gains = servo_id.tune(result, response_time=0.05, resonance=float("inf"))
         self.assertAlmostEqual(gains.predicted_response["rise_time"], 0.05, delta=0.002)
         self.assertIsNone(gains.form)
-        form = servo_id.tune(result, form="vesc", max_current=60.0, response_time=0.5).form
+        conditions = {"command_unit": "A", "max_current": 60.0, "resonance": float("inf")}
+        form = servo_id.tune(result, form="vesc", response_time=0.5, **conditions).form
         self.assertEqual((form["name"], form["exactness"]), ("vesc", "exact"))
         self.assertEqual(form["parameters"][0]["name"], "p_pid_kp")
         self.assertLess(form["margins"]["sensitivity"], 1.61)
