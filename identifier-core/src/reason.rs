@@ -75,7 +75,7 @@ catalogue! {
     LimitSwitchesStuck = 12, "limit-switches-stuck", Known, Immediate:
         "a limit switch is open before motion begins",
         "free the switch or repair its wire (it is closed within the travel)";
-    SupplyLow = 13, "supply-low", Known, Immediate:
+    SupplyLow = 13, "supply-low", Uncertain, Immediate:
         "the supply of the drive's chip fell below 2.9 V",
         "check the supply's rating, its wires and its other loads";
     HomeSwitchStuck = 15, "home-switch-stuck", Uncertain, Controlled:
@@ -250,6 +250,17 @@ impl Reason {
     #[must_use]
     pub const fn loses_position(self) -> bool {
         matches!(self.row().4, Position::Uncertain)
+    }
+
+    /// The graver of two: one that loses the position, or else one that disables at once; of equals the first.
+    #[must_use]
+    pub fn graver(first: Option<Self>, second: Option<Self>) -> Option<Self> {
+        let gravity = |reason: &Self| {
+            let is_immediate = reason.stop_category() == StopCategory::Immediate;
+            (reason.needs_reset(), reason.loses_position(), is_immediate)
+        };
+        // The last of equals.
+        second.into_iter().chain(first).max_by_key(gravity)
     }
 
     /// How an axis with a holding brake is stopped for it.

@@ -192,14 +192,14 @@ fn request(message: &[u8]) -> Result<Request, FrameError> {
     let [id, given, ref command @ ..] = *message else {
         return Err(FrameError::Unknown);
     };
-    let command = match given {
-        STOP if command.is_empty() => Some(Command::Stop),
+    let understood = match given {
+        STOP if command.is_empty() => Some((0, Command::Stop)),
         PROTOCOL => whole(command),
         _ => None,
     };
     let bytes = message.len() as u16;
-    command
-        .map(|command| Request { id, command })
+    understood
+        .map(|(order, command)| Request { id, order, command })
         .ok_or(FrameError::NoRequest { id, given, bytes })
 }
 

@@ -16,7 +16,7 @@ use crate::term_sizes::TermSizes;
 /// The version of these messages, which every request but a stop carries. A drive rejects those of another.
 ///
 /// Above every index that a command had before requests carried it.
-pub const PROTOCOL: u8 = 24;
+pub const PROTOCOL: u8 = 25;
 
 /// The second and last byte of a stop, in every version from 18 on.
 pub(crate) const STOP: u8 = 6;
@@ -26,17 +26,31 @@ pub type Fault = Reason;
 
 /// A message of the host: a command, and the number that the answer will carry.
 ///
+/// A command that may move the axis is an order. It has a number of its own, above that of every order before it, and acts
+/// once: a frame that comes late or twice has one of before.
+///
 /// | byte | of a stop | of any other request |
 /// |---|---|---|
 /// | 0 | its number | its number |
 /// | 1 | 6 | [`PROTOCOL`] |
-/// | 2–… | | the command |
+/// | 2–… | | the number of the order, 0 of what moves nothing; the command |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
     /// The host's number for it.
     pub id: u8,
-    /// The command. Repeating it has no further effect.
+    /// The number of an order: that after [`Status::order`], or after the last that the host has given since.
+    pub order: u32,
+    /// The command.
     pub command: Command,
+}
+
+impl Request {
+    /// One that moves nothing.
+    #[must_use]
+    pub const fn without_order(id: u8, command: Command) -> Self {
+        let order = 0;
+        Self { id, order, command }
+    }
 }
 
 /// Commands of the host.
@@ -118,7 +132,7 @@ impl Serialize for Request {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match &self.command {
             Command::Stop => (self.id, STOP).serialize(serializer),
-            command => (self.id, PROTOCOL, command).serialize(serializer),
+            command => (self.id, PROTOCOL, self.order, command).serialize(serializer),
         }
     }
 }
@@ -229,6 +243,8 @@ pub struct Status {
     /// True if the drive was configured for its servo, now or before the last save. Without that it
     /// does not start.
     pub configured: bool,
+    /// The number of the last order since the drive was switched on; 0 before the first.
+    pub order: u32,
     /// How the last run ended since the drive was switched on.
     pub ended: Option<Ended>,
     /// Phase, or end, of the last commissioning.
@@ -309,6 +325,8 @@ pub enum Kept {
     Nothing,
     /// A record, which holds now.
     Record,
+    /// A record of the version before, which holds now, but for the loads that runs had learnt.
+    WithoutLoads,
     /// A record of another version: left alone, the built-in settings hold.
     OtherVersion,
     /// Damaged records only: the built-in settings hold.
@@ -334,6 +352,10 @@ impl fmt::Display for Kept {
             }
             Self::Nothing => "nothing is stored yet",
             Self::Record => "a record is stored",
+            Self::WithoutLoads => {
+                "the stored record is of the version before: its settings and parameters are in use, the load that a run \
+                 had learnt is not; a save replaces it"
+            }
             Self::OtherVersion => {
                 "the stored record is of another version: the built-in settings are in use, and a save replaces the \
                  record"
@@ -393,6 +415,12 @@ impl Ended {
             Self::Stopped | Self::Over => None,
             Self::Faulted(fault) => Some(fault),
         }
+    }
+
+    /// An end in which another one came: the graver fault of both, if there is one.
+    #[must_use]
+    pub fn joined(self, other: Self) -> Self {
+        Fault::graver(self.fault(), other.fault()).map_or(self, Self::Faulted)
     }
 
     /// How an axis with a holding brake is stopped at such an end.
@@ -518,11 +546,11 @@ pub enum Refusal {
         /// The travel, rad.
         travel: [f64; 2],
     },
-    /// It has begun a run or a commissioning before: it came twice, or late.
+    /// An order of this number or a later one was given before: it came twice or late, or another host gave one since.
     #[error(
-        "a request of this number was done before, and came twice or late: send it again with a new number"
+        "an order of this number or a later one was given before: ask for the state, and send it again with the next number"
     )]
-    DoneBefore,
+    GivenBefore,
 }
 
 /// The loop at one sample, SI.

@@ -41,7 +41,19 @@ const ENTRIES: usize = 15;
 
 impl Record {
     /// The version of its bytes: another one is another meaning of them.
-    pub const VERSION: u16 = 14;
+    pub const VERSION: u16 = 15;
+
+    /// One with the same bytes, whose loads may have been learnt from a jam.
+    pub const WITH_UNPROVEN_LOADS: u16 = 14;
+
+    /// The same without what runs have learnt of the load.
+    #[must_use]
+    pub fn without_loads(mut self) -> Self {
+        if let Some(estimates) = &mut self.estimates {
+            estimates.servo.load = 0.0;
+        }
+        self
+    }
 
     /// Writes it behind the fingerprint of its build, and returns the number of bytes; none if there is not room for it.
     #[inline(never)]

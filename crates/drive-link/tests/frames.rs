@@ -129,11 +129,16 @@ fn filled(next: &mut impl FnMut() -> f64, mut given: u32, overruns: u8) -> Setti
 fn settings_with_every_field_fit_a_message() {
     let settings = filled(&mut || f64::MIN, u32::MAX, u8::MAX);
     let command = Command::Configure(settings);
-    let framed = frame(&Request { id: 255, command }).expect("it fits");
+    let framed = frame(&Request {
+        id: 255,
+        order: u32::MAX,
+        command,
+    })
+    .expect("it fits");
     assert!(framed.len() <= MAX_FRAME_BYTES, "{}", framed.len());
     let report = Report::Settings { id: 255, settings };
-    // A report carries no version.
-    assert_eq!(frame(&report).expect("it fits").len() + 1, framed.len());
+    // A report carries neither version nor order.
+    assert_eq!(frame(&report).expect("it fits").len() + 6, framed.len());
 }
 
 /// Any estimates.
@@ -168,7 +173,14 @@ fn order() -> CommissionSettings {
 #[test]
 fn every_report_of_a_commissioning_fits_a_message() {
     let command = Command::Commission(order());
-    assert!(frame(&Request { id: 255, command }).is_ok());
+    assert!(
+        frame(&Request {
+            id: 255,
+            order: u32::MAX,
+            command
+        })
+        .is_ok()
+    );
     let outcome = Outcome {
         commissioning: Commissioning {
             phase: Phase::RolledBack,
@@ -276,7 +288,10 @@ fn request() -> impl Strategy<Value = Request> {
         Just(Command::BoardTest),
         Just(Command::KeepAlive),
     ];
-    (any::<u8>(), command).prop_map(|(id, command)| Request { id, command })
+    (any::<u8>(), any::<u32>(), command).prop_map(|(id, order, command)| match command {
+        Command::Stop => Request::without_order(id, command),
+        _ => Request { id, order, command },
+    })
 }
 
 fn received(receiver: &mut Receiver, bytes: &[u8]) -> Vec<Result<Request, FrameError>> {
@@ -349,7 +364,7 @@ proptest! {
         let mut stops = |bytes: &[u8]| bytes.iter().filter(|&&byte| listener.take(byte)).count();
         prop_assert_eq!(stops(&before) + stops(&[0]), 0);
         prop_assert_eq!(stops(&frame(&other).expect("it fits")), 0);
-        let stop = frame(&Request { id, command: Command::Stop }).expect("it fits");
+        let stop = frame(&Request::without_order(id, Command::Stop)).expect("it fits");
         prop_assert_eq!(stops(&stop), 1);
         prop_assert_eq!(stops(&stop), 1);
         let mut spoilt = stop.to_vec();
@@ -417,8 +432,7 @@ fn framed_from(mut check: u32, message: &[u8]) -> Vec<u8> {
 #[test]
 fn the_bytes_of_a_stop_are_these_in_every_version() {
     const STOP: [u8; 8] = [0x07, 0x09, 0x06, 0x83, 0x0c, 0x78, 0x79, 0x00];
-    let (id, command) = (9, Command::Stop);
-    let stop = Request { id, command };
+    let stop = Request::without_order(9, Command::Stop);
     assert_eq!(framed_bytes(&[9, 6]), STOP);
     assert_eq!(frame(&stop).expect("it fits"), STOP);
     assert_eq!(received(&mut Receiver::new(), &STOP), [Ok(stop)]);
@@ -443,12 +457,12 @@ fn a_request_of_another_version_is_none_whatever_it_asks_for() {
         })
     };
     // Start, as it has always been numbered.
-    let (id, command) = (7, Command::Start);
-    assert_eq!(heard(&[7, OURS, 3]), Ok(Request { id, command }));
+    let (id, order, command) = (7, 5, Command::Start);
+    assert_eq!(heard(&[7, OURS, 5, 3]), Ok(Request { id, order, command }));
     for version in (0..=u8::MAX).filter(|&version| version != OURS) {
         assert_eq!(
-            heard(&[7, version, 3]),
-            refused(&[7, version, 3]),
+            heard(&[7, version, 5, 3]),
+            refused(&[7, version, 5, 3]),
             "{version}"
         );
     }
@@ -463,11 +477,12 @@ fn a_request_of_another_version_is_none_whatever_it_asks_for() {
     }
     // A command that is longer, shorter, missing or unknown, and a stop that is longer or in the place of a command.
     for message in [
-        &[7, OURS, 3, 0][..],
-        &[7, OURS, 4, 0, 0],
+        &[7, OURS, 5, 3, 0][..],
+        &[7, OURS, 5, 4, 0, 0],
         &[7, OURS],
-        &[7, OURS, 200],
-        &[7, OURS, 99],
+        &[7, OURS, 5],
+        &[7, OURS, 5, 200],
+        &[7, OURS, 5, 99],
         &[7, 6, 0],
     ] {
         assert_eq!(heard(message), refused(message));
@@ -545,10 +560,7 @@ fn a_frame_without_end_is_refused_and_forgotten() {
         assert_eq!(receiver.take_request(7), None);
     }
     assert_eq!(receiver.take_request(0), Some(Err(FrameError::TooLong)));
-    let hello = Request {
-        id: 3,
-        command: Command::Hello,
-    };
+    let hello = Request::without_order(3, Command::Hello);
     let heard = received(&mut receiver, &frame(&hello).expect("it fits"));
     assert_eq!(heard, vec![Ok(hello)]);
 }

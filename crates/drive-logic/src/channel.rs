@@ -92,6 +92,8 @@ struct Signals {
     coasted: AtomicU32,
     /// No counter: samples for which the background may not run while the servo is disabled.
     disabled_patience: AtomicU32,
+    /// No counter: samples over which the motion of the disabled axis is seen.
+    coasting_window: AtomicU32,
 }
 
 /// The background's end of a [`Channel`].
@@ -165,6 +167,7 @@ impl Channel {
                 standstill: AtomicU32::new(0),
                 coasted: AtomicU32::new(0),
                 disabled_patience: AtomicU32::new(1),
+                coasting_window: AtomicU32::new(1),
             },
         }
     }
@@ -363,10 +366,14 @@ impl BackgroundEnd<'_> {
         self.signals.standstill.load(Ordering::Relaxed)
     }
 
-    /// Sets the samples for which the background may not run while the servo is disabled.
-    pub(crate) fn set_disabled_patience(&self, samples: u32) {
-        let place = &self.signals.disabled_patience;
-        place.store(samples, Ordering::Relaxed);
+    /// Sets the samples for which the background may not run while the servo is disabled, and those over which its motion is
+    /// seen then.
+    pub(crate) fn set_disabled_times(&self, patience: u32, coasting_window: u32) {
+        let signals = &self.signals;
+        signals.disabled_patience.store(patience, Ordering::Relaxed);
+        signals
+            .coasting_window
+            .store(coasting_window, Ordering::Relaxed);
     }
 
     /// Counts a turn of the background.
@@ -483,6 +490,10 @@ impl InterruptEnd<'_> {
 
     pub(crate) fn disabled_patience(&self) -> u32 {
         self.signals.disabled_patience.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn coasting_window(&self) -> u32 {
+        self.signals.coasting_window.load(Ordering::Relaxed)
     }
 
     #[inline]

@@ -1,7 +1,7 @@
 //! Traits and types of a chip that the interrupt runs on.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use drive_link::{Fault, Record};
+use drive_link::Fault;
 use identifier_core::drive::{Actuator, PositionSensor};
 
 /// The parts of a chip that the sample interrupt uses.
@@ -98,11 +98,11 @@ pub struct OutputStage {
 }
 
 impl OutputStage {
-    /// The fingerprint of board, build and layout of a record, which every record begins with.
-    pub(crate) fn build(&self) -> u32 {
+    /// The fingerprint of board, build and layout of a record of a version, which every record begins with.
+    pub(crate) fn build(&self, version: u16) -> u32 {
         const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
         let mut digest = CHECK.digest();
-        digest.update(&Record::VERSION.to_le_bytes());
+        digest.update(&version.to_le_bytes());
         digest.update(&[self.is_simulated.into()]);
         digest.update(self.board.as_bytes());
         digest.finalize()

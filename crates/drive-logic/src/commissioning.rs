@@ -200,14 +200,22 @@ impl Commissioning {
 
     /// Ends it for a fault, before it begins or in the middle.
     pub(crate) fn abort_with_fault(&mut self, fault: Fault) {
-        self.fault = self.fault.or(Some(fault));
-        self.abort(fault);
+        self.end_by_fault(fault);
+        self.disabled = true;
+    }
+
+    /// Ends it for a fault, under the gains before; the gravest of several holds.
+    fn end_by_fault(&mut self, fault: Fault) {
+        self.fault = Fault::graver(self.fault, Some(fault));
+        self.end(fault);
     }
 
     /// The fault that it ended by, if it was one of the drive's.
     pub(crate) fn fault(&self) -> Option<Fault> {
-        let lost = self.state.reason() == Some(Reason::EncoderLost);
-        self.fault.or(lost.then_some(Fault::EncoderLost))
+        let found = self.state.reason();
+        let lost = found.filter(|reason| *reason == Reason::EncoderLost);
+        // And what came while the axis was held for a fault.
+        Fault::graver(self.fault.or(lost), self.fault.and(found))
     }
 
     /// The last sample in its reported form.
@@ -275,16 +283,14 @@ impl Commissioning {
         if let Err(fault) = self.lines.check(lines) {
             let is_held = fault.stop_category() == StopCategory::Controlled && self.stop.is_none();
             if is_held && self.brake.is_some() {
-                self.fault = self.fault.or(Some(fault));
-                self.end(fault);
+                self.end_by_fault(fault);
                 self.lines.ignore_switches();
             } else {
                 self.abort_with_fault(fault);
             }
         }
         if self.deadline.check().is_some() {
-            self.fault = self.fault.or(Some(Fault::LinkLost));
-            self.end(Fault::LinkLost);
+            self.end_by_fault(Fault::LinkLost);
         }
         let count = sensor.count().ok();
         let inputs = CommissionInputs {

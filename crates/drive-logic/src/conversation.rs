@@ -9,7 +9,7 @@ use crate::supervisor::Supervisor;
 ///
 /// Stops are heard by the line's listener, whatever waits before them. Reports never take the room that an answer
 /// needs. A request is carried out whether or not there is room for its answer. A host without an answer repeats the
-/// request, which does no harm.
+/// request with its numbers, by which an order acts once.
 #[derive(Debug, Default)]
 pub struct Conversation {
     receiver: Receiver,

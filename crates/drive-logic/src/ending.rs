@@ -4,12 +4,12 @@
 use drive_link::{Ended, Fault, Protection};
 use identifier_core::units::Units;
 
+use crate::protection::FLICKER_COUNTS;
 use crate::time::samples;
 
-/// Counts within which the servo is at rest, and for how long, s.
-const REST_COUNTS: u32 = 4;
 /// Counts by which a displacement is uncertain: each of its ends by one.
 const QUANTISATION_COUNTS: u32 = 2;
+/// The time for which a servo that is at rest has not moved, s.
 pub(crate) const REST_TIME: f64 = 0.02;
 
 /// A place at which a servo is at standstill: the count, and the samples for which it has been there.
@@ -22,7 +22,7 @@ pub(crate) struct Standstill {
 impl Standstill {
     /// The samples of standstill, after one at a count.
     pub(crate) fn take(&mut self, count: i32) -> u32 {
-        if count.wrapping_sub(self.at).unsigned_abs() > REST_COUNTS {
+        if count.wrapping_sub(self.at).unsigned_abs() > FLICKER_COUNTS {
             (self.at, self.samples) = (count, 0);
         } else {
             self.samples = self.samples.saturating_add(1);
@@ -69,29 +69,32 @@ impl Displacement {
 }
 
 impl Coasting {
-    /// A short window is this part of the background's patience, as a power of two: 1.2 ms of 5 s.
-    const SHORT: u32 = 12;
+    /// The shortest long window, s.
+    const LONG_TIME: f64 = 0.02;
     /// Short windows of a long one, as a power of two.
     const LONG: u32 = 4;
+    /// Counts at the largest speed in a long window at least: that speed is seen to a fifth.
+    const RESOLVED_COUNTS: f64 = 10.0;
 
-    /// Samples of a long window, by the background's patience with a disabled axis.
-    pub(crate) fn window(patience: u32) -> u32 {
-        (patience >> Self::SHORT).max(1) << Self::LONG
+    /// Samples of a long window that shows a speed, counts per sample, at a sample time, s.
+    pub(crate) fn window(speed: f64, sample_time: f64) -> u32 {
+        let samples = (Self::LONG_TIME / sample_time).max(Self::RESOLVED_COUNTS / speed);
+        // A cast saturates.
+        ((samples as u32) >> Self::LONG).max(1) << Self::LONG
     }
 
     /// From the count of the last sample before it was disabled.
-    pub(crate) fn begin(count: i32, patience: u32) -> Self {
+    pub(crate) fn begin(count: i32, window: u32) -> Self {
         let mut coasting = Self::default();
-        coasting.take(count, patience);
+        coasting.take(count, window);
         coasting
     }
 
     /// A sample later: the counts that the axis coasts in a long window. The lesser of what a long and a short window
     /// show: an axis that has just been put elsewhere moves no longer, and a coarse encoder shows nothing in a short one.
-    pub(crate) fn take(&mut self, count: i32, patience: u32) -> u32 {
-        let long = Self::window(patience);
-        self.short.take(count, long >> Self::LONG);
-        self.is_long_over |= self.long.take(count, long);
+    pub(crate) fn take(&mut self, count: i32, window: u32) -> u32 {
+        self.short.take(count, window >> Self::LONG);
+        self.is_long_over |= self.long.take(count, window);
         let in_short = |counts: u32| counts.saturating_mul(1 << Self::LONG);
         let short = self.short.before;
         if self.is_long_over {
@@ -368,7 +371,7 @@ mod tests {
     #[test]
     fn a_line_of_the_encoder_that_flickers_is_rest_and_a_motion_beyond_is_none() {
         let units = Units::new(1e-3, 1e-3).expect("allowed");
-        for (moved, wanted) in [(REST_COUNTS, 20), (REST_COUNTS + 1, 50)] {
+        for (moved, wanted) in [(FLICKER_COUNTS, 20), (FLICKER_COUNTS + 1, 50)] {
             let mut rest = Rest::within(0.05, &units);
             rest.begin(0);
             let over = (1..).find(|k| rest.is_over((k % 2 * moved).cast_signed()));

@@ -1,20 +1,30 @@
-//! The command of an unknown servo until its encoder counts: what moves it is not seen if the encoder is dead.
+//! The command of a servo until its encoder shows that it moves: what moves it is not seen if that is dead, and a load of
+//! before may be gone.
 
 use commissioning::CommandRamp;
-use identifier_core::control::ControlSample;
 use identifier_core::number::Number;
 
-use crate::protection::Protection;
-
-/// Has the command grow no faster than in the first motion of a commissioning, until the first count.
+/// Has the command grow no faster than in the first motion of a commissioning: that of an unknown servo until it has moved,
+/// and the one that balances a load from nothing, unless the servo moves before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FirstMotion {
-    /// True until the encoder counts, if the servo is unknown.
+    /// True until the servo has moved, if it is unknown.
     is_awaited: bool,
+    /// The command that is to balance the load, while it grows.
+    growing: Option<f32>,
     ramp: CommandRamp<f32>,
     /// The command from which it grows, and its distance from there, with its sign.
     from: f32,
     given: f32,
+}
+
+/// The command that balances a load has stopped growing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Balance {
+    /// All of it acts, as the servo rests under it or needs it.
+    Acts,
+    /// It has moved the servo: the load is another.
+    Refuted,
 }
 
 impl FirstMotion {
@@ -22,6 +32,7 @@ impl FirstMotion {
     pub(crate) fn new([low, high]: [f64; 2], sample_time: f64) -> Self {
         Self {
             is_awaited: true,
+            growing: None,
             ramp: CommandRamp::new(high.min(-low), sample_time),
             from: 0.0,
             given: 0.0,
@@ -38,33 +49,36 @@ impl FirstMotion {
         self.from = command;
     }
 
+    /// Begins with a command that held the servo in a run before.
+    pub(crate) fn grow(&mut self, balance: f32) {
+        self.growing = Some(balance);
+    }
+
     /// The servo is identified.
     pub(crate) fn know(&mut self) {
         self.is_awaited = false;
     }
 
-    /// The command that acts in place of the controller's.
+    /// The command is not the controller's.
     #[inline]
-    pub(crate) fn acting(
-        &mut self,
-        control: &ControlSample<f32>,
-        protection: &mut Protection,
-    ) -> f32 {
-        if self.is_awaited {
-            // Its address would put the sample into memory.
-            self.ramped(control.command, control.increment, protection)
-        } else {
-            control.command
-        }
+    pub(crate) fn acts(&self) -> bool {
+        self.is_awaited || self.growing.is_some()
     }
 
-    #[cold]
-    #[inline(never)]
-    fn ramped(&mut self, command: f32, increment: f32, protection: &mut Protection) -> f32 {
-        if increment != 0.0 {
+    /// True while the command that balances the load grows.
+    pub(crate) fn grows(&self) -> bool {
+        self.growing.is_some()
+    }
+
+    /// The command that acts in place of the controller's, after the servo has moved in this direction since its start, or
+    /// not (0).
+    pub(crate) fn ramped(&mut self, command: f32, moved: f32) -> (f32, Option<Balance>) {
+        if moved != 0.0 {
             self.is_awaited = false;
-            protection.end_first_motion();
-            return command;
+            return match self.growing.take() {
+                Some(balance) if moved * balance > 0.0 => (0.0, Some(Balance::Refuted)),
+                growing => (command, growing.map(|_| Balance::Acts)),
+            };
         }
         let wanted = command - self.from;
         // To the other side it grows anew.
@@ -75,6 +89,8 @@ impl FirstMotion {
         };
         let most = distance + self.ramp.step(distance);
         self.given = wanted.limited(-most, most);
-        self.from + self.given
+        let is_all = wanted.abs() <= most;
+        let over = self.growing.take_if(|_| is_all).map(|_| Balance::Acts);
+        (self.from + self.given, over)
     }
 }

@@ -191,6 +191,11 @@ impl Guide {
         }
     }
 
+    /// Has the next sample be no idle one.
+    pub(crate) fn activate(&mut self) {
+        self.is_active = true;
+    }
+
     /// True if there is nothing to do.
     #[inline]
     pub(crate) fn is_idle(&self) -> bool {

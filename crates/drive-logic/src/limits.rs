@@ -53,6 +53,12 @@ impl AllowedRange {
         }
     }
 
+    /// The part of a range that is in it.
+    pub(crate) fn clipped(self, [low, high]: [f64; 2]) -> [f64; 2] {
+        let [lowest, highest] = self.0;
+        [low.max(lowest), high.min(highest)]
+    }
+
     /// As seen from a position in it.
     pub(crate) fn seen_from(self, position: f64) -> Self {
         Self(self.0.map(|end| end - position))

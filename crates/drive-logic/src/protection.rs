@@ -23,9 +23,9 @@ const AMPLITUDES_OF_ERROR: f64 = 3.0;
 const SHARE_OF_DITHER: f64 = 0.9;
 
 /// Counts within which a servo has not moved: one line of an encoder that is broken still flickers.
-const FLICKER_COUNTS: u32 = 4;
+pub(crate) const FLICKER_COUNTS: u32 = 4;
 
-/// The time over which the speed is averaged, s.
+/// The time by which a servo may be ahead of its largest speed, s.
 const SPEED_TIME: f64 = 5e-3;
 
 /// Counts by which a distance is uncertain: each of its ends by one.
@@ -33,9 +33,6 @@ const QUANTISATION_COUNTS: f64 = 2.0;
 
 /// Part by which a product of decimal fractions may be off.
 const ROUNDING_OF_DECIMALS: f64 = 1e-9;
-
-/// The largest distance that 32 bits distinguish from its opposite, counts.
-const MAX_DISTANCE: u32 = i32::MAX.unsigned_abs();
 
 /// The time for which a limit switch must be open, s: contacts bounce, and lines catch disturbances.
 const DEBOUNCE: f64 = 2e-3;
@@ -55,14 +52,15 @@ pub(crate) struct Protection {
     late: LateSamples,
 }
 
-/// The watch over the speed: the distance in a fixed interval.
+/// The watch over the speed: the distance from a follower that is no faster than allowed. It shows the speed of an encoder
+/// of any resolution, of a coarse one later.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct SpeedWatch {
-    /// Samples of the interval, and those that are left of it.
-    interval: u32,
-    left: u32,
-    max_counts: u32,
-    from: i32,
+    /// Of the follower at most, counts per sample.
+    speed: f32,
+    /// The servo is ahead of it by so many counts now, and may be by so many.
+    ahead: f32,
+    most_ahead: f32,
 }
 
 /// The stall supervision. The servo must move when the command has changed by this much since its last motion. A
@@ -76,6 +74,8 @@ struct StallWatch {
     stalled: u32,
     from: i32,
     at_rest: f32,
+    /// The direction of the last motion; 0 before the first.
+    moved: f32,
 }
 
 /// The longest link timeout, s: about the longest that a heartbeat of CANopen may be apart (16 bits of ms, CiA 301).
@@ -172,29 +172,22 @@ impl Protection {
         } else {
             breakaway
         };
-        let interval = samples(SPEED_TIME, units);
         let [low, high] = travel.ends().map(|end| end * units.position());
         let lowest = (low - QUANTISATION_COUNTS) as i32;
-        let counts_in_interval = given.speed * units.velocity() * f64::from(interval);
         Ok(Self {
             following_error: f32::from_f64(given.following_error * units.position()),
             lowest,
             lowest_count: lowest,
             // Both ends are within 2³⁰ counts.
             width: ((high + QUANTISATION_COUNTS) as i32).wrapping_sub(lowest) as u32,
-            speed: SpeedWatch {
-                interval,
-                left: interval,
-                // A cast saturates.
-                max_counts: ((counts_in_interval + QUANTISATION_COUNTS) as u32).min(MAX_DISTANCE),
-                from: 0,
-            },
+            speed: SpeedWatch::new(given.speed, units),
             stall: StallWatch {
                 change: f32::from_f64(stalls_at),
                 max_samples: samples(given.stall_time, units),
                 stalled: 0,
                 from: 0,
                 at_rest: 0.0,
+                moved: 0.0,
             },
             lines: LineWatch::new(units),
             max_late: u32::from(given.overruns),
@@ -205,7 +198,6 @@ impl Protection {
     /// From where another mode, or the load's command, has held the servo; the travel counts from an origin.
     pub(crate) fn start(&mut self, handover: &Handover) {
         self.set_origin(handover.origin);
-        self.speed.from = handover.count;
         self.stall.from = handover.count;
         self.stall.at_rest = handover.last.command;
     }
@@ -216,7 +208,17 @@ impl Protection {
         self
     }
 
-    /// The first motion has begun, or the servo is identified.
+    /// The direction in which the servo has moved last; 0 before it has.
+    pub(crate) fn moved(&self) -> f32 {
+        self.stall.moved
+    }
+
+    /// A command under which the servo rests.
+    pub(crate) fn rest_under(&mut self, command: f32) {
+        self.stall.at_rest = command;
+    }
+
+    /// The servo is identified.
     pub(crate) fn end_first_motion(&mut self) {
         self.stall.stalled = 0;
     }
@@ -249,7 +251,7 @@ impl Protection {
         if above_lowest.cast_unsigned() > self.width {
             return Err(Fault::TravelLeft);
         }
-        self.speed.check(count)?;
+        self.speed.check(sample.increment)?;
         self.stall.check(sample, count)
     }
 
@@ -310,16 +312,24 @@ impl LineWatch {
 }
 
 impl SpeedWatch {
+    /// Of a servo that may have this speed, rad/s.
+    fn new(speed: f64, units: &Units) -> Self {
+        let speed = speed * units.velocity();
+        let most_ahead = speed * f64::from(samples(SPEED_TIME, units)) + QUANTISATION_COUNTS;
+        Self {
+            speed: f32::from_f64(speed),
+            ahead: 0.0,
+            most_ahead: f32::from_f64(most_ahead),
+        }
+    }
+
     #[inline]
-    fn check(&mut self, count: i32) -> Result<(), Fault> {
-        if !is_within(count.wrapping_sub(self.from), self.max_counts) {
+    fn check(&mut self, increment: f32) -> Result<(), Fault> {
+        let ahead = self.ahead + increment;
+        if ahead.abs() > self.most_ahead {
             return Err(Fault::SpeedExceeded);
         }
-        self.left -= 1;
-        if self.left == 0 {
-            self.left = self.interval;
-            self.from = count;
-        }
+        self.ahead = ahead - ahead.limited(-self.speed, self.speed);
         Ok(())
     }
 }
@@ -327,8 +337,10 @@ impl SpeedWatch {
 impl StallWatch {
     #[inline]
     fn check(&mut self, sample: &ControlSample<f32>, count: i32) -> Result<(), Fault> {
-        if !is_within(count.wrapping_sub(self.from), FLICKER_COUNTS) {
+        let moved = count.wrapping_sub(self.from);
+        if !is_within(moved, FLICKER_COUNTS) {
             self.stalled = 0;
+            self.moved = moved.signum() as f32;
             self.from = count;
             self.at_rest = sample.command;
         } else if (sample.command - self.at_rest).abs() >= self.change {
@@ -346,4 +358,44 @@ impl StallWatch {
 #[inline]
 pub(crate) fn is_within(counts: i32, max: u32) -> bool {
     counts.cast_unsigned().wrapping_add(max) <= max + max
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_speed_that_is_stated_is_the_one_that_is_kept_with_any_encoder() {
+        const LIMIT: f64 = 20.0;
+        for counts in [12.0, 48.0, 400.0, 10_000.0, 1e6] {
+            for rate in [250.0, 1e3, 2e4] {
+                let units =
+                    Units::new(1.0 / rate, core::f64::consts::TAU / counts).expect("allowed");
+                // Until it ends at a speed, s and rad.
+                let ends = |speed: f64, seconds: f64| {
+                    let mut watch = SpeedWatch::new(LIMIT, &units);
+                    let count = |k: u32| (f64::from(k) * speed / rate * units.position()) as i32;
+                    let samples = 1..(seconds * rate) as u32;
+                    let mut increments = samples.map(|k| (k, (count(k) - count(k - 1)) as f32));
+                    let end = increments.find(|&(_, increment)| watch.check(increment).is_err());
+                    end.map(|(k, _)| f64::from(k) / rate)
+                };
+                for sign in [1.0, -1.0] {
+                    assert_eq!(ends(sign * 0.999 * LIMIT, 100.0), None, "{counts} {rate}");
+                    // Two counts and 5 ms ahead of the largest speed.
+                    let ahead = 2.0 * core::f64::consts::TAU / counts + 5e-3 * LIMIT;
+                    for over in [1.05, 1.5, 10.0] {
+                        let most = ahead / ((over - 1.0) * LIMIT) + 2.0 / rate;
+                        let after = ends(sign * over * LIMIT, 100.0).expect("it is too fast");
+                        // Another count is needed to see it.
+                        let seen = core::f64::consts::TAU / counts / (over * LIMIT);
+                        assert!(
+                            after <= 1.01 * most + seen + 1.0 / rate,
+                            "{counts} {rate} {over}: {after} {most}"
+                        );
+                    }
+                }
+            }
+        }
+    }
 }

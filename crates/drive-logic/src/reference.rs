@@ -80,6 +80,13 @@ impl Reference {
         self.arrived = true;
     }
 
+    /// The same without an offset, after it has waited: it may have been sent elsewhere meanwhile.
+    pub(crate) fn rest_at(&mut self, count: i32) {
+        let sent = Some(self.target).filter(|target| *target != self.at.count);
+        self.start(count, 0.0);
+        self.target = sent.unwrap_or(count);
+    }
+
     /// Resumes towards a target from a setpoint, an offset from a count.
     pub(crate) fn resume_to(&mut self, target: i32, count: i32, offset: f32) {
         self.at = Setpoint { count, offset };

@@ -21,7 +21,7 @@ use crate::closed_loop::{
 };
 use crate::conversion;
 use crate::ending::{Course, Ending};
-use crate::first_motion::FirstMotion;
+use crate::first_motion::{Balance, FirstMotion};
 use crate::guide::{Guide, Origin, Target};
 use crate::paced_watch::PacedWatch;
 use crate::protection::Protection;
@@ -59,6 +59,8 @@ struct RunParts {
     brake: Option<BrakeTimes>,
     sample: u32,
     guide: Guide,
+    /// The command that was to balance the load has moved the servo.
+    is_refuted: bool,
     /// The last sample, its count, and that from which targets and travel count.
     last: ControlSample<f32>,
     count: i32,
@@ -91,6 +93,7 @@ impl RunParts {
             examination_interval: examination_interval(settings, &units)?,
             brake: BrakeTimes::new(settings.brake.as_ref(), &units)?,
             first_motion,
+            is_refuted: false,
             sample: 0,
             last: AT_REST,
             count: 0,
@@ -176,11 +179,28 @@ impl Run {
         self.parts.count = count;
         let handover = self.handover();
         self.closed_loop.start(&handover);
-        self.parts.first_motion.take_over(handover.last.command);
         self.parts.reference.start(count, self.parts.last.error);
         self.parts.watch.start(count);
         self.parts.protection.start(&handover);
         self.parts.guide.begin(count);
+        let balance = handover.last.command;
+        if balance == 0.0 || self.parts.brake.is_some() {
+            // Behind its brake the axis does not move.
+            self.parts.first_motion.take_over(balance);
+        } else {
+            self.parts.first_motion.grow(balance);
+            self.parts.reference.wait();
+        }
+    }
+
+    /// Begins anew without a command that balances the load, as that has moved the servo.
+    #[cold]
+    #[inline(never)]
+    fn begin_unbalanced(&mut self) {
+        self.parts.last = AT_REST;
+        self.closed_loop.start(&self.handover());
+        self.parts.reference.rest_at(self.parts.count);
+        self.parts.reference.go();
     }
 
     /// From where a commissioning holds the servo, in the run that was under way before.
@@ -283,6 +303,9 @@ impl Run {
     pub(crate) fn guide<C: Chip>(&mut self, chip: &mut C) -> Result<bool, Ended> {
         if self.parts.guide.is_idle() {
             return Ok(false);
+        }
+        if core::mem::take(&mut self.parts.is_refuted) {
+            self.begin_unbalanced();
         }
         let reference = &mut self.parts.reference;
         let found = self
@@ -449,13 +472,41 @@ fn check_sample_time(
     conversion::check_whole_periods(given, stage.period)
 }
 
+impl RunParts {
+    /// The command that acts in place of the controller's.
+    #[cold]
+    #[inline(never)]
+    fn ramped(&mut self, command: f32) -> f32 {
+        let grows = self.first_motion.grows();
+        let moved = self.protection.moved();
+        let (command, balance) = self.first_motion.ramped(command, moved);
+        match balance {
+            Some(Balance::Acts) => self.reference.go(),
+            Some(Balance::Refuted) => {
+                self.is_refuted = true;
+                self.guide.activate();
+            }
+            None => {}
+        }
+        if grows {
+            self.protection.rest_under(command);
+        }
+        command
+    }
+}
+
 /// The watches over every step of a run.
 impl StepMonitor for &mut RunParts {
     type End = Ended;
 
     #[inline(always)]
     fn acting(&mut self, sample: &ControlSample<f32>) -> f32 {
-        self.first_motion.acting(sample, &mut self.protection)
+        if self.first_motion.acts() {
+            // Its address would put the sample into memory.
+            self.ramped(sample.command)
+        } else {
+            sample.command
+        }
     }
 
     #[inline(always)]

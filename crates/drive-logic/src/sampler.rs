@@ -12,6 +12,7 @@ use crate::channel::{InterruptEnd, Recorded, Solution};
 use crate::chip::{Chip, Lines};
 use crate::commissioning::Course;
 use crate::ending::{Coasting, Standstill};
+use crate::guide::Origin;
 use crate::messages::{Event, Examination, InterruptState, Mode, Order};
 use crate::run::Run;
 use crate::telemetry::{Counts, ReportTimer};
@@ -35,6 +36,8 @@ pub struct Sampler<'a> {
     stops: u32,
     new_stops: u32,
     mode_changes: u32,
+    /// The position of the disabled axis may have been lost.
+    is_count_lost: bool,
     /// The state has changed and its report has found no room yet.
     report_pending: bool,
     report_timer: ReportTimer,
@@ -62,6 +65,7 @@ impl<'a> Sampler<'a> {
             fault: found_at_boot.err(),
             ended: None,
             returned: None,
+            is_count_lost: false,
             report_pending: found_at_boot.is_err(),
             report_timer: ReportTimer::NEVER,
             examination_timer: ReportTimer::NEVER,
@@ -137,7 +141,7 @@ impl<'a> Sampler<'a> {
     #[inline(never)]
     fn without_a_run<C: Chip>(&mut self, lines: Lines, chip: &mut C) {
         let Some(Mode::Commissioning(commissioning)) = &mut self.mode else {
-            return self.rest(chip);
+            return self.rest(lines, chip);
         };
         commissioning.miss_steps(chip.steps());
         let (sensor, output) = chip.servo();
@@ -180,7 +184,7 @@ impl<'a> Sampler<'a> {
 
     /// A sample of a servo that is disabled.
     #[cold]
-    fn rest<C: Chip>(&mut self, chip: &mut C) {
+    fn rest<C: Chip>(&mut self, lines: Lines, chip: &mut C) {
         let (sensor, output) = chip.servo();
         // Read even so: a counter of few bits that wraps unread loses its turns.
         let count = sensor.count();
@@ -189,10 +193,13 @@ impl<'a> Sampler<'a> {
         if let Ok(count) = count {
             self.channel.set_start(count);
             let stands_for = self.standstill.take(count);
-            let coasted = self.coasting.take(count, patience);
+            let coasted = self.coasting.take(count, self.channel.coasting_window());
             self.channel.set_standstill(stands_for, coasted);
         } else {
             self.channel.set_standstill(0, 0);
+        }
+        if count.is_err() || !lines.supply {
+            self.lose_count();
         }
         let is_disabled = output.release().is_ok();
         if !is_disabled && self.fault.is_none() {
@@ -201,6 +208,14 @@ impl<'a> Sampler<'a> {
         }
         self.background.set_patience(patience);
         self.feed_watchdog(chip);
+    }
+
+    /// The position of the disabled axis may be another from now on.
+    fn lose_count(&mut self) {
+        let is_new = !core::mem::replace(&mut self.is_count_lost, true);
+        if is_new && !self.fault.is_some_and(Fault::loses_position) {
+            self.report_state();
+        }
     }
 
     /// Takes in frames of the host, which no command waits for.
@@ -306,10 +321,14 @@ impl<'a> Sampler<'a> {
     /// Begins a mode from the servo's rest position, unless a fault holds, old or new.
     fn begin<C: Chip>(&mut self, mut mode: Mode, lines: Lines, chip: &mut C) {
         let (sensor, _) = chip.servo();
+        let is_count_lost = core::mem::take(&mut self.is_count_lost);
         let found = self.fault.map_or_else(|| rest_count(lines, sensor), Err);
         match (&mut mode, found) {
             (Mode::Run(run), Ok(count)) => {
                 self.channel.set_start(count);
+                if is_count_lost {
+                    run.set_origin(Origin::Start);
+                }
                 run.start(count);
             }
             (Mode::Commissioning(commissioning), Ok(count)) => {
@@ -420,13 +439,13 @@ impl<'a> Sampler<'a> {
         if self.begin_closing(ended, chip) {
             return;
         }
-        let first = match self.brake {
-            BrakeMotion::Closing { ended, .. } => ended,
+        let ended = match self.brake {
+            BrakeMotion::Closing { ended: first, .. } => first.joined(ended),
             BrakeMotion::Settled | BrakeMotion::Opening { .. } => ended,
         };
-        self.fault = first.fault().or(ended.fault()).or(self.fault);
+        self.add_fault(ended.fault());
         if let Some(Mode::Run(_)) = self.mode {
-            self.ended = Some(first);
+            self.ended = Some(ended);
         }
         self.end_mode(chip);
     }
@@ -493,17 +512,22 @@ impl<'a> Sampler<'a> {
         self.requests = self.channel.requests().wrapping_sub(1);
     }
 
+    /// Takes in a fault; the gravest one holds.
+    fn add_fault(&mut self, fault: Option<Fault>) {
+        self.fault = Fault::graver(self.fault, fault);
+    }
+
     /// Disables the servo and returns the mode that has driven it.
     fn end_mode<C: Chip>(&mut self, chip: &mut C) {
         chip.set_brake(false);
         self.brake = BrakeMotion::Settled;
         let (_, output) = chip.servo();
         if output.release().is_err() {
-            self.fault = self.fault.or(Some(Fault::ActuatorFailed));
+            self.add_fault(Some(Fault::ActuatorFailed));
         }
         if let Some(mode) = self.mode.take() {
             if let Mode::Commissioning(commissioning) = &mode {
-                self.fault = commissioning.fault().or(self.fault);
+                self.add_fault(commissioning.fault());
             }
             let count = match &mode {
                 Mode::Run(run) => run.count(),
@@ -513,7 +537,7 @@ impl<'a> Sampler<'a> {
             let turns = self.channel.background_turns();
             let patience = self.channel.disabled_patience();
             self.background.begin(patience, turns);
-            self.coasting = Coasting::begin(count, patience);
+            self.coasting = Coasting::begin(count, self.channel.coasting_window());
         }
         self.report_state();
     }
@@ -536,7 +560,9 @@ impl<'a> Sampler<'a> {
             ended: self.ended,
             returned: self.returned.take(),
             phase: commissioning.map(|under_way| under_way.report().phase),
-            origin: run.map(|run| run.origin()),
+            origin: run
+                .map(|run| run.origin())
+                .or(self.is_count_lost.then_some(Origin::Start)),
             index_from_edge: run.and_then(|run| run.index_from_edge()),
             closes_brake: self.closes_brake(),
             awaits_resume: commissioning.is_some_and(|over| over.handover().is_some()),

@@ -52,6 +52,8 @@ pub struct Store<F> {
     newest: Option<Newest>,
     /// The number of the next attempt: one that failed may still have left a whole record.
     next: u32,
+    /// Areas that were erased.
+    erasures: u32,
 }
 
 /// The newest whole record.
@@ -71,6 +73,9 @@ pub enum StoreError {
     /// The written record does not read back.
     #[error("the flash is worn or damaged: the previous record is still valid")]
     NotWritten,
+    /// An area must be erased first, which was not allowed.
+    #[error("an area of the flash must be erased first: the previous record is still valid")]
+    MustErase,
     /// The record is longer than a slot.
     #[error("the record is longer than a slot of the store")]
     TooLong,
@@ -83,14 +88,14 @@ impl<F: NorFlash> Store<F> {
         (F::ERASE_SIZE / SLOT) as u32
     };
 
-    /// Opens the two areas that begin at `start`. Reads the records of a version, each newer than those before, and keeps
-    /// the last of all if it was read: `read` returns false for contents of no use.
+    /// Opens the two areas that begin at `start`, for records of a version. Reads the records, each newer than those before,
+    /// and keeps the last of all if it was read: `read` returns false for a version or contents of no use.
     #[inline(never)]
     pub fn open(
         flash: F,
         start: u32,
         version: u16,
-        mut read: impl FnMut(&[u8]) -> bool,
+        mut read: impl FnMut(u16, &[u8]) -> bool,
     ) -> (Self, Kept) {
         let mut store = Self {
             flash,
@@ -98,6 +103,7 @@ impl<F: NorFlash> Store<F> {
             version,
             newest: None,
             next: 0,
+            erasures: 0,
         };
         let mut kept = Kept::Nothing;
         for slot in 0..AREAS * Self::SLOTS {
@@ -119,7 +125,7 @@ impl<F: NorFlash> Store<F> {
                     }
                     store.newest = Some(Newest { number, slot });
                     store.next = number.wrapping_add(1);
-                    kept = if version == store.version && read(contents) {
+                    kept = if read(version, contents) {
                         Kept::Record
                     } else {
                         Kept::OtherVersion
@@ -130,33 +136,46 @@ impl<F: NorFlash> Store<F> {
         (store, kept)
     }
 
-    /// Keeps a record, whose contents are written by a function that returns their length. It may take as long as the
-    /// flash takes to erase an area.
+    /// Keeps a record, whose contents are written by a function that returns their length, unless the newest has the same.
+    /// It may take as long as the flash takes to erase an area, if that is allowed.
     ///
     /// # Errors
     /// [`StoreError`]; the record before it still holds.
     pub fn keep(
         &mut self,
+        may_erase: bool,
         write_contents: impl FnOnce(&mut [u8]) -> Option<usize>,
     ) -> Result<(), StoreError> {
+        let mut bytes = [0; SLOT];
+        let contents = bytes.get_mut(HEAD..).ok_or(StoreError::TooLong)?;
+        let length = write_contents(contents).ok_or(StoreError::TooLong)?;
+        if let Some(Newest { number, slot }) = self.newest {
+            seal(&mut bytes, self.version, number, length)?;
+            if self.holds(slot, &bytes)? {
+                return Ok(());
+            }
+        }
+        if !may_erase && self.must_erase() {
+            return Err(StoreError::MustErase);
+        }
         let number = self.next;
         self.next = number.wrapping_add(1);
-        let bytes = whole(self.version, number, write_contents)?;
+        seal(&mut bytes, self.version, number, length)?;
         let slot = self.free_slot()?;
         let place = self.place(slot);
         self.flash
             .write(place, &bytes)
             .map_err(|_| StoreError::Flash)?;
-        let is_written = self.reads(slot, |place, bytes_read| {
-            bytes
-                .get(place..)
-                .is_some_and(|rest| rest.starts_with(bytes_read))
-        });
-        if !is_written? {
+        if !self.holds(slot, &bytes)? {
             return Err(StoreError::NotWritten);
         }
         self.newest = Some(Newest { number, slot });
         Ok(())
+    }
+
+    /// Areas that were erased so far.
+    pub fn erasures(&self) -> u32 {
+        self.erasures
     }
 
     /// True if an area must be erased for the next record.
@@ -192,6 +211,7 @@ impl<F: NorFlash> Store<F> {
         };
         let first = other * Self::SLOTS;
         let from = self.place(first);
+        self.erasures = self.erasures.wrapping_add(1);
         self.flash
             .erase(from, from + F::ERASE_SIZE as u32)
             .map_err(|_| StoreError::Flash)?;
@@ -201,6 +221,15 @@ impl<F: NorFlash> Store<F> {
     fn place(&self, slot: u32) -> u32 {
         let (area, place) = (slot / Self::SLOTS, slot % Self::SLOTS);
         self.start + area * F::ERASE_SIZE as u32 + place * SLOT as u32
+    }
+
+    /// True if a slot has these bytes.
+    fn holds(&mut self, slot: u32, bytes: &[u8; SLOT]) -> Result<bool, StoreError> {
+        self.reads(slot, |place, read| {
+            bytes
+                .get(place..)
+                .is_some_and(|rest| rest.starts_with(read))
+        })
     }
 
     /// True if all parts of a slot, with their places in it, are as they should be.
@@ -242,17 +271,16 @@ enum Slot<'a> {
     },
 }
 
-/// A record as the bytes of a slot.
-fn whole(
+/// Writes the head of a record before its contents of a length.
+fn seal(
+    bytes: &mut [u8; SLOT],
     version: u16,
     number: u32,
-    write_contents: impl FnOnce(&mut [u8]) -> Option<usize>,
-) -> Result<[u8; SLOT], StoreError> {
-    let mut bytes = [0; SLOT];
+    length: usize,
+) -> Result<(), StoreError> {
     let (head, contents) = bytes
         .split_first_chunk_mut::<HEAD>()
         .ok_or(StoreError::TooLong)?;
-    let length = write_contents(contents).ok_or(StoreError::TooLong)?;
     let contents = contents.get(..length).ok_or(StoreError::TooLong)?;
     let length = length as u16;
     let [m0, m1, m2, m3] = MARK;
@@ -264,7 +292,7 @@ fn whole(
     *head = [
         m0, m1, m2, m3, v0, v1, l0, l1, n0, n1, n2, n3, c0, c1, c2, c3,
     ];
-    Ok(bytes)
+    Ok(())
 }
 
 fn understood(bytes: &[u8; SLOT]) -> Option<Slot<'_>> {

@@ -127,8 +127,7 @@ impl Port {
         };
         let until = Instant::now() + STOP_TIME;
         while Instant::now() < until {
-            let command = Command::Stop;
-            self.send(&Request { id, command })?;
+            self.send(&Request::without_order(id, Command::Stop))?;
             if self.listen(&is_done, STOP_INTERVAL)?.is_some() {
                 return Ok(true);
             }
@@ -139,11 +138,8 @@ impl Port {
     /// Sends stops from another thread, whatever this one waits for. The first call has it; it does nothing where the
     /// system has the line only once.
     pub(crate) fn last_stop(&mut self) -> impl FnOnce() + Send + 'static {
-        let (id, command) = (self.next_id(), Command::Stop);
-        let second = self
-            .second
-            .take()
-            .zip(framed(&Request { id, command }).ok());
+        let request = Request::without_order(self.next_id(), Command::Stop);
+        let second = self.second.take().zip(framed(&request).ok());
         move || {
             if let Some((mut line, bytes)) = second {
                 for _ in 0..LAST_STOPS {

@@ -78,6 +78,7 @@ pub(super) struct Host {
     supervisor: Supervisor<'static, RecordFlash<&'static Machine>>,
     line: Timed,
     id: u8,
+    order: u32,
 }
 
 impl Deref for Host {
@@ -122,6 +123,7 @@ impl Host {
                 refused: None,
             },
             id: 0,
+            order: 0,
         }
     }
 
@@ -155,7 +157,7 @@ impl Host {
 
     /// Puts the first bytes of a request on the wire, and the others behind a break.
     pub(super) fn cut(&mut self, command: Command, place: usize) {
-        let framed = frame(&Request { id: 0, command }).expect("it fits");
+        let framed = frame(&Request::without_order(0, command)).expect("it fits");
         let (before, behind) = framed.split_at(place.min(framed.len()));
         self.send(before);
         self.break_wire(BYTE);
@@ -204,8 +206,9 @@ impl Host {
     /// first byte begins.
     pub(super) fn request(&mut self, command: Command) -> u64 {
         self.id = self.id.wrapping_add(1);
-        let id = self.id;
-        let framed = frame(&Request { id, command }).expect("it fits");
+        self.order += u32::from(command.may_move());
+        let (id, order) = (self.id, self.order);
+        let framed = frame(&Request { id, order, command }).expect("it fits");
         let began = self.send(&[0]);
         self.send(&framed);
         began
@@ -227,7 +230,7 @@ impl Host {
             self.request(command);
         }
         let command = Command::Configure(settings(1000));
-        let cut = frame(&Request { id: 0, command }).expect("it fits");
+        let cut = frame(&Request::without_order(0, command)).expect("it fits");
         let length = self.below(20) as usize;
         self.send(&cut[..length]);
     }

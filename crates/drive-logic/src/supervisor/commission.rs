@@ -25,26 +25,21 @@ use crate::limits::AllowedRange;
 use crate::messages::{Mode, Order};
 use crate::protection::largest;
 use crate::run::Run;
+use crate::store::StoreError;
 use crate::{conversion, guide};
 
 impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a commissioning, unless it is overtaken by a stop.
     pub(super) fn commission(
         &mut self,
-        id: u8,
         given: &CommissionSettings,
         listen: impl FnOnce(),
     ) -> Result<(), Refusal> {
-        // Repeated, it is done already.
-        if self.is_commissioning() && !self.is_stopping() && self.requested == Some(*given) {
-            return Ok(());
-        }
-        self.begun.check(id)?;
         let replaces_run = self.state() == State::Running && !self.is_stopping();
         if replaces_run {
             self.must_not_be_homing()?;
         } else {
-            self.must_be_ready()?;
+            self.must_be_startable()?;
         }
         self.prepare_commissioning(given)?;
         let slot = self.commissioning_slot.take();
@@ -58,10 +53,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             self.mark_and_order(commissioning, listen)
         };
         match ordered {
-            Ok(()) => {
-                (self.requested, self.phase) = (Some(*given), Phase::Idle);
-                self.begun.take(id);
-            }
+            Ok(()) => (self.requested, self.phase) = (Some(*given), Phase::Idle),
             Err(_) => self.solver.end_commissioning(),
         }
         ordered
@@ -141,18 +133,16 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// Saves the settings in force, if that is pending and the servo is disabled. Writing stops the processor, and with
     /// it the mode that holds the servo.
     pub(super) fn save_if_pending(&mut self) {
-        if self.save_pending && !self.is_driven() && self.may_write() {
+        if self.save_pending && !self.is_driven() && (self.stands() || !self.store.must_erase()) {
             // If that fails, the store holds all of the old, and the end of the next run may do.
             self.save_pending = false;
             let _ = self.keep(false);
         }
     }
 
-    /// False if the flash must be erased for a record while the disabled servo still moves. No sample follows it during
-    /// the erasing.
-    fn may_write(&mut self) -> bool {
-        let stands_for = f64::from(self.channel.standstill()) * self.sample_time();
-        stands_for >= REST_TIME || !self.store.must_erase()
+    /// The disabled servo stands. No sample follows it while the flash is erased.
+    fn stands(&self) -> bool {
+        f64::from(self.channel.standstill()) * self.sample_time() >= REST_TIME
     }
 
     /// Puts the result of a commissioning in force.
@@ -180,22 +170,23 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// # Errors
     /// The servo does not stand, or the flash does not take the record.
     pub(super) fn keep(&mut self, under_way: bool) -> Result<(), Refusal> {
-        if !self.may_write() {
-            return Err(Refusal::NotAtRest);
-        }
-        if self.store.must_erase() {
-            // Meanwhile an axis that is turned may lose a turn of the counter.
-            self.origin = guide::Origin::Start;
-        }
         let record = Record {
             settings: self.settings,
             estimates: self.estimates,
             commissioned: self.commissioned,
             under_way,
         };
-        let build = self.stage.build();
-        let kept = self.store.keep(|room| record.to_bytes(build, room));
-        kept.map_err(|_| Refusal::NotKept)?;
+        let build = self.stage.build(Record::VERSION);
+        let (stands, erasures) = (self.stands(), self.store.erasures());
+        let kept = self.store.keep(stands, |room| record.to_bytes(build, room));
+        if self.store.erasures() != erasures {
+            // Meanwhile an axis that is turned may lose a turn of the counter.
+            self.origin = guide::Origin::Start;
+        }
+        kept.map_err(|error| match error {
+            StoreError::MustErase => Refusal::NotAtRest,
+            _ => Refusal::NotKept,
+        })?;
         self.kept = Kept::Record;
         self.save_pending = under_way;
         if let Some(outcome) = &mut self.outcome {
@@ -249,19 +240,20 @@ impl<F: NorFlash> Supervisor<'_, F> {
     }
 }
 
-/// Checks that an order for an axis at this position, rad from the origin, asks for no more than the settings allow.
+/// Checks that an order for an axis at this position, rad from the origin, asks for no more than the settings allow. The
+/// travel that is left to it, rad from there.
 ///
 /// # Errors
 /// The limit that is wider than the drive's.
 #[inline(never)]
-fn check_order(order: &Limits, settings: &Settings, position: f64) -> Result<(), NotAllowed> {
+fn check_order(order: &Limits, settings: &Settings, position: f64) -> Result<[f64; 2], NotAllowed> {
     /// Part of the travel by which an axis at rest may be off its target: the loop holds it against friction.
     const OFF_TARGET: f64 = 0.01;
     let Protection { travel, speed, .. } = settings.protection;
     let travel = AllowedRange::new(travel);
     travel.narrowed("travel", order.travel)?;
+    let from_here = travel.seen_from(position);
     if position.abs() > OFF_TARGET * travel.width() {
-        let from_here = travel.seen_from(position);
         from_here.narrowed("travel", order.travel)?;
     }
     let speeds = AllowedRange::new([-speed, speed]);
@@ -269,7 +261,7 @@ fn check_order(order: &Limits, settings: &Settings, position: f64) -> Result<(),
     if let Some(controller) = settings.closed_loop.core.controller {
         AllowedRange::new(controller.limit).narrowed("command", order.command)?;
     }
-    Ok(())
+    Ok(from_here.clipped(order.travel))
 }
 
 /// Fills a slot with a commissioning beside these settings, of an axis at this position, rad from the origin, and begins
@@ -303,13 +295,16 @@ fn prepare(
     Allowed::PositiveUpTo(fastest).check("speed", limits.speed)?;
     Allowed::PositiveUpTo(longest).check("duration", limits.duration)?;
     conversion::check_stage_limits(limits.command, stage)?;
-    check_order(limits, beside, position)?;
+    let travel = check_order(limits, beside, position)?;
     let settings = CommissionSettings {
+        limits: Limits { travel, ..*limits },
         command_delay: given.command_delay + stage.command_delay,
         ..*given
     };
     let before = HoldingGains::of(core);
     let brake = BrakeTimes::new(beside.brake.as_ref(), &units)?;
+    // Without a brake a load of before may be gone, and its command would move the axis.
+    let known = known.filter(|_| brake.is_some());
     let balance = known.map_or(0.0, |known| conversion::balance(known, limits.command));
     let isr = CommissionIsr::new(&settings, before.as_ref())?;
     solver.begin_commissioning(&settings, isr.slices())?;

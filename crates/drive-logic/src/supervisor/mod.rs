@@ -1,9 +1,9 @@
 //! The background's half: everything that may take its time.
 
-mod begun;
 mod changes;
 mod commission;
 mod memory;
+mod orders;
 mod records;
 mod reports;
 mod runs;
@@ -20,9 +20,9 @@ use drive_link::{
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::reason::Reason;
 
-use self::begun::Begun;
 pub use self::memory::Memory;
 use self::memory::Slot;
+use self::orders::Orders;
 pub use self::records::Records;
 use self::solver::Solver;
 use crate::built::Part;
@@ -55,6 +55,8 @@ pub struct Supervisor<'a, F> {
     /// That of the loop that was started last, to convert samples of the interrupt to SI.
     identifier: Option<Identifier>,
     estimates: Option<Estimates>,
+    /// Those that the last run has begun with.
+    known_before: Option<Estimates>,
     /// Memory in which a commissioning is built, unless the interrupt has it.
     commissioning_slot: Option<Slot<Part<Commissioning>>>,
     solver: Solver,
@@ -72,7 +74,7 @@ pub struct Supervisor<'a, F> {
     origin: Origin,
     /// The distance of the index pulse from the edge of the home switch, counts, by the last homing that found both.
     index_from_edge: Option<i32>,
-    begun: Begun,
+    orders: Orders,
     /// A commissioning is over and holds the servo for a run to resume.
     awaits_resume: bool,
     /// The settings in force are saved as soon as the servo is disabled, and at standstill if that takes erasing.
@@ -130,6 +132,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             run_slot: Some(Slot::Blank(&mut memory.run)),
             identifier: None,
             estimates: record.and_then(|record| record.estimates),
+            known_before: None,
             commissioning_slot: Some(Slot::Blank(&mut memory.commissioning)),
             solver: Solver::in_memory(&mut memory.solver),
             rejection_reason: None,
@@ -140,7 +143,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             outcome: record.and_then(Self::outcome_in),
             origin: Origin::Start,
             index_from_edge: None,
-            begun: Begun::default(),
+            orders: Orders::default(),
             awaits_resume: false,
             // A commissioning that was interrupted is reported once; again, if that cannot be saved.
             save_pending: record.is_some_and(|record| record.under_way),
@@ -154,8 +157,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
             boot: BootChecks::PASSED,
             board_test: BoardTest::default(),
         };
-        let patience = supervisor.disabled_patience();
-        supervisor.channel.set_disabled_patience(patience);
+        supervisor.set_disabled_times();
         supervisor
     }
 
@@ -173,10 +175,18 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         };
     }
 
-    /// Samples for which the background may not run while the servo is disabled.
-    fn disabled_patience(&self) -> u32 {
+    /// Has the interrupt watch a disabled servo by the settings in force.
+    fn set_disabled_times(&self) {
         // A cast saturates.
-        (DISABLED_PATIENCE / self.sample_time()) as u32
+        let patience = (DISABLED_PATIENCE / self.sample_time()) as u32;
+        self.channel
+            .set_disabled_times(patience, self.coasting_window());
+    }
+
+    /// Samples over which the motion of the disabled axis is seen.
+    fn coasting_window(&self) -> u32 {
+        let speed = self.settings.protection.speed / self.resolution() * self.sample_time();
+        Coasting::window(speed, self.sample_time())
     }
 
     /// The sample time that holds, s: the firmware's timer follows it while the stage is disabled.
@@ -255,12 +265,18 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
 
     /// Carries a request out.
     pub(crate) fn obey(&mut self, request: &Request, listen: impl FnOnce()) -> Result<(), Refusal> {
-        if request.command.keeps_alive() {
+        let command = &request.command;
+        if command.may_move() && !self.orders.take(request)? {
+            return Ok(());
+        }
+        self.carry_out(command, listen)?;
+        if command.may_move() {
+            self.orders.end();
+        }
+        if command.keeps_alive() {
             self.channel.count_host_frame();
         }
-        let done = self.carry_out(request, listen);
-        self.begun.count_request();
-        done
+        Ok(())
     }
 
     /// The answer to a request that was carried out, or not.
@@ -270,7 +286,8 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         let refused = |refusal| Report::Refused { id, refusal };
         match done {
             Ok(()) => match request.command {
-                Command::Hello | Command::KeepAlive => self.status(Some(id)),
+                // A save may lose home.
+                Command::Hello | Command::KeepAlive | Command::Save => self.status(Some(id)),
                 Command::Show => Report::Settings {
                     id,
                     settings: self.settings,
@@ -293,8 +310,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         }
     }
 
-    fn carry_out(&mut self, request: &Request, listen: impl FnOnce()) -> Result<(), Refusal> {
-        let Request { id, command } = request;
+    fn carry_out(&mut self, command: &Command, listen: impl FnOnce()) -> Result<(), Refusal> {
         if command.may_move() {
             self.must_be_last()?;
         }
@@ -325,16 +341,14 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 }
                 self.settings = *settings;
                 self.configured = true;
-                self.channel.set_disabled_patience(self.disabled_patience());
+                self.set_disabled_times();
             }
             Command::Start => {
-                // Repeated, it is done already.
+                // Of a host that does not know of another's.
                 if self.state() == State::Running && !self.is_stopping() {
                     return Ok(());
                 }
-                self.begun.check(*id)?;
                 self.start(listen)?;
-                self.begun.take(*id);
             }
             Command::Target(radians) => {
                 let from = match self.settings.homing {
@@ -349,7 +363,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 if self.settings.homing.is_none() {
                     return Err(Refusal::NoHoming);
                 }
-                // Repeated, it is under way already.
+                // The same.
                 if self.origin != Origin::Sought {
                     self.order(Order::Home)?;
                     self.origin = Origin::Sought;
@@ -371,7 +385,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
                 self.must_be_disabled()?;
                 self.keep(false)?;
             }
-            Command::Commission(settings) => self.commission(*id, settings, listen)?,
+            Command::Commission(settings) => self.commission(settings, listen)?,
         }
         Ok(())
     }
@@ -403,21 +417,17 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
         Ok(())
     }
 
-    /// Disabled and configured.
-    fn must_be_ready(&self) -> Result<(), Refusal> {
+    /// Disabled and configured, and the axis hardly moves, within the travel: it may be driven.
+    fn must_be_startable(&self) -> Result<(), Refusal> {
+        /// Part of the largest speed that an axis may have at a start: the loop needs room to brake it.
+        const SPEED_AT_START: f64 = 0.8;
         if let State::Faulted(fault) = self.state() {
             return Err(Refusal::Faulted(fault));
         }
         if !self.configured {
             return Err(Refusal::NotConfigured);
         }
-        self.must_be_disabled()
-    }
-
-    /// The axis hardly moves, within the travel: a run may start.
-    fn must_be_startable(&self) -> Result<(), Refusal> {
-        /// Part of the largest speed that an axis may have at a start: the loop needs room to brake it.
-        const SPEED_AT_START: f64 = 0.8;
+        self.must_be_disabled()?;
         let most = SPEED_AT_START * self.settings.protection.speed;
         let speed = self.coasting_speed();
         if speed > most {
@@ -433,7 +443,7 @@ impl<'a, F: NorFlash> Supervisor<'a, F> {
 
     /// The speed of the disabled axis, rad/s.
     fn coasting_speed(&self) -> f64 {
-        let window = f64::from(Coasting::window(self.disabled_patience()));
+        let window = f64::from(self.coasting_window());
         let distance = f64::from(self.channel.coasted()) * self.resolution();
         distance / (window * self.sample_time())
     }

@@ -20,18 +20,32 @@ impl<F: NorFlash> Records<F> {
     /// On its own, for its stack to be free before there is a [`Supervisor`](super::Supervisor).
     #[inline(never)]
     pub fn open(flash: F, start: u32, stage: &OutputStage) -> Self {
-        let own = stage.build();
         let mut read = None;
-        let (store, mut kept) = Store::open(flash, start, Record::VERSION, |bytes| {
-            read = Record::from_bytes(own, bytes);
+        let (store, mut kept) = Store::open(flash, start, Record::VERSION, |version, bytes| {
+            read = match version {
+                Record::VERSION | Record::WITH_UNPROVEN_LOADS => {
+                    let own = stage.build(version);
+                    Record::from_bytes(own, bytes).map(|found| (version, own, found))
+                }
+                _ => None,
+            };
             read.is_some()
         });
-        if kept == Kept::Record
-            && let Some(Err(stored)) = read
-        {
-            kept = Kept::OtherBuild { stored, own };
-        }
-        let mut record = read.and_then(Result::ok).filter(|_| kept == Kept::Record);
+        let read = read.map(|(version, own, found)| {
+            if kept == Kept::Record {
+                kept = match found {
+                    Err(stored) => Kept::OtherBuild { stored, own },
+                    Ok(_) if version != Record::VERSION => Kept::WithoutLoads,
+                    Ok(_) => kept,
+                };
+            }
+            found.map(|record| match version {
+                Record::VERSION => record,
+                _ => record.without_loads(),
+            })
+        });
+        let is_taken = matches!(kept, Kept::Record | Kept::WithoutLoads);
+        let mut record = read.and_then(Result::ok).filter(|_| is_taken);
         if let Some(Record { settings, .. }) = &record
             && Run::check(settings, stage).is_err()
         {

@@ -1,6 +1,6 @@
 //! The reports of the background.
 
-use drive_link::{Progress, Report, Snapshot, Status};
+use drive_link::{Fault, Progress, Report, Snapshot, Status};
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
@@ -65,7 +65,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         match state.returned {
             Some(Mode::Run(run)) => {
                 if run.has_run() {
-                    self.take_in_all(run);
+                    self.take_in_all(run, state.fault);
                 }
                 self.origin = run.origin().after_run();
                 self.index_from_edge = run.index_from_edge().or(self.index_from_edge);
@@ -93,6 +93,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
             kept: self.kept,
             simulated: self.stage.is_simulated,
             configured: self.configured,
+            order: self.orders.last(),
             ended: self.ended,
             commissioning: self.last_commissioning(),
             gains: self.gains(),
@@ -137,9 +138,13 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.estimates = found.or(self.estimates);
     }
 
-    /// Takes in the estimates of a run that has ended, with their standard errors.
-    fn take_in_all(&mut self, run: &Run) {
-        self.estimates = run.closed_loop().all_estimates().or(self.estimates);
+    /// Takes in the estimates of a run that has ended, with their standard errors. What a run has learnt that ended by a
+    /// fault is no knowledge: it may be of a jam.
+    fn take_in_all(&mut self, run: &Run, fault: Option<Fault>) {
+        self.estimates = match fault {
+            None => run.closed_loop().all_estimates().or(self.estimates),
+            Some(_) => self.known_before,
+        };
     }
 
     fn progress(&self, sample: &CommissionSample) -> Progress {

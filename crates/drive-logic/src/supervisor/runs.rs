@@ -16,7 +16,6 @@ use crate::run::Run;
 impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a run from the servo's position, unless it is overtaken by a stop.
     pub(super) fn start(&mut self, listen: impl FnOnce()) -> Result<(), Refusal> {
-        self.must_be_ready()?;
         self.must_be_startable()?;
         let fitter = self.prepare_before()?;
         listen();
@@ -93,6 +92,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.channel.discard_record();
         self.order(order(Mode::Run(run)))?;
         self.identifier = Some(identifier);
+        self.known_before = self.estimates;
         self.changes = ServoChangeState::default();
         self.solver.begin_run(fitter);
         Ok(())

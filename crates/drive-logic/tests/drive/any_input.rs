@@ -176,7 +176,7 @@ proptest! {
                 Ok(command) => {
                     started |= matches!(command, Command::Start);
                     wire.line().heard.push_back(0);
-                    wire.line().heard.extend(request_bytes(1, command));
+                    wire.line().heard.extend(request_bytes(k as u8 + 1, command));
                 }
                 Err(bytes) => wire.line().heard.extend(bytes),
             }

@@ -2,11 +2,12 @@
 
 use crate::support::commission::{ORDER, ended, over, until};
 use crate::support::drive::Drive;
+use crate::support::harms::Harm;
 use crate::support::line::request_bytes;
-use crate::support::{Bench, COUNTS, Flash, harms, settings};
+use crate::support::{Bench, COUNTS, Flash, HOMING, harms, settings};
 use commissioning::Phase;
 use drive_link::{
-    Command, Ended, Estimator, Fault, HoldingBrake, Refusal, Settings, State, TargetSource,
+    Command, Ended, Estimator, Fault, HoldingBrake, Home, Refusal, Settings, State, TargetSource,
 };
 use identifier_core::parameters::ServoParameters;
 use identifier_core::reason::Reason;
@@ -167,16 +168,114 @@ fn a_load_that_is_known_is_held_from_the_first_sample() {
             let bench = Bench::sampled(&VERTICAL, sample_time);
             let mut drive = Drive::boot(bench, &Flash::blank());
             settings.protection.following_error = 40.0;
-            identify(&mut drive, &settings);
-            drive.done(Command::Start);
-            let samples = (0.3 / sample_time) as u32;
-            let fall = -lowest(&mut drive, samples);
-            let end = bench.position();
-            assert!(
-                fall < MAX_FALL && end < MAX_FALL,
-                "{sample_time} {part} {ki}: {fall} {end}"
-            );
+            // Behind its brake; and in the air, where it is held once it is seen to fall.
+            for brake in [Some(BRAKE), None] {
+                settings.brake = brake;
+                bench.brake.set(None);
+                identify(&mut drive, &settings);
+                bench
+                    .brake
+                    .set(brake.map(|times| VirtualBrake::closed(times.opens, times.closes)));
+                drive.done(Command::Start);
+                let samples = (0.3 / sample_time) as u32;
+                let fall = -lowest(&mut drive, samples);
+                let end = bench.position();
+                let seen =
+                    (2.0 * 6.0 * settings.closed_loop.core.resolution / -VERTICAL.load).sqrt();
+                let speed = -VERTICAL.load * (seen + 2.0 * sample_time);
+                let most = match brake {
+                    Some(_) => MAX_FALL,
+                    None => MAX_FALL + speed / (own.kp / part * VERTICAL.b).sqrt(),
+                };
+                assert!(
+                    fall < most && end < brake.map_or(most, |_| MAX_FALL),
+                    "{sample_time} {part} {ki} {brake:?}: {fall} of {most} {end}"
+                );
+                drive.order(Command::Stop, bench.samples(0.2));
+            }
         }
+    }
+}
+
+/// Has the drive take in what an axis did while it was jammed, freed of its load or pulled, and starts again: the largest
+/// command of the first samples, the largest distance, rad, and the largest speed, rad/s.
+fn begun_again(drive: &mut Drive) -> [f64; 3] {
+    let from = drive.position();
+    let mut most = [0.0_f64; 3];
+    for sample in 0..2000 {
+        drive.pass(1);
+        let Some(command) = drive.bench.held.get() else {
+            panic!("{sample}: {:?}", drive.state());
+        };
+        let first = if sample < 3 { command.abs() } else { 0.0 };
+        let speed = drive.bench.plant.borrow().velocity.abs();
+        let now = [f64::from(first), (drive.position() - from).abs(), speed];
+        most = core::array::from_fn(|of| most[of].max(now[of]));
+    }
+    most
+}
+
+#[test]
+fn a_load_of_before_moves_no_axis_that_has_none_any_longer() {
+    const FREE: ServoParameters = ServoParameters {
+        load: 0.0,
+        coulomb: 10.0,
+        ..VERTICAL
+    };
+    for (kp, ki) in [(9.0, 4.0), (9.0, 0.0), (1.0, 0.1)] {
+        let mut settings = vertical(None);
+        let controller = settings.closed_loop.core.controller.as_mut();
+        let controller = controller.expect("given");
+        (controller.kp, controller.ki) = (kp, ki);
+        // The payload is taken off.
+        let (mut drive, bench) = Drive::on_bench(&VERTICAL);
+        settings.protection.following_error = 40.0;
+        identify(&mut drive, &settings);
+        bench.change(&FREE);
+        drive.pass(30);
+        drive.done(Command::Start);
+        let [first, distance, speed] = begun_again(&mut drive);
+        println!("payload {kp} {ki}: {first} {distance} {speed}");
+        assert!(
+            first < 1.0 && distance < 0.05 && speed < 2.0,
+            "{kp} {ki}: {first} {distance} {speed}"
+        );
+        // And a target that comes meanwhile is followed.
+        drive.order(Command::Stop, 100);
+        drive.done(Command::Start);
+        drive.done(Command::Target(0.3));
+        begun_again(&mut drive);
+        assert!(
+            (bench.position() - 0.3).abs() < 0.05,
+            "{}",
+            bench.position()
+        );
+        // It jams, ends by a fault and is freed.
+        drive.order(Command::Stop, 100);
+        settings.protection.following_error = 3.0;
+        settings.dither.amplitude = 0.3;
+        let (mut drive, bench) = Drive::on_bench(&FREE);
+        drive.run_for(settings, 3000);
+        let place = bench.position();
+        drive.done(Command::Target(2.9));
+        let is_jammed = (0..30_000).any(|_| {
+            bench.hold_at(place);
+            drive.pass(1);
+            bench.held.get().is_none()
+        });
+        assert!(is_jammed, "it ends");
+        drive.order(Command::Clear, 100);
+        drive.done(Command::Save);
+        settings.dither.amplitude = 0.0;
+        let mut again = drive.rebooted();
+        again.done(Command::Configure(settings));
+        again.done(Command::Start);
+        let [first, distance, speed] = begun_again(&mut again);
+        println!("jam {kp} {ki}: {first} {distance} {speed}");
+        assert!(
+            first < 1.0 && distance < 0.1 && speed < 5.0,
+            "{kp} {ki}: {first} {distance} {speed}"
+        );
     }
 }
 
@@ -229,7 +328,69 @@ fn a_second_stop_or_a_fault_while_the_brake_closes_disables_at_once() {
         drive.pass(3);
         let state = fault.map_or(State::Disabled, State::Faulted);
         assert_eq!(drive.state(), state);
-        assert_eq!(drive.status().ended, Some(Ended::Stopped), "the first end");
+        let ended = fault.map_or(Ended::Stopped, Ended::Faulted);
+        assert_eq!(drive.status().ended, Some(ended), "the graver end");
+    }
+}
+
+#[test]
+fn of_two_faults_of_an_end_the_graver_is_told_and_decides_on_home() {
+    let jumps = |drive: &mut Drive| drive.bench.first.set(300_000);
+    let graver: [(Harm, Harm, bool); 4] = [
+        (harms::low_switch_opens, harms::encoder_fails, true),
+        (harms::low_switch_opens, jumps, true),
+        // The link is lost.
+        (|_| {}, harms::encoder_fails, true),
+        (|_| {}, harms::high_switch_opens, false),
+    ];
+    for commissions in [false, true] {
+        for (case, (first, second, is_lost)) in graver.into_iter().enumerate() {
+            let mut settings = vertical(Some(BRAKE));
+            settings.homing = Some(HOMING);
+            settings.protection.link_timeout = 0.2;
+            let (mut drive, bench) = on_its_brake(settings);
+            *bench.home_switch.borrow_mut() = -40.0..-1.0;
+            drive.done(Command::Start);
+            let alive = |drive: &mut Drive, samples| {
+                for _ in 0..samples / 50 {
+                    drive.done(Command::KeepAlive);
+                    drive.pass(50);
+                }
+            };
+            alive(&mut drive, 200);
+            drive.done(Command::Home);
+            alive(&mut drive, 6000);
+            assert_eq!(drive.status().home, Home::Known);
+            if commissions {
+                drive.done(Command::Stop);
+                drive.pass(300);
+                let mut order = ORDER;
+                order.resolution = settings.closed_loop.core.resolution;
+                drive.done(Command::Commission(order));
+                alive(&mut drive, 200);
+            }
+            first(&mut drive);
+            while bench.brake_power.get() {
+                drive.pass(1);
+            }
+            drive.pass(10);
+            assert!(
+                bench.held.get().is_some(),
+                "{commissions} {case}: it is held"
+            );
+            second(&mut drive);
+            drive.pass(200);
+            let State::Faulted(told) = drive.state() else {
+                panic!("{commissions} {case}: {:?}", drive.state());
+            };
+            assert_eq!(
+                told.loses_position(),
+                is_lost,
+                "{commissions} {case}: {told}"
+            );
+            let home = if is_lost { Home::Unknown } else { Home::Known };
+            assert_eq!(drive.status().home, home, "{commissions} {case}: {told}");
+        }
     }
 }
 

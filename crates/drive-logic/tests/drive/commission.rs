@@ -84,6 +84,7 @@ fn an_order_that_is_not_given_leaves_no_mark() {
     let (bench, flash) = (Bench::new(&SERVO), Flash::with(ready()));
     let request = Request {
         id: 1,
+        order: 1,
         command: Command::Commission(ORDER),
     };
     // A stop, or what may have been one, while the record is written.
@@ -157,9 +158,8 @@ fn without_gains_a_drive_waits_for_a_commissioning() {
 }
 
 #[test]
-fn a_repeated_order_is_done_once_and_another_is_refused() {
+fn a_second_order_is_refused_while_the_first_is_under_way() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
-    drive.done(Command::Commission(ORDER));
     drive.done(Command::Commission(ORDER));
     let mut other = ORDER;
     other.limits.duration *= 2.0;

@@ -218,6 +218,9 @@ fn gains_that_were_not_validated_do_not_hold_the_servo_afterwards() {
     drive.refusal(Command::Start);
     assert_eq!(ended(&mut drive).commissioning.phase, Phase::RolledBack);
     drive.pass(4000);
+    // From its first motion on all of the command acts.
+    push(&mut drive);
+    drive.pass(2000);
     let after = push(&mut drive);
     assert!((after / given - 1.0).abs() < 0.1, "{given} {after}");
     // With those that are validated it differs.

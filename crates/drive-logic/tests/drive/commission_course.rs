@@ -251,8 +251,12 @@ fn a_command_that_the_stage_does_not_take_is_released_in_the_same_sample() {
 fn its_result_is_saved_once_the_axis_stands_if_the_flash_must_be_erased_for_that() {
     let (mut drive, bench) = Drive::on_bench(&SERVO);
     // With the mark at its begin, all that an area holds.
-    drive.done(Command::Save);
-    drive.done(Command::Save);
+    let mut wanted = settings();
+    for _ in 0..2 {
+        wanted.protection.stop_time *= 1.01;
+        drive.done(Command::Configure(wanted));
+        drive.done(Command::Save);
+    }
     assert_eq!(commission(&mut drive, ORDER).commissioning, APPLIED);
     assert_eq!(bench.held.get(), None);
     // Turned by hand.

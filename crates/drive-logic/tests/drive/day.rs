@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::support::drive::{Drive, SERVO};
 use crate::support::harms::{self, Harm};
-use crate::support::line::{Random, Wires, request_bytes};
+use crate::support::line::{Random, Wires, order_bytes};
 use crate::support::{Bench, Flash, settings};
 use drive_link::{Command, Ended, Estimator, Fault, Receiver, Report, State};
 use drive_logic::{Conversation, PolledLine};
@@ -33,6 +33,7 @@ struct Day {
     conversation: Conversation,
     receiver: Receiver,
     id: u8,
+    order: u32,
     /// Reports that are no samples shown, since they were last looked at.
     reports: Vec<Report>,
     /// The last sample shown of a run, its reference and the b estimated.
@@ -48,6 +49,7 @@ impl Day {
             conversation: Conversation::new(),
             receiver: Receiver::new(),
             id: 0,
+            order: 0,
             reports: Vec::new(),
             shown: None,
             random: Random(0x2545_f491),
@@ -91,10 +93,11 @@ impl Day {
     /// Asks, and returns the answer, which must be the only report meanwhile.
     fn ask(&mut self, command: Command) -> Report {
         assert_eq!(self.reports, [], "nothing was reported unasked");
-        self.id = self.id.wrapping_add(1);
-        let id = self.id;
+        (self.id, self.order) = (self.id.wrapping_add(1), self.order + 1);
+        let (id, order) = (self.id, self.order);
         self.wires.line().heard.push_back(0);
-        self.wires.line().heard.extend(request_bytes(id, command));
+        let bytes = order_bytes(id, order, command);
+        self.wires.line().heard.extend(bytes);
         for _ in 0..MAX_ANSWER {
             self.sample();
             let Some(answer) = self.reports.pop() else {
@@ -117,7 +120,7 @@ impl Day {
     fn done(&mut self, command: Command) {
         let answer = self.ask(command);
         assert!(
-            matches!(answer, Report::Done { .. }),
+            matches!(answer, Report::Done { .. } | Report::Status { .. }),
             "{command:?}: {answer:?}"
         );
     }

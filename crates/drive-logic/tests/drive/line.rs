@@ -71,8 +71,10 @@ impl Line for Pieces {
 #[test]
 fn a_stop_while_a_run_is_built_prevents_its_start() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
-    let piece = |command| VecDeque::from(request_bytes(1, command));
-    let mut pieces = drive.polled(Pieces([piece(Command::Start), piece(Command::Stop)].into()));
+    let piece = |id, command| VecDeque::from(request_bytes(id, command));
+    let mut pieces = drive.polled(Pieces(
+        [piece(1, Command::Start), piece(2, Command::Stop)].into(),
+    ));
     let mut conversation = Conversation::new();
     for _ in 0..10 {
         conversation.turn(&mut pieces, &mut drive.supervisor);
@@ -80,7 +82,7 @@ fn a_stop_while_a_run_is_built_prevents_its_start() {
         assert!(drive.bench.held.get().is_none());
     }
     // And without one it begins.
-    *pieces.line() = Pieces([piece(Command::Start), piece(Command::Hello)].into());
+    *pieces.line() = Pieces([piece(3, Command::Start), piece(4, Command::Hello)].into());
     conversation.turn(&mut pieces, &mut drive.supervisor);
     drive.sample();
     assert!(drive.bench.held.get().is_some());
@@ -91,20 +93,21 @@ fn an_order_around_lost_bytes_is_refused_until_all_before_them_is_decoded() {
     let (mut drive, _) = Drive::on_bench(&SERVO);
     let mut listener = drive.listener.take().expect("one line");
     let mut conversation = Conversation::new();
-    let start = request_bytes(1, Command::Start);
+    let start = |id| request_bytes(id, Command::Start);
     let mut line = Wires {
-        heard: start.iter().copied().collect(),
+        heard: start(1).into(),
         ..Wires::default()
     };
     listener.disturbed();
     conversation.turn(&mut line, &mut drive.supervisor);
     drive.sample();
     assert!(drive.bench.held.get().is_none(), "a stop may be lost");
+    drive.order = 1;
     assert_eq!(drive.refusal(Command::Target(0.1)), Refusal::LineDisturbed);
     assert_eq!(drive.status().disturbed, 1);
     // Nothing is left of that time.
     conversation.turn(&mut line, &mut drive.supervisor);
-    line.heard.extend(start.iter());
+    line.heard.extend(start(3));
     conversation.turn(&mut line, &mut drive.supervisor);
     drive.sample();
     assert!(drive.bench.held.get().is_some());
@@ -119,6 +122,7 @@ fn no_order_that_may_move_the_axis_is_obeyed_in_doubt_and_any_other_request_is()
     let moving = [
         Command::Start,
         Command::Target(0.1),
+        Command::RelativeTarget(0.1),
         Command::Home,
         Command::Commission(ORDER),
     ];
@@ -166,7 +170,7 @@ fn a_request_of_another_version_is_answered_with_a_refusal_and_moves_nothing() {
     // The homing order of a host of version 17, whose stop had this code, and one with an extra byte.
     for (framed, given, bytes) in [
         (framed(&[8, 5]), 5, 2),
-        (framed(&[8, PROTOCOL, 5, 0]), PROTOCOL, 4),
+        (framed(&[8, PROTOCOL, 1, 5, 0]), PROTOCOL, 5),
     ] {
         line.line().heard.push_back(0);
         line.line().heard.extend(framed);

@@ -16,5 +16,6 @@ mod refusals;
 mod safety;
 mod servo_changes;
 mod store;
+mod storms;
 mod support;
 mod watch_in_run;

@@ -5,8 +5,10 @@ use core::f64::consts::TAU;
 use crate::support::drive::{Drive, SERVO, snapshots};
 use crate::support::harms::Harm;
 use crate::support::{Bench, COUNTS, Flash, STAGE, first_contact, harms, settings, still};
-use drive_link::{Command, Estimates, Fault, Kept, Noticed, Refusal, Report, Settings, State};
-use drive_logic::{Lines, OutputStage};
+use drive_link::{
+    Command, Estimates, Fault, Kept, Noticed, Record, Refusal, Report, Settings, State,
+};
+use drive_logic::{Lines, OutputStage, Store};
 use identifier_core::parameters::{PerParameter, ServoParameters, Term, Terms, Unknown};
 use identifier_core::settings::ParameterRangeSettings;
 
@@ -480,4 +482,42 @@ fn a_record_of_another_board_or_of_a_simulated_servo_is_left_alone_and_both_buil
         let mut drive = Drive::new(bench, &flash, Ok(()), other);
         assert_eq!(drive.status().kept, Kept::Record);
     }
+}
+
+#[test]
+fn of_a_record_of_the_version_before_all_is_taken_but_the_load_that_a_run_has_learnt() {
+    let (mut drive, bench) = Drive::on_bench(&SERVO);
+    drive.order(Command::Start, 20_000);
+    drive.order(Command::Stop, 1);
+    drive.done(Command::Save);
+    let learnt = drive.status().estimates.expect("learnt");
+    assert!(learnt.servo.load > 1.0, "{}", learnt.servo.load);
+    let (mut contents, flash) = (Vec::new(), Flash::blank());
+    Store::open(drive.flash.powered_again(), 0, 0, |_, bytes| {
+        contents = bytes.to_vec();
+        true
+    });
+    // It begins with the fingerprint of its build.
+    let mut build = Record::WITH_UNPROVEN_LOADS.to_le_bytes().to_vec();
+    build.push(STAGE.is_simulated.into());
+    build.extend(STAGE.board.as_bytes());
+    let fingerprint = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&build);
+    contents[..4].copy_from_slice(&fingerprint.to_le_bytes());
+    let version = Record::WITH_UNPROVEN_LOADS;
+    let (mut store, _) = Store::open(flash.clone(), 0, version, |_, _| false);
+    let write = |room: &mut [u8]| {
+        room[..contents.len()].copy_from_slice(&contents);
+        Some(contents.len())
+    };
+    store.keep(true, write).expect("power is there");
+    let mut again = Drive::as_it_comes(bench, &flash);
+    let status = again.status();
+    assert_eq!((status.kept, status.configured), (Kept::WithoutLoads, true));
+    assert_eq!(again.shown(), drive.shown());
+    let mut without = learnt;
+    without.servo.load = 0.0;
+    assert_eq!(status.estimates, Some(without));
+    again.pass(30);
+    again.done(Command::Save);
+    assert_eq!(again.rebooted().status().kept, Kept::Record);
 }

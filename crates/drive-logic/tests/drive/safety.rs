@@ -106,20 +106,23 @@ fn a_silent_host_ends_the_run_at_rest_within_the_stated_time() {
 }
 
 #[test]
-fn only_a_host_that_drives_keeps_a_run_alive() {
-    for command in [
-        Command::Hello,
-        Command::Show,
-        Command::Watch(0),
-        Command::Outcome,
-        Command::MotionRecord(0),
-        Command::BoardTest,
-        Command::Clear,
-        Command::Save,
-        Command::Configure(still()),
-        Command::KeepAlive,
-        Command::Target(0.1),
-        Command::Start,
+fn only_a_host_that_drives_and_is_obeyed_keeps_a_run_alive() {
+    for (command, keeps_alive) in [
+        (Command::Hello, false),
+        (Command::Show, false),
+        (Command::Watch(0), false),
+        (Command::Outcome, false),
+        (Command::MotionRecord(0), false),
+        (Command::BoardTest, false),
+        (Command::Clear, false),
+        (Command::Save, false),
+        (Command::Configure(still()), false),
+        (Command::KeepAlive, true),
+        (Command::Target(0.1), true),
+        (Command::Start, true),
+        // Refused.
+        (Command::Target(f64::NAN), false),
+        (Command::Home, false),
     ] {
         let mut wanted = still();
         wanted.protection.link_timeout = 0.3;
@@ -129,7 +132,7 @@ fn only_a_host_that_drives_keeps_a_run_alive() {
             drive.ask(command);
         }
         let is_alive = drive.state() == State::Running;
-        assert_eq!(is_alive, command.keeps_alive(), "{command:?}");
+        assert_eq!(is_alive, keeps_alive, "{command:?}");
     }
 }
 
@@ -184,7 +187,7 @@ fn the_speed_is_watched_in_every_sample() {
         wanted.protection.speed = 10.0;
         let (mut drive, bench) = running(&SERVO, wanted, 10);
         let mut at = 0.0;
-        for _ in 0..20 {
+        for _ in 0..60 {
             at += speed * SAMPLE_TIME;
             bench.hold_at(at);
             drive.pass(1);
@@ -245,14 +248,19 @@ fn the_largest_dither_that_is_allowed_does_not_fault() {
 }
 
 #[test]
-fn a_fault_keeps_the_estimates_and_the_next_run_starts_from_them() {
+fn what_a_run_has_learnt_is_kept_and_the_next_run_starts_from_it_unless_it_ended_by_a_fault() {
     for loses_power in [false, true] {
         let (mut drive, bench) = running(&SERVO, settings(), 20_000);
+        drive.order(Command::Stop, 2);
+        let learnt = drive.supervisor.estimates().expect("learnt");
+        let b = learnt.servo.b;
+        assert!((b / SERVO.b - 1.0).abs() < 0.01, "{b}");
+        // What it learns before the fault may be of a jam.
+        drive.order(Command::Start, 20);
         bench.plant.borrow_mut().position += 6.3;
         drive.pass(2);
         assert_eq!(drive.state(), State::Faulted(Fault::FollowingError));
-        let learnt = drive.supervisor.estimates().expect("learnt").servo.b;
-        assert!((learnt / SERVO.b - 1.0).abs() < 0.01, "{learnt}");
+        assert_eq!(drive.supervisor.estimates(), Some(learnt));
         drive.done(Command::Save);
         if loses_power {
             drive = drive.rebooted();
@@ -262,7 +270,7 @@ fn a_fault_keeps_the_estimates_and_the_next_run_starts_from_them() {
         drive.done(Command::Watch(1));
         let shown = snapshots(&drive.order(Command::Start, 2));
         let first = shown.first().expect("shown").estimates.servo.b;
-        assert!((first / learnt - 1.0).abs() < 1e-3, "{first} {learnt}");
+        assert!((first / b - 1.0).abs() < 1e-3, "{first} {b}");
         drive.order(Command::Stop, 2);
 
         // The same settings keep the learnt estimates, those of another servo discard them.
@@ -495,7 +503,8 @@ fn an_axis_that_moves_is_not_driven_and_its_speed_is_said() {
             drive.pass(100);
             bench.plant.borrow_mut().velocity = speed;
             drive.pass(after);
-            let refusal = match drive.ask(Command::Start) {
+            let begin = [Command::Start, Command::Commission(ORDER)][after as usize % 2];
+            let refusal = match drive.ask(begin) {
                 Report::Refused { refusal, .. } => refusal,
                 // What is slow shows in a long window only.
                 _ => {
@@ -530,52 +539,108 @@ fn an_axis_that_moves_is_not_driven_and_its_speed_is_said() {
 }
 
 #[test]
-fn a_start_or_a_commissioning_acts_once_and_never_late() {
+fn an_axis_that_moves_faster_than_it_may_is_not_driven_with_a_coarse_encoder_either() {
+    const FREE: ServoParameters = ServoParameters {
+        a: 0.0,
+        b: 257.7,
+        coulomb: 0.0,
+        load: 0.0,
+    };
+    const LIMIT: f64 = 20.0;
+    for counts in [12.0, 48.0, 400.0, 10_000.0] {
+        for (part, may_start) in [(0.0, true), (0.5, true), (1.3, false), (-1.3, false)] {
+            let bench = Bench::counting(0, counts, &FREE);
+            let mut drive = Drive::boot(bench, &Flash::blank());
+            let mut wanted = still();
+            wanted.closed_loop.core.resolution = core::f64::consts::TAU / counts;
+            (wanted.protection.speed, wanted.protection.pace) = (LIMIT, 1.0);
+            drive.done(Command::Configure(wanted));
+            bench.plant.borrow_mut().velocity = part * LIMIT;
+            drive.pass(1000);
+            for _ in 0..10 {
+                let answer = drive.ask(Command::Start);
+                let has_begun = matches!(answer, Report::Done { .. });
+                assert_eq!(has_begun, may_start, "{counts} {part}: {answer:?}");
+                if has_begun {
+                    break;
+                }
+                drive.pass(37);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_order_acts_once_and_never_late() {
     let (mut drive, bench) = Drive::on_bench(&crate::support::commission::SERVO);
-    let answer = |drive: &mut Drive, id: u8, command: Command| {
-        let answer = drive.supervisor.answer(&Request { id, command });
+    let answer = |drive: &mut Drive, order: u32, command: Command| {
+        let id = order as u8;
+        let answer = drive.supervisor.answer(&Request { id, order, command });
         drive.pass(5);
         match answer {
             Report::Refused { refusal, .. } => Err(refusal),
             _ => Ok(()),
         }
     };
-    let (late, disabled) = (Err(Refusal::DoneBefore), State::Disabled);
+    let late = Err(Refusal::GivenBefore);
     let commission = Command::Commission(ORDER);
-    for (first, begin) in [
-        (10_u8, Command::Start),
-        (100, commission),
-        (250, Command::Start),
-        (50, commission),
-    ] {
-        let id = |k: u8| first.wrapping_add(k);
-        assert_eq!(answer(&mut drive, id(0), Command::Hello), Ok(()));
-        assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
-        // Repeated while it is under way, it is done already.
-        assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
-        assert_eq!(answer(&mut drive, id(3), Command::Stop), Ok(()));
-        drive.pass(500);
-        assert_eq!(drive.state(), disabled);
-        assert_eq!(answer(&mut drive, id(2), begin), late);
-        assert_eq!(drive.state(), disabled);
-        assert_eq!(answer(&mut drive, id(4), begin), Ok(()));
-        // It ends by itself.
-        bench.lines.set(Lines {
-            low_switch: false,
-            ..Lines::HEALTHY
-        });
-        drive.pass(500);
-        bench.lines.set(Lines::HEALTHY);
-        assert_eq!(answer(&mut drive, id(5), Command::Clear), Ok(()));
-        for old in [4, 2] {
-            assert_eq!(answer(&mut drive, id(old), begin), late);
+    // Beyond the largest number, too.
+    let mut order = u32::MAX - 20;
+    assert_eq!(answer(&mut drive, 0, Command::Start), late);
+    for before in [1 << 30, 1 << 31, 3 << 30, order] {
+        let refused = answer(&mut drive, before, Command::Target(0.1));
+        assert_eq!(refused, Err(Refusal::NotRunning));
+    }
+    drive.done(Command::Configure(still()));
+    let mut next = |drive: &mut Drive, command| {
+        order = order.wrapping_add(3);
+        assert_eq!(answer(drive, order, command), Ok(()));
+        assert_eq!(drive.status().order, order);
+        order
+    };
+    for begin in [Command::Start, commission, Command::Start, commission] {
+        let begun = next(&mut drive, begin);
+        // It comes again while it is under way.
+        assert_eq!(answer(&mut drive, begun, begin), Ok(()));
+        let mut given = vec![(begun, begin)];
+        if begin == Command::Start {
+            for target in [0.2, 0.0] {
+                given.push((
+                    next(&mut drive, Command::Target(target)),
+                    Command::Target(target),
+                ));
+                drive.pass(300);
+            }
+            // The first target again, and a frame of before the run.
+            assert_eq!(answer(&mut drive, given[1].0, given[1].1), late);
+            assert_eq!(answer(&mut drive, begun.wrapping_sub(2), given[1].1), late);
+            drive.pass(300);
+            assert!(bench.position().abs() < 0.05, "{}", bench.position());
         }
-        // After many others its number is a new one.
-        for k in 6..=200 {
-            assert_eq!(answer(&mut drive, id(k), Command::Hello), Ok(()));
+        drive.done(Command::Stop);
+        drive.pass(1000);
+        assert_eq!(drive.state(), State::Disabled);
+        // In the run after it each comes again, and long after.
+        let now = next(&mut drive, Command::Start);
+        for round in 0..2 {
+            for &(old, command) in &given {
+                assert_eq!(
+                    answer(&mut drive, old, command),
+                    late,
+                    "{round} {command:?}"
+                );
+            }
+            (0..300).for_each(|_| _ = drive.status());
         }
-        assert_eq!(answer(&mut drive, id(2), begin), Ok(()));
-        assert_eq!(answer(&mut drive, id(3), Command::Stop), Ok(()));
-        drive.pass(500);
+        assert_eq!(answer(&mut drive, now, Command::Start), Ok(()));
+        drive.done(Command::Stop);
+        drive.pass(1000);
+        assert_eq!(
+            answer(&mut drive, now, Command::Start),
+            Ok(()),
+            "it was done"
+        );
+        drive.pass(5);
+        assert_eq!(drive.state(), State::Disabled);
     }
 }

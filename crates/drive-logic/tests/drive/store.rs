@@ -25,7 +25,10 @@ fn written(k: u32) -> impl FnOnce(&mut [u8]) -> Option<usize> {
 /// Opens a store of such contents.
 fn open(flash: Flash, version: u16) -> (Store<Flash>, Option<[u32; 32]>, Kept) {
     let mut read = None;
-    let (store, kept) = Store::open(flash, 0, version, |bytes| {
+    let (store, kept) = Store::open(flash, 0, version, |found, bytes| {
+        if found != version {
+            return false;
+        }
         let (words, rest) = bytes.as_chunks::<4>();
         let words = words.iter().map(|&word| u32::from_le_bytes(word));
         let contents: Vec<u32> = words.collect();
@@ -47,7 +50,7 @@ fn a_blank_flash_holds_nothing_and_then_the_last_record() {
     assert_eq!((read, kept), (None, Kept::Nothing));
     // More than both sectors hold, several times over.
     for k in 0..60 {
-        store.keep(written(k)).expect("power is there");
+        store.keep(true, written(k)).expect("power is there");
         let (_, read, kept) = opened(&flash);
         assert_eq!(
             (read, kept),
@@ -66,19 +69,21 @@ fn after_a_power_loss_the_old_or_the_new_record_is_read() {
         let flash = Flash::blank();
         let (mut store, ..) = open(flash.clone(), 1);
         for k in 0..before {
-            store.keep(written(k)).expect("power is there");
+            store.keep(true, written(k)).expect("power is there");
         }
         let image = flash.bytes.borrow().clone();
         // Steps that keeping one more takes.
         flash.steps.set(0);
-        store.keep(written(before)).expect("power is there");
+        store.keep(true, written(before)).expect("power is there");
         let steps = flash.steps.get();
         for cut in 0..steps {
             let flash = Flash::with(image.clone());
             let (mut store, read, _) = open(flash.clone(), 1);
             assert_eq!(read, Some(contents(before - 1)));
             flash.steps_left.set(cut);
-            store.keep(written(before)).expect_err("the power went");
+            store
+                .keep(true, written(before))
+                .expect_err("the power went");
             let (mut store, read, kept) = opened(&flash);
             assert_eq!(
                 kept,
@@ -91,7 +96,9 @@ fn after_a_power_loss_the_old_or_the_new_record_is_read() {
                 "{before} records, cut after {cut} of {steps}"
             );
             // And the next one is kept in spite of the remains of the cut.
-            store.keep(written(before + 1)).expect("power is back");
+            store
+                .keep(true, written(before + 1))
+                .expect("power is back");
             // A store that continues without a reboot has the same record in force.
         }
     }
@@ -101,12 +108,12 @@ fn after_a_power_loss_the_old_or_the_new_record_is_read() {
 fn an_attempt_that_failed_late_does_not_hide_the_one_after_it() {
     let flash = Flash::blank();
     let (mut store, ..) = open(flash.clone(), 1);
-    store.keep(written(0)).expect("power is there");
+    store.keep(true, written(0)).expect("power is there");
     // All of the contents are written, and then the flash fails.
     flash.steps_left.set(SLOT / 4 - 1);
-    assert_eq!(store.keep(written(1)), Err(StoreError::Flash));
+    assert_eq!(store.keep(true, written(1)), Err(StoreError::Flash));
     flash.steps_left.set(usize::MAX);
-    store.keep(written(2)).expect("it continues");
+    store.keep(true, written(2)).expect("it continues");
     assert_eq!(opened(&flash).1, Some(contents(2)));
 }
 
@@ -114,13 +121,13 @@ fn an_attempt_that_failed_late_does_not_hide_the_one_after_it() {
 fn a_record_that_does_not_read_back_is_not_kept() {
     let flash = Flash::blank();
     let (mut store, ..) = open(flash.clone(), 1);
-    store.keep(written(0)).expect("the flash is new");
+    store.keep(true, written(0)).expect("the flash is new");
     // In the contents of the next slot.
     flash.worn.set(Some(SLOT + 20));
-    assert_eq!(store.keep(written(1)), Err(StoreError::NotWritten));
+    assert_eq!(store.keep(true, written(1)), Err(StoreError::NotWritten));
     assert_eq!(opened(&flash).1, Some(contents(0)));
     // Only that slot is lost.
-    store.keep(written(2)).expect("there are others");
+    store.keep(true, written(2)).expect("there are others");
     assert_eq!(opened(&flash).1, Some(contents(2)));
 }
 
@@ -128,12 +135,12 @@ fn a_record_that_does_not_read_back_is_not_kept() {
 fn a_record_of_another_version_is_known_as_such_and_left_alone() {
     let flash = Flash::blank();
     let (mut old, ..) = open(flash.clone(), 1);
-    old.keep(written(7)).expect("power is there");
+    old.keep(true, written(7)).expect("power is there");
     let (mut new, read, kept) = open(flash.clone(), 2);
     assert_eq!((read, kept), (None, Kept::OtherVersion));
     let (_, read, _) = open(flash.clone(), 1);
     assert_eq!(read, Some(contents(7)));
-    new.keep(written(8)).expect("power is there");
+    new.keep(true, written(8)).expect("power is there");
     let (_, read, kept) = open(flash.clone(), 2);
     assert_eq!((read, kept), (Some(contents(8)), Kept::Record));
 }
@@ -141,9 +148,9 @@ fn a_record_of_another_version_is_known_as_such_and_left_alone() {
 #[test]
 fn a_record_longer_than_a_slot_is_refused() {
     let (mut store, ..) = open(Flash::blank(), 1);
-    assert_eq!(store.keep(|_| None), Err(StoreError::TooLong));
+    assert_eq!(store.keep(true, |_| None), Err(StoreError::TooLong));
     let longer = |room: &mut [u8]| Some(room.len() + 1);
-    assert_eq!(store.keep(longer), Err(StoreError::TooLong));
+    assert_eq!(store.keep(true, longer), Err(StoreError::TooLong));
 }
 
 proptest! {
@@ -156,7 +163,7 @@ proptest! {
         let flash = Flash::blank();
         let (mut store, ..) = open(flash.clone(), 1);
         for k in 0..records {
-            store.keep(written(k)).expect("power is there");
+            store.keep(true, written(k)).expect("power is there");
         }
         flash.bytes.borrow_mut()[place] ^= 1 << bit;
         let (mut store, read, kept) = opened(&flash);
@@ -168,7 +175,7 @@ proptest! {
                 prop_assert_eq!(kept, Kept::Damaged);
             }
         }
-        store.keep(written(99)).expect("it continues");
+        store.keep(true, written(99)).expect("it continues");
     }
 
     #[test]
@@ -178,7 +185,7 @@ proptest! {
         let flash = Flash::with(bytes);
         let (mut store, read, kept) = open(flash.clone(), 1);
         prop_assert_eq!((read, kept), (None, Kept::Damaged));
-        store.keep(written(1)).expect("it is erased first");
+        store.keep(true, written(1)).expect("it is erased first");
         let (_, read, kept) = opened(&flash);
         prop_assert_eq!((read, kept), (Some(contents(1)), Kept::Record));
     }

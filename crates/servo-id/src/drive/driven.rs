@@ -6,7 +6,7 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use commissioning::CommissionSettings;
-use drive_link::{Command, Refusal, Report, State, Status};
+use drive_link::{Command, Report, State, Status};
 
 use super::{Client, DriveError, MAX_SIGN_PERIOD};
 
@@ -151,27 +151,18 @@ impl Driven {
         patience: Duration,
         wanted: State,
     ) -> Result<(), DriveError> {
-        /// Numbers that a drive remembers of the requests of other programs.
-        const MAX_OTHERS: u32 = 4;
         self.guarded(command, |client| {
-            for _ in 0..=MAX_OTHERS {
-                let id = client.send(command)?;
-                let answer = client.next_within(patience, |report| match report {
-                    Report::Done { id: same } if *same == id => Some(Ok(())),
-                    Report::Refused { id: same, refusal } if *same == id => {
-                        Some(Err(refusal.clone()))
-                    }
-                    _ => None,
-                })?;
-                return match answer {
-                    // It was sent once: another program had its number.
-                    Some(Err(Refusal::DoneBefore)) => continue,
-                    Some(done) => done.map_err(DriveError::Refused),
-                    None if client.status()?.state == wanted => Ok(()),
-                    None => Err(DriveError::Silent),
-                };
+            let id = client.send(command)?;
+            let answer = client.next_within(patience, |report| match report {
+                Report::Done { id: same } if *same == id => Some(Ok(())),
+                Report::Refused { id: same, refusal } if *same == id => Some(Err(refusal.clone())),
+                _ => None,
+            })?;
+            match answer {
+                Some(done) => done.map_err(DriveError::Refused),
+                None if client.status()?.state == wanted => Ok(()),
+                None => Err(DriveError::Silent),
             }
-            Err(DriveError::Refused(Refusal::DoneBefore))
         })
     }
 
@@ -221,10 +212,10 @@ impl DerefMut for Driven {
 mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    use drive_link::Request;
+    use drive_link::{Refusal, Request};
 
     use super::*;
-    use crate::scripted_line::{Received, obedient};
+    use crate::scripted_line::{Received, obedient, status};
 
     /// Runs a program with a drive that obeys, but for these answers, and returns what the drive has received.
     fn received(
@@ -248,7 +239,7 @@ mod tests {
                     panic!("a defect of this program");
                 },
             );
-            assert_eq!(received.commands(), [motion, Command::Stop]);
+            assert_eq!(received.commands(), [Command::Hello, motion, Command::Stop]);
         }
     }
 
@@ -259,7 +250,8 @@ mod tests {
             // The guard is armed before the answer, and before the first byte.
             drive.send(Command::Start).expect("the line is whole");
         });
-        assert_eq!(sent.commands(), [Command::Start, Command::Stop]);
+        let wanted = [Command::Hello, Command::Start, Command::Stop];
+        assert_eq!(sent.commands(), wanted);
     }
 
     #[test]
@@ -281,25 +273,51 @@ mod tests {
                 drive.leave();
             },
         );
-        assert_eq!(sent.commands(), [Command::Start]);
+        assert_eq!(sent.commands(), [Command::Hello, Command::Start]);
     }
 
     #[test]
-    fn a_number_of_another_program_is_given_up() {
-        let mut asked = 0;
-        let remembers = move |request: &Request| {
-            let (id, refusal) = (request.id, Refusal::DoneBefore);
-            asked += 1;
-            (asked <= 2).then_some(Some(Report::Refused { id, refusal }))
+    fn an_order_has_the_number_after_the_last_of_any_program() {
+        let mut last = 41;
+        let counts = move |request: &Request| {
+            let id = request.id;
+            if request.command == Command::Hello {
+                let status = Status {
+                    order: last,
+                    ..status(State::Running)
+                };
+                return Some(Some(Report::Status {
+                    id: Some(id),
+                    status,
+                }));
+            }
+            if !request.command.may_move() {
+                return None;
+            }
+            if request.order <= last {
+                let refusal = Refusal::GivenBefore;
+                return Some(Some(Report::Refused { id, refusal }));
+            }
+            // Another program gives one after it.
+            last = request.order + 1;
+            None
         };
-        let sent = received(remembers, |drive| {
-            drive.start().expect("its third number is its own");
+        let sent = received(counts, |drive| {
+            drive.start().expect("it obeys");
+            for target in [Command::Target(1.0), Command::Home] {
+                let refused = drive.ask(target);
+                assert!(matches!(
+                    refused,
+                    Err(DriveError::Refused(Refusal::GivenBefore))
+                ));
+                drive.ask(target).expect("it has asked for the state");
+            }
             drive.leave();
         });
-        let numbers: Vec<u8> = sent.all().iter().map(|request| request.id).collect();
-        let own = [0, 1, 2].map(|next| numbers[0].wrapping_add(next));
-        assert_eq!(numbers, own);
-        assert_eq!(sent.count(Command::Start), 3);
+        let requests = sent.all();
+        let moving = requests.iter().filter(|request| request.command.may_move());
+        let orders: Vec<u32> = moving.map(|request| request.order).collect();
+        assert_eq!(orders, [42, 43, 44, 45, 46]);
     }
 
     #[test]
@@ -319,8 +337,12 @@ mod tests {
 
     #[test]
     fn a_stop_that_is_not_acknowledged_counts_as_none_and_nothing_keeps_the_run_alive() {
-        let is_unheard = |command| matches!(command, Command::Stop | Command::Hello);
-        let (port, sent) = obedient(move |request| is_unheard(request.command).then_some(None));
+        let mut has_moved = false;
+        let (port, sent) = obedient(move |request| {
+            has_moved |= request.command == Command::Start;
+            let is_unheard = matches!(request.command, Command::Stop | Command::Hello);
+            (has_moved && is_unheard).then_some(None)
+        });
         let mut drive = Driven::new(Client::new(port), 1.0, AtEnd::Stop);
         drive.ask(Command::Start).expect("it obeys");
         let stopped = drive.stop_and_stay();

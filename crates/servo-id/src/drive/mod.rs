@@ -37,6 +37,8 @@ const TICK: Duration = Duration::from_millis(20);
 #[derive(Debug)]
 pub struct Client {
     port: Port,
+    /// The number of the last order, of this program or by the last status.
+    last_order: Option<u32>,
     /// The request for the state that is repeated while listening, its period, and the time of the last one.
     sign: Option<(Command, Duration)>,
     last_sign: Instant,
@@ -84,6 +86,7 @@ impl Client {
     pub fn new(port: Port) -> Self {
         Self {
             port,
+            last_order: None,
             sign: None,
             last_sign: Instant::now(),
             interruption: None,
@@ -103,9 +106,24 @@ impl Client {
 
     /// Sends a command without waiting for the answer, which will carry the returned number.
     fn send(&mut self, command: Command) -> Result<u8, DriveError> {
+        let request = self.request(command)?;
+        self.port.send(&request)?;
+        Ok(request.id)
+    }
+
+    /// A request with the next numbers.
+    fn request(&mut self, command: Command) -> Result<Request, DriveError> {
+        let order = if command.may_move() {
+            let last = match self.last_order {
+                Some(last) => last,
+                None => self.status()?.order,
+            };
+            *self.last_order.insert(last.wrapping_add(1))
+        } else {
+            0
+        };
         let id = self.port.next_id();
-        self.port.send(&Request { id, command })?;
-        Ok(id)
+        Ok(Request { id, order, command })
     }
 
     /// Sends a command and waits until it is done.
@@ -137,12 +155,12 @@ impl Client {
         self.ask(Command::Clear)
     }
 
-    /// Saves settings and estimates.
+    /// Saves settings and estimates. The status afterwards, as home may be lost by it.
     ///
     /// # Errors
     /// If it is refused, or the line breaks.
-    pub fn save(&mut self) -> Result<(), DriveError> {
-        self.ask(Command::Save)
+    pub fn save(&mut self) -> Result<Status, DriveError> {
+        self.status_after(Command::Save)
     }
 
     /// Stops everything that the drive does before it asks it anything, and returns its status when its servo is
@@ -221,7 +239,11 @@ impl Client {
     /// # Errors
     /// If the line breaks.
     pub fn status(&mut self) -> Result<Status, DriveError> {
-        match self.report(Command::Hello)? {
+        self.status_after(Command::Hello)
+    }
+
+    fn status_after(&mut self, command: Command) -> Result<Status, DriveError> {
+        match self.report(command)? {
             Report::Status { status, .. } => Ok(status),
             _ => Err(DriveError::Silent),
         }
@@ -279,11 +301,28 @@ impl Client {
             let Some(report) = self.port.listen(&|_: &Report| true, patience)? else {
                 continue;
             };
+            self.hear_orders(&report);
             let selected = select(&report);
             pass(self.reports.as_ref(), report);
             if selected.is_some() {
                 return Ok(selected);
             }
+        }
+    }
+
+    /// Takes in the orders of other programs.
+    fn hear_orders(&mut self, report: &Report) {
+        match report {
+            Report::Status { status, .. } => {
+                let is_later = |last| status.order.wrapping_sub(last).cast_signed() > 0;
+                if self.last_order.is_none_or(is_later) {
+                    self.last_order = Some(status.order);
+                }
+            }
+            Report::Refused { refusal, .. } if *refusal == Refusal::GivenBefore => {
+                self.last_order = None
+            }
+            _ => {}
         }
     }
 
@@ -293,7 +332,8 @@ impl Client {
 
     /// The report that answers a command, which is sent this often at most.
     fn report_in(&mut self, command: Command, tries: u32) -> Result<Report, DriveError> {
-        let id = self.port.next_id();
+        let request = self.request(command)?;
+        let id = request.id;
         let answers = |report: &Report| match report {
             Report::Status { id: same, .. } => *same == Some(id),
             Report::Settings { id: same, .. }
@@ -305,7 +345,7 @@ impl Client {
             Report::Snapshot(_) | Report::Progress(_) | Report::Fault(_) => false,
         };
         for _ in 0..tries {
-            self.port.send(&Request { id, command })?;
+            self.port.send(&request)?;
             let answer =
                 self.next_within(PATIENCE, |report| answers(report).then(|| report.clone()))?;
             match answer {

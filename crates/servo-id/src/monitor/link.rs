@@ -1,7 +1,7 @@
 //! The line to the drive, in a thread of its own. However long a screen or a disk takes, reports are read and the link
 //! is kept alive.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -19,12 +19,21 @@ const MAX_SIGN_WAIT: Duration = Duration::from_secs(2);
 /// The line to a drive, served by a thread. However it is dropped, the servo is left as [`AtEnd`] orders.
 #[derive(Debug)]
 pub struct Link {
-    orders: Option<Sender<Command>>,
-    /// A stop is ordered and not sent yet: it ends every wait for an answer.
-    stops: &'static AtomicBool,
+    /// Each with the number of the last stop before it.
+    orders: Option<Sender<(Command, u32)>>,
+    stops: &'static Stops,
     reports: Receiver<Report>,
     answers: Receiver<LinkEvent>,
     thread: Option<JoinHandle<Result<bool, LinkError>>>,
+}
+
+/// The stops that were ordered.
+#[derive(Debug, Default)]
+struct Stops {
+    /// The number of the last one: no command from before it is sent.
+    last: AtomicU32,
+    /// One is not sent yet: that ends every wait for an answer.
+    wait: AtomicBool,
 }
 
 /// An event of the line.
@@ -68,9 +77,9 @@ impl Link {
         let (report, reports) = mpsc::channel();
         let (answer, answers) = mpsc::channel();
         // A program has one link.
-        let stops: &AtomicBool = Box::leak(Box::default());
+        let stops: &Stops = Box::leak(Box::default());
         drive.pass_reports_to(report);
-        drive.end_waits_by(Some(stops));
+        drive.end_waits_by(Some(&stops.wait));
         let thread = thread::spawn(move || {
             serve(&mut drive, &ordered, &answer, stops)?;
             // What ended the commands may be set only now, and the end has waits of its own.
@@ -89,11 +98,13 @@ impl Link {
     /// Sends a command; its answer is an event. A stop goes before all commands that are not answered yet, and ends them.
     pub fn order(&self, command: Command) {
         if let Some(orders) = &self.orders {
+            let Stops { last, wait } = self.stops;
             if command == Command::Stop {
-                self.stops.store(true, Ordering::Relaxed);
+                last.fetch_add(1, Ordering::Relaxed);
+                wait.store(true, Ordering::Relaxed);
             }
             // The loss of the line is an event of its own.
-            let _ = orders.send(command);
+            let _ = orders.send((command, last.load(Ordering::Relaxed)));
         }
     }
 
@@ -121,7 +132,7 @@ impl Link {
     fn end(&mut self) -> Result<bool, LinkError> {
         self.orders = None;
         // What is not answered ends, and what is not sent.
-        self.stops.store(true, Ordering::Relaxed);
+        self.stops.wait.store(true, Ordering::Relaxed);
         let ended = self.thread.take().and_then(|thread| thread.join().ok());
         ended.unwrap_or(Err(LinkError::Ended))
     }
@@ -139,15 +150,15 @@ impl Drop for Link {
 /// Obeys and listens until the commands end.
 fn serve(
     drive: &mut Driven,
-    orders: &Receiver<Command>,
+    orders: &Receiver<(Command, u32)>,
     answers: &Sender<LinkEvent>,
-    stops: &'static AtomicBool,
+    stops: &'static Stops,
 ) -> Result<(), LinkError> {
     let mut silence = Silence::begin();
     loop {
         match orders.try_recv() {
-            Ok(command) => {
-                if let Some(answer) = obey(drive, command, stops)? {
+            Ok(order) => {
+                if let Some(answer) = obey(drive, order, stops)? {
                     // A session that ends closes the commands, too.
                     let _ = answers.send(answer);
                 }
@@ -169,17 +180,17 @@ fn serve(
 /// The answer to a command; none to one that a stop has ended.
 fn obey(
     drive: &mut Driven,
-    command: Command,
-    stops: &'static AtomicBool,
+    (command, stop): (Command, u32),
+    stops: &'static Stops,
 ) -> Result<Option<LinkEvent>, LinkError> {
     let done = match command {
         Command::Stop => {
-            stops.store(false, Ordering::Relaxed);
+            stops.wait.store(false, Ordering::Relaxed);
             let stopped = drive.stop_and_stay();
-            drive.end_waits_by(Some(stops));
+            drive.end_waits_by(Some(&stops.wait));
             stopped
         }
-        _ if stops.load(Ordering::Relaxed) => return Ok(None),
+        _ if stop != stops.last.load(Ordering::Relaxed) => return Ok(None),
         Command::Start => drive.start(),
         Command::Commission(order) => drive.commission(&order),
         command => drive.ask(command),
@@ -282,6 +293,28 @@ mod tests {
             assert_eq!(received.count(waits), before + 1);
         }
         assert_eq!(received.count(Command::Start), 2);
+    }
+
+    #[test]
+    fn nothing_of_before_the_last_of_several_stops_is_sent() {
+        let (mut link, received) = link(|_| false);
+        for _ in 0..20 {
+            for command in [Command::Stop, Command::Start, Command::Stop] {
+                link.order(command);
+            }
+            answers(&mut link, Command::Stop);
+            answers(&mut link, Command::Stop);
+        }
+        assert_eq!(
+            (
+                received.count(Command::Start),
+                received.count(Command::Stop)
+            ),
+            (0, 40)
+        );
+        // One that comes after it is.
+        link.order(Command::Start);
+        assert_eq!(answers(&mut link, Command::Start).len(), 1);
     }
 
     #[test]

@@ -181,9 +181,8 @@ impl Board<'_> {
         let (board_test, _) = self_test(stage.board, || 0);
         supervisor.set_board_test(board_test);
         if let Some(settings) = configured {
-            let command = Command::Configure(settings);
-            if let Report::Refused { refusal, .. } = supervisor.answer(&Request { id: 0, command })
-            {
+            let request = Request::without_order(0, Command::Configure(settings));
+            if let Report::Refused { refusal, .. } = supervisor.answer(&request) {
                 return Err(refusal);
             }
         }

@@ -11,7 +11,7 @@ use std::time::Duration;
 use drive_link::{Command, Receiver, Report, Request, State, frame};
 
 use crate::port::Port;
-use status::status;
+pub(crate) use status::status;
 
 type Script = Box<dyn FnMut(&Request) -> Option<Report> + Send>;
 

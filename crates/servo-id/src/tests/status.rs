@@ -4,6 +4,7 @@ use drive_link::{BootChecks, Home, Kept, Noticed, State, Status};
 pub(crate) fn status(state: State) -> Status {
     Status {
         state,
+        order: 0,
         kept: Kept::Nothing,
         simulated: false,
         configured: true,

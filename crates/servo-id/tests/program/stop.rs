@@ -56,7 +56,7 @@ fn stop(
 fn a_second_signal_sends_the_stop_again_and_ends_the_program() {
     const WAIT: Duration = Duration::from_secs(60);
     let (heard, requests) = channel();
-    let (port, drive) = answering(move |_, &Request { id, command }| {
+    let (port, drive) = answering(move |_, &Request { id, command, .. }| {
         if matches!(command, Command::Start | Command::Stop) {
             heard.send((command, id)).expect("the test listens");
         }
@@ -109,7 +109,7 @@ fn a_drive_that_cannot_be_heard_receives_stops_before_any_question() {
 
 #[test]
 fn a_drive_of_another_version_is_stopped() {
-    let (output, received) = stop(|place, &Request { id, command }| match command {
+    let (output, received) = stop(|place, &Request { id, command, .. }| match command {
         // The first is damaged.
         Command::Stop => (place > 0).then_some(Report::Done { id }),
         _ => Some(Report::Refused {

@@ -95,7 +95,8 @@ impl Background<'_> {
 fn request(command: Command) -> heapless::Vec<u8, 1024> {
     let mut bytes = heapless::Vec::new();
     let _ = bytes.push(0);
-    if let Ok(framed) = frame(&Request { id: 1, command }) {
+    let (id, order) = (1, 1);
+    if let Ok(framed) = frame(&Request { id, order, command }) {
         let _ = bytes.extend_from_slice(&framed);
     }
     bytes

@@ -26,6 +26,7 @@ pub(crate) struct Drive {
     pub(crate) flash: Flash,
     pub(crate) listener: Option<LineListener<'static>>,
     id: u8,
+    pub(crate) order: u32,
 }
 
 /// A request as it arrives, for what is not sent to be missed.
@@ -83,6 +84,7 @@ impl Drive {
             flash: flash.clone(),
             listener: Some(LineListener::new(line)),
             id: 0,
+            order: 0,
         }
     }
 
@@ -114,10 +116,12 @@ impl Drive {
 
     pub(crate) fn ask(&mut self, command: Command) -> Report {
         self.id = self.id.wrapping_add(1);
-        let id = self.id;
+        self.order += u32::from(command.may_move());
+        let (id, order) = (self.id, self.order);
+        let order = if command.may_move() { order } else { 0 };
         let answer = self
             .supervisor
-            .answer(&over_the_line(&Request { id, command }));
+            .answer(&over_the_line(&Request { id, order, command }));
         if let Report::Done { id: same } | Report::Refused { id: same, .. } = &answer {
             assert_eq!(*same, id);
         }
@@ -133,7 +137,10 @@ impl Drive {
 
     pub(crate) fn done(&mut self, command: Command) {
         let answer = self.ask(command);
-        assert!(matches!(answer, Report::Done { .. }), "{answer:?}");
+        assert!(
+            matches!(answer, Report::Done { .. } | Report::Status { .. }),
+            "{answer:?}"
+        );
     }
 
     pub(crate) fn refusal(&mut self, command: Command) -> Refusal {

@@ -4,9 +4,17 @@ use std::collections::VecDeque;
 
 use drive_link::{Command, Line, Request, frame};
 
-/// A request as a host frames it.
+/// A request as a host frames it, of which an order has the same number.
 pub(crate) fn request_bytes(id: u8, command: Command) -> Vec<u8> {
-    frame(&Request { id, command }).expect("it fits").to_vec()
+    order_bytes(id, u32::from(id), command)
+}
+
+/// The same with another number of the order.
+pub(crate) fn order_bytes(id: u8, order: u32, command: Command) -> Vec<u8> {
+    let order = if command.may_move() { order } else { 0 };
+    frame(&Request { id, order, command })
+        .expect("it fits")
+        .to_vec()
 }
 
 /// Bytes that the firmware's queues hold.

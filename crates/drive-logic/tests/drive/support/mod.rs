@@ -242,10 +242,15 @@ impl Bench {
     }
 
     pub(crate) fn counting_from(first: i32, servo: &ServoParameters) -> &'static Self {
+        Self::counting(first, COUNTS, servo)
+    }
+
+    /// A servo with an encoder of so many counts a revolution, from this one on.
+    pub(crate) fn counting(first: i32, counts: f64, servo: &ServoParameters) -> &'static Self {
         Box::leak(Box::new(Self {
             first: Cell::new(first),
             plant: RefCell::new(Plant::at_rest(servo, SAMPLE_TIME)),
-            encoder: Encoder::new(COUNTS),
+            encoder: Encoder::new(counts),
             sample_time: Cell::new(SAMPLE_TIME),
             connected: Cell::new(true),
             flicker: Cell::new(0),

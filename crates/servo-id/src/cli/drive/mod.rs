@@ -14,10 +14,11 @@ mod stop;
 mod watch;
 
 use clap::Subcommand;
-use drive_link::{Command, Refusal, State};
+use drive_link::{Command, Home, Refusal, State};
 
 use super::fault::Fault;
 use super::interruption;
+use super::standard_output::show;
 use crate::drive::{AtEnd, Client, DriveError, Driven};
 use crate::port::Port;
 
@@ -118,7 +119,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
             Ok(())
         }),
         Verb::Clear => Ok(client.clear()?),
-        Verb::Save => Ok(client.save()?),
+        Verb::Save => match (status.home, client.save()?.home) {
+            (Home::Known, Home::Unknown) => {
+                show!(
+                    "stored; the flash was erased for it, and home is unknown: home the axis again"
+                )
+            }
+            _ => Ok(()),
+        },
         Verb::Watch(watch) => watch.run(&mut client, table),
         Verb::Commission(commission) => driving(client, |drive| commission.run(drive, &status)),
         Verb::Monitor(monitor) => monitor.run(plan, client, status, port),
