@@ -1,13 +1,21 @@
 """Smart servos: simulated ones behind a pseudo-terminal, through their makers' clients."""
 
 import csv
+import fcntl
 import importlib.util
 import io
+import json
+import os
+import stat
+import sys
 import tempfile
+import termios
 import time
 import unittest
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from unittest import mock
+from zlib import crc32
 
 import servo_id
 from servo_id.servos import MAKERS, Fault, Interrupted, Refused, Servo, Session, _capture, _commands, _tune
@@ -24,6 +32,18 @@ class SmartServos(unittest.TestCase):
         self.folder = Path(folder.name)
         self.journals = self.folder / "journals"
         self.servo = None
+        # The bus keeps its pseudo-terminal open, which would stay exclusive.
+        opened = mock.patch.object(Servo, "close", self.closed)
+        opened.start()
+        self.addCleanup(opened.stop)
+
+    close = Servo.close
+
+    @staticmethod
+    def closed(servo):
+        with suppress(OSError):
+            fcntl.ioctl(servo.client.ser, termios.TIOCNXCL)
+        SmartServos.close(servo)
 
     def bus(self, *servos, **options):
         client = CLIENTS[servos[0].maker.name]
@@ -74,7 +94,7 @@ class SmartServos(unittest.TestCase):
     def test_gains_that_the_servo_proves_better_stay(self):
         for name in MAKERS:
             with self.subTest(name):
-                own = SimulatedServo(MAKERS[name], seed=7)
+                own = SimulatedServo(MAKERS[name], seed=8)
                 old = [own.numbers[gain] for gain in "pid"]
                 plot = self.folder / "step.svg"
                 said = self.run_on(self.bus(own), "tune-servo", "--apply", "--keep", "--plot", str(plot))
@@ -185,7 +205,7 @@ class SmartServos(unittest.TestCase):
                     bus.collides = title.endswith("collide")
                     before = dict(own.numbers)
                     own.write = mock.Mock(side_effect=AssertionError)
-                    words = ("tune-servo", "--drive", name, "--port", "unused", "--baud", str(BAUD), "--yes", "--apply", *words)
+                    words = self.words(name, "tune-servo", "--apply", *words)
                     self.assertRegex(self.refused(words, bus=bus), sentence.format(name=name))
                     own.write.assert_not_called()
                     moves = {"position": 0, "load": 0}
@@ -199,20 +219,23 @@ class SmartServos(unittest.TestCase):
                 self.session(bus)
                 self.assertEqual(bus.faults, [])
 
-    def refused(self, words, **own):
-        """What a command that is refused prints, which is one sentence; it has the exit status 2."""
-        with mock.patch("sys.stderr", io.StringIO()) as printed, mock.patch("sys.stdout", io.StringIO()):
-            self.assertEqual(_commands.main(words, journals=self.journals, stall=60.0, **own), 2)
+    def refused(self, words, status=2, journal=False, **own):
+        """What a command that ends early prints, which is one sentence."""
+        with redirect_stderr(io.StringIO()) as printed, redirect_stdout(io.StringIO()):
+            self.assertEqual(_commands.main(words, journals=self.journals, stall=60.0, **own), status)
         self.assertEqual(printed.getvalue().count("\n"), 1)
-        self.assertFalse(self.has_journal())
+        self.assertEqual(self.has_journal(), journal)
         return printed.getvalue()
+
+    def words(self, name, *more):
+        return ("--drive", name, "--port", "unused", "--baud", str(BAUD), "--yes", *more)
 
     def test_a_port_has_one_owner(self):
         bus = self.bus(SimulatedServo(MAKERS["feetech"], seed=7))
         words = ["capture", "--drive", "feetech", "--out", "x.csv", "--port", str(self.folder / "tty")]
-        self.assertRegex(self.refused(words), "cannot be opened: .*; state the port of the adapter by --port")
+        self.assertRegex(self.refused(words), "cannot be opened: .* state another --port")
         self.session(bus)
-        self.assertRegex(self.refused(words, port=bus.port), "is in use: end the other program that has it")
+        self.assertRegex(self.refused(words, port=bus.port), "end the other program that has it")
 
     def test_a_journal_is_found_by_servo_and_adapter(self):
         bus = self.bus(SimulatedServo(MAKERS["feetech"], seed=7))
@@ -276,6 +299,173 @@ class SmartServos(unittest.TestCase):
         options.bus, options.journals, options.ask = bus, self.journals, lambda _: ""
         with self.assertRaises(Refused):
             _commands.run(options, lambda _: None)
+
+    def test_a_servo_that_restarts_proves_no_gains(self):
+        # One whose torque a goal switches on, with gains of its own, and with nothing that differs from what it restarts with.
+        for gains in ({"p": 900}, {}):
+            with self.subTest(gains):
+                own = SimulatedServo(MAKERS["dynamixel"], seed=7, drive_mode=0x08, acceleration=0, speed=0)
+                bus = self.bus(own)
+                session = self.session(bus)
+                with self.assertRaises(Fault), session:
+                    session.set_gains(session.gains | gains)
+                    bus.faults = [(bus.time + 4.8, "brown-out")]
+                    _tune.tried(session)
+                self.assertEqual([own.numbers["p"], bus.faults], [800, []])
+                self.assertFalse(self.has_journal())
+
+    def test_the_exit_status_is_0_only_if_all_is_back(self):
+        for name in MAKERS:
+            with self.subTest(name):
+                bus = self.bus(SimulatedServo(MAKERS[name], seed=7, torque=0))
+                words = self.words(name, "capture", "--out", str(self.folder / "x.csv"))
+                with mock.patch.object(_capture, "write", lambda *_: setattr(bus, "is_connected", False)):
+                    self.refused(words, status=1, journal=True, bus=bus)
+                bus.restart()
+                self.session(bus)
+
+    def test_a_closed_terminal_is_an_answer(self):
+        def closed(*_):
+            if is_closed:
+                raise error
+
+        for error in (EOFError(), OSError(5, "EIO"), BrokenPipeError(), ValueError("closed file"), RuntimeError("lost sys.stdin")):
+            with self.subTest(error):
+                own, is_closed = SimulatedServo(MAKERS["feetech"], seed=7, torque=0), False
+                says = {"say": closed} if isinstance(error, (OSError, ValueError)) else {}
+                session = self.session(self.bus(own), yes=False, ask=closed, **says)
+                with session:
+                    is_closed = True
+                    session.pull = 5.0 * session.gains["p"]
+                self.assertEqual(own.numbers["torque"], 0)
+                self.assertFalse(self.has_journal())
+
+    def killed(self, own, gains, *, adapter=None):
+        """A session that ends in the midst of a trial."""
+        bus = self.bus(own)
+        adapters = [mock.Mock(device=bus.port, serial_number=adapter)] if adapter else []
+        with mock.patch("serial.tools.list_ports.comports", lambda: adapters), self.assertRaises(Killed), self.session(bus) as session:
+            session.set_gains(session.gains | gains)
+            bus.is_alive = False
+        bus.restart()
+        return bus
+
+    def test_a_journal_is_not_written_into_another_servo(self):
+        for name, adapter in (("feetech", None), ("feetech", "A50285BI"), ("dynamixel", None)):
+            with self.subTest(name, adapter=adapter):
+                self.killed(SimulatedServo(MAKERS[name], seed=7, p=20), {"p": 26}, adapter=adapter)
+                other = SimulatedServo(MAKERS[name], seed=7, p=48)
+                other.write = mock.Mock(side_effect=AssertionError)
+                with self.assertRaises(Refused):
+                    self.session(self.bus(other), ask=lambda _: "")
+                self.assertTrue(self.has_journal())
+                next(self.journals.glob("*.json")).unlink()
+
+    def test_a_journal_follows_its_servo_to_another_adapter(self):
+        own = SimulatedServo(MAKERS["feetech"], seed=7)
+        bus = self.killed(own, {"p": 26}, adapter="A50285BI")
+        self.assertEqual(self.session(bus).gains["p"], 32)
+        self.assertEqual(own.sold["p"], 32)
+        self.assertFalse(self.has_journal())
+        # What a journal of another adapter has as found may be any servo of its model.
+        self.killed(own, {"p": 26}, adapter="A50285BI")
+        self.session(self.bus(SimulatedServo(MAKERS["feetech"], seed=8)))
+        self.assertTrue(self.has_journal())
+
+    def test_numbers_that_went_with_the_power_are_written_back_by_a_person(self):
+        own = SimulatedServo(MAKERS["dynamixel"], seed=7)
+        own.numbers["p"] = 700
+        bus = self.killed(own, {"p": 900})
+        own.power(False)
+        own.power(True)
+        with self.assertRaises(Refused):
+            self.session(bus, ask=lambda _: "n")
+        self.assertEqual(own.numbers["p"], 800)
+        self.session(bus, ask=lambda _: "y")
+        self.assertEqual(own.numbers["p"], 700)
+
+    def test_what_another_program_writes_is_not_kept(self):
+        for name in MAKERS:
+            with self.subTest(name):
+                own = SimulatedServo(MAKERS[name], seed=7)
+                bus = self.bus(own)
+                old = own.numbers["p"]
+                with self.assertRaises(Fault), self.session(bus) as session:
+                    session.follow(lambda time: own.numbers.update(p=old + 7) or 0.0, 0.3)
+                self.assertEqual(own.numbers["p"], old)
+                with self.session(bus) as session:
+                    session.set_gains(session.gains | {"p": old + 3})
+                    session.keep()
+                    own.numbers["p"] = old + 7
+                self.assertEqual(own.numbers["p"], old + 3)
+
+    @unittest.skipUnless(sys.platform == "linux", "TIOCGEXCL")
+    def test_no_other_program_opens_the_port(self):
+        is_exclusive = lambda file: fcntl.ioctl(file, 0x80045440, bytes(4)) != bytes(4)
+        bus = self.bus(SimulatedServo(MAKERS["feetech"], seed=7))
+        self.assertFalse(is_exclusive(bus.other))
+        self.session(bus)
+        self.assertTrue(is_exclusive(bus.other))
+
+    def test_a_late_answer_is_no_old_number(self):
+        for name in MAKERS:
+            for instant in range(2, 42, 4):
+                with self.subTest(name, instant=instant):
+                    own = SimulatedServo(MAKERS[name], seed=7)
+                    old = [own.numbers[gain] for gain in "pid"]
+                    # It may end the motion, as a position far away does.
+                    with suppress(Fault, Refused), self.session(self.bus(own, faults=[(1.1 + 1e-3 * instant, "later")])) as session:
+                        self.assertEqual([session.gains[gain] for gain in "pid"], old)
+                    found = [own.numbers[gain] for gain in ("p", "i", "d", "acceleration", "speed", "torque")]
+                    self.assertEqual(found, [*old, 50, 200, 1])
+
+    def test_what_refuses_a_start_ends_a_motion(self):
+        for name in MAKERS:
+            for change in ({"voltage": 45}, {"voltage": 150}, {"mode": 1}, {"temperature": 70}):
+                with self.subTest(name, **change):
+                    own = SimulatedServo(MAKERS[name], seed=7)
+                    session = self.session(self.bus(own))
+                    with self.assertRaises(Fault), session:
+                        own.numbers |= change
+                        session.follow(lambda _: 0.0, 0.5)
+                    own = SimulatedServo(MAKERS[name], seed=7, **change)
+                    with self.assertRaises(Refused):
+                        self.session(self.bus(own))
+
+    def test_a_damaged_journal_is_refused(self):
+        signed = lambda numbers: f"{crc32(json.dumps(numbers).encode())} {json.dumps(numbers)}"
+        good = {"p": [32, 40], "acceleration": [50, 0]}
+        bad = ({"mode": [1]}, {"p": [300]}, {"p": [255]}, {"p": [-1]}, {"p": ["32"]}, {"p": [True]}, {"p": []}, {"p": 32}, [], 1)
+        files = ["", "[]", "null", '{"mode": 1}', '{"p": 20}', "\xff", signed(good)[:-4], signed(good).replace("40", "41"), *map(signed, bad)]
+        own = SimulatedServo(MAKERS["feetech"], seed=7)
+        bus = self.bus(own)
+        self.journals.mkdir()
+        for text in files:
+            with self.subTest(text), mock.patch.object(own, "write", side_effect=AssertionError) as write:
+                (self.journals / "STS3215-1-adapter.json").write_text(text, "latin-1")
+                self.refused(self.words("feetech", "tune-servo"), journal=True, bus=bus)
+                write.assert_not_called()
+        (self.journals / "STS3215-1-adapter.json").write_text(signed(good))
+        self.session(bus)
+        self.assertFalse(self.has_journal())
+
+    def test_a_full_disk_changes_nothing(self):
+        def full(file):
+            places.append(stat.S_ISDIR(os.fstat(file).st_mode))
+            if len(places) > last:
+                raise OSError(28, "No space left on device")
+
+        for name in MAKERS:
+            for last in (0, 2):
+                with self.subTest(name, last=last):
+                    own, places = SimulatedServo(MAKERS[name], seed=7, torque=0), []
+                    before, goal = dict(own.numbers), {"goal": 0, "position": 0, "load": 0}
+                    session = self.session(self.bus(own))
+                    with mock.patch("os.fsync", full), self.assertRaises(Fault if last else Refused), session:
+                        session.set_gains(session.gains | {"p": 40})
+                    self.assertEqual(places, [False, True, False][: last + 1])
+                    self.assertEqual(own.numbers | goal, before | goal)
+                    self.assertFalse(self.has_journal())
 
 
 if __name__ == "__main__":

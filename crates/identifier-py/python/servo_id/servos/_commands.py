@@ -3,6 +3,7 @@
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import MAKERS, _capture, _tune
-from ._registers import Fault, RealTime, Refused, Servo
+from ._registers import Fault, RealTime, Refused, Servo, shown
 from ._session import Interrupted, Rows, Session, as_counts
 
 
@@ -25,14 +26,12 @@ def main(words: Sequence[str], **own: Any) -> int:
         options.bus = SimulatedBus(SimulatedServo(MAKERS[options.drive], seed=options.seed, identity=options.id))
     try:
         return run(options)
-    except ValueError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
     except KeyboardInterrupt:
         return 130
-    except Fault as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 130 if isinstance(error, Interrupted) else 1
+    except (ValueError, OSError, Fault) as error:
+        with suppress(OSError, ValueError):
+            print(f"error: {error}", file=sys.stderr)
+        return 2 if isinstance(error, ValueError) else 130 if isinstance(error, Interrupted) else 1
 
 
 def _options(words: Sequence[str]) -> Namespace:
@@ -80,7 +79,7 @@ def run(options: Namespace, say: Callable[[str], object] = print) -> int:
 
 def _announce(session: Session, options: Namespace) -> None:
     maker = session.servo.maker
-    session.say(f"{_tune.shown(session.gains)}. Travel: {options.travel} about where it is. Plan: {_capture.described()}.")
+    session.say(f"{shown(session.gains)}. Travel: {options.travel} about where it is. Plan: {_capture.described()}.")
     if options.apply and maker.lock:
         session.say("Its gains are EEPROM: a trial writes each up to 8 times, and puts them back unless --keep is given.")
     if options.keep and not maker.lock:
@@ -99,11 +98,11 @@ def _tuned(session: Session, options: Namespace, rows: Rows, voltage: float) -> 
         if proposal is None:
             say("No gains are better than these.")
             return
-        say(f"Now {_tune.shown(session.gains)}; predicted: {model.predicted(session.gains)}.")
-        say(f"New {_tune.shown(proposal.gains)}; predicted: {proposal.predicted}. Try them with --apply.")
+        say(f"Now {shown(session.gains)}; predicted: {model.predicted(session.gains)}.")
+        say(f"New {shown(proposal.gains)}; predicted: {proposal.predicted}. Try them with --apply.")
         return
     before, old = _tune.tried(session)
-    say(f"Now {_tune.shown(session.gains)}: {before}.")
+    say(f"Now {shown(session.gains)}: {before}.")
     if "d" not in model.scales:
         _tune.with_derivative(session, model)
     found = _tune.trial(session, model, options.goal, before)
@@ -115,8 +114,8 @@ def _tuned(session: Session, options: Namespace, rows: Rows, voltage: float) -> 
         predicted = model.moved(proposal.gains)
         options.plot.write_text(_picture(session, {"before": old, "after": new}, predicted), encoding="utf-8")
     if options.keep or not maker.lock:
-        session.journal.forget("p", "i", "d")
-        say(f"Kept: {_tune.shown(session.gains)}" + ("." if maker.lock else ", until the power goes."))
+        session.keep()
+        say(f"Kept: {shown(session.gains)}" + ("." if maker.lock else ", until the power goes."))
     else:
         say("The old gains are put back: --keep keeps the new ones.")
 

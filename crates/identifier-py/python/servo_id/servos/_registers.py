@@ -3,10 +3,13 @@
 import importlib
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from threading import RLock
 from time import monotonic, sleep
 from typing import Any, NamedTuple
+
+GAINS = ("p", "i", "d")
 
 
 class Refused(ValueError):
@@ -19,6 +22,11 @@ class Fault(RuntimeError):
 
 class Lost(Fault):
     """No answer."""
+
+
+def shown(numbers: Mapping[str, int]) -> str:
+    """Numbers of registers in the order of the maker's manual."""
+    return ", ".join(f"{name.upper()} {number}" for name, number in numbers.items())
 
 
 class Register(NamedTuple):
@@ -60,6 +68,10 @@ class Maker:
     """Modes of operation that hold a position."""
     polled: tuple[str, str]
     """The first and the last register of a block that holds position and load."""
+    watched: tuple[str, str]
+    """The first and the last register of a block that holds all that the program changes, the mode, voltage and temperature."""
+    settings: Mapping[str, int]
+    """With which a goal acts at once, and by which a servo that restarts in a motion is known."""
     full_load: float
     """The load at all of the supply."""
     rate_scale: float
@@ -71,6 +83,16 @@ class Maker:
     """True for gains that are kept without power, behind a lock."""
     counts: int = 4096
     """Of a revolution."""
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """The registers that the program changes, in the order in which it does."""
+        return ("torque", *self.settings, *(("lock",) if self.lock else ()), *GAINS)
+
+    def allows(self, name: str, number: int) -> bool:
+        """True for a number that a register, which the program changes, can have."""
+        register, most = self.registers[name], self.largest_gain
+        return name in self.changed and register.number(register.stored(number)) == number and (name not in GAINS or 0 <= number <= most)
 
 
 class Reading(NamedTuple):
@@ -120,17 +142,21 @@ class Servo:
             if not self.client.setBaudRate(baud):
                 raise Refused(f"{baud} baud is not a rate of this servo: state another --baud")
             self.calls = maker.calls(sdk, self.client)
+            self.client.ser.exclusive = True
+            # The lock stops only programs that lock; Windows opens a port once.
+            with suppress(ImportError):
+                from fcntl import ioctl
+                from termios import TIOCEXCL
+
+                ioctl(self.client.ser, TIOCEXCL)
+            # Both makers' clients poll without a pause: a read that waits leaves the processor to others.
+            self.client.ser.timeout = 0.01
         except ImportError as error:
             raise Refused(f"the maker's client is not there: pip install 'servo-id[{maker.name}]'") from error
         except OSError as error:
-            raise Refused(f"{self.port} cannot be opened: {error}; state the port of the adapter by --port") from error
-        try:
-            self.client.ser.exclusive = True
-            # Both makers' clients poll without a pause: a read that waits leaves the processor to others.
-            self.client.ser.timeout = 0.01
-        except OSError as error:
-            self.close()
-            raise Refused(f"{self.port} is in use: end the other program that has it") from error
+            if self.client.is_open:
+                self.close()
+            raise Refused(f"{self.port} cannot be opened: {error}; end the other program that has it, or state another --port") from error
 
     def close(self) -> None:
         self.client.closePort()
@@ -188,8 +214,8 @@ class Servo:
         """Writes until two answers confirm it."""
         for _ in range(self.TRIES):
             self.write(name, number)
-            self.wear += self.maker.lock and name in ("p", "i", "d")
-            if self.read(name) == number == self.read(name):
+            self.wear += self.maker.lock and name in GAINS
+            if self.known(name)[name] == number:
                 return
         raise Fault(f"register {name} does not take {number}: {self.error or 'it stays as it was'}")
 
@@ -202,8 +228,15 @@ class Servo:
     def goal(self, position: float) -> None:
         self.write("goal", round(position))
 
-    def gains(self) -> dict[str, int]:
-        return {name: self.read(name) for name in ("p", "i", "d")}
+    def known(self, *names: str) -> dict[str, int]:
+        """Numbers that are relied on. A late answer is taken for the next of its length: each is read twice, with one of another
+        length between."""
+        for _ in range(self.TRIES):
+            first, _, second = self._block(*self.maker.watched), self.reading(), self._block(*self.maker.watched)
+            now = {name: second[name] for name in names if first[name] == second[name]}
+            if len(now) == len(names):
+                return now
+        raise Fault(f"the registers {', '.join(names)} change from one answer to the next: end the other program that writes them")
 
     def voltage(self) -> float:
         return self.read("voltage") / self.maker.volt
@@ -220,20 +253,32 @@ class Servo:
         # An answer may come late once.
         if all(self._has_a_double() for _ in range(2)):
             raise Refused(f"more than one servo answers to id {self.identity}: give each its own id")
-        model, mode = of("model"), of("mode")
+        model = of("model")
         self.model = self.maker.models.get(model, "")
         if not self.model:
             known = ", ".join(self.maker.models.values())
             raise Refused(f"model {model} is not known: --drive {self.maker.name} is for {known}")
-        if mode not in self.maker.modes:
-            raise Refused(f"the servo is in mode {mode}, which follows no position: set its mode of operation to {self.maker.modes[0]}")
-        present, volt = self.voltage(), self.maker.volt
-        low, high = of("lowest_voltage") / volt, of("highest_voltage") / volt
+        self.check({}, Refused)
+        return f"{self.model}, firmware {of('firmware')}, id {self.identity}, {self.voltage():.1f} V, {of('temperature')} °C"
+
+    def check(self, numbers: Mapping[str, int], kind: type[Exception] = Fault) -> None:
+        """What a servo that is moved must be, at the start and in a motion, and the numbers that registers must have."""
+        now = self._block(*self.maker.watched)
+        present, low, high = (now[name] / self.maker.volt for name in ("voltage", "lowest_voltage", "highest_voltage"))
+        if now["mode"] not in self.maker.modes:
+            raise kind(f"the servo is in mode {now['mode']}, which follows no position: set its mode of operation to {self.maker.modes[0]}")
         if not low <= present <= high:
-            raise Refused(f"the supply is {present:.1f} V: connect one of {low:.1f} to {high:.1f} V")
+            raise kind(f"the supply is {present:.1f} V: connect one of {low:.1f} to {high:.1f} V")
+        if now["temperature"] >= now["highest_temperature"]:
+            raise kind(f"the servo has {now['temperature']} °C: let it cool")
         if self.error:
-            raise Refused(f"the servo reports {self.error}: remove the cause and switch its power off and on")
-        return f"{self.model}, firmware {of('firmware')}, id {self.identity}, {present:.1f} V, {of('temperature')} °C"
+            raise kind(f"the servo reports {self.error}: remove the cause and switch its power off and on")
+        self.compare(numbers, now)
+
+    @staticmethod
+    def compare(numbers: Mapping[str, int], now: Mapping[str, int]) -> None:
+        if other := {name: now[name] for name, number in numbers.items() if now[name] != number}:
+            raise Fault(f"the servo has {shown(other)}, which was not written: check its supply and load, and end other programs")
 
     @property
     def name(self) -> str:

@@ -12,7 +12,7 @@ from .. import _native, _scenario
 from .._experiments import identify
 from .._results import Result
 from ._capture import captured, log_of, plan
-from ._registers import Fault, Maker
+from ._registers import Fault, Maker, shown
 from ._session import Rows, Session
 
 STEP = 0.3
@@ -252,8 +252,3 @@ def best(
         and one.predicted.overshoot < max(MAX_OVERSHOOT, LESS * now.overshoot)
     ]
     return min(proposals, key=lambda one: of[goal](one.predicted), default=None)
-
-
-def shown(gains: dict[str, int]) -> str:
-    """Gains in the order of the maker's manual."""
-    return ", ".join(f"{name.upper()} {number}" for name, number in gains.items())

@@ -34,6 +34,7 @@ DYNAMIXEL = Maker(
         "highest": Register(48, 4),
         "lowest": Register(52, 4),
         "torque": Register(64),
+        "led": Register(65),
         "d": Register(80, 2),
         "i": Register(82, 2),
         "p": Register(84, 2),
@@ -51,6 +52,9 @@ DYNAMIXEL = Maker(
     baud=57_600,
     modes=(3,),
     polled=("load", "position"),
+    watched=("mode", "temperature"),
+    # It restarts with its light off.
+    settings={"acceleration": 0, "speed": 0, "led": 1},
     full_load=885.0,
     rate_scale=4.6e-5,
     largest_gain=16383,

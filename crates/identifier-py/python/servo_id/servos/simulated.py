@@ -302,9 +302,11 @@ class SimulatedBus:
         if fault == "damaged":
             place = self.random.randrange(len(answer))
             answer = answer[:place] + bytes([answer[place] ^ 1 << self.random.randrange(8)]) + answer[place + 1 :]
-        if fault in ("lost", "late"):
+        if fault in ("lost", "late", "later"):
             self._pass(CLIENT_TIMEOUT)
-            self.late += [(self.time + self.random.uniform(0.0, 0.05), answer)] if fault == "late" else []
+            # The last one comes after the next question.
+            delay = self.random.uniform(0.0, 0.05) + (0.1 if fault == "later" else 0.0)
+            self.late += [(self.time + delay, answer)] if fault != "lost" else []
             return
         os.write(self.own, answer)
 
@@ -324,8 +326,8 @@ class SimulatedBus:
         servo = self.servos[0]
         if fault == "unplugged":
             self.is_connected = False
-        elif fault == "power lost":
-            servo.power(False)
+        elif fault in ("power lost", "brown-out"):
+            servo.power(fault == "brown-out")
         elif fault == "over-load":
             servo.trip(32)
         elif fault == "over-temperature":
