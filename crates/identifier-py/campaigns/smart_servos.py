@@ -10,12 +10,18 @@ afterwards the bus is whole again and the program starts once more.
 """
 
 import argparse
+import fcntl
 import json
+import os
+import signal
 import tempfile
+import termios
 from argparse import Namespace
+from collections.abc import Callable
 from datetime import date
 from pathlib import Path
 from random import Random
+from unittest import mock
 
 import numpy as np
 from servo_id.servos import MAKERS, Fault, Session, _capture, _commands, _tune
@@ -24,8 +30,9 @@ from servo_id.servos.simulated import Killed, SimulatedBus, SimulatedServo
 
 BAUD = 1_000_000
 TRAVEL = 20 * 4096 / 360
-LINE = ("lost", "late", "doubled", "damaged")
-KINDS = (*LINE, "unplugged", "power lost", "over-load", "over-temperature", "interrupted", "killed")
+LINE = ("lost", "late", "later", "doubled", "damaged")
+KINDS = (*LINE, "unplugged", "power lost", "brown-out", "low supply", "over-load", "over-temperature", "interrupted", "killed",
+         "second program", "closed terminal", "full disk")
 PAGE = Path(__file__).parents[3] / "docs/measurements.md"
 
 
@@ -105,6 +112,45 @@ class Known:
         return _tune.Proposal(more, 1.0, _tune.Response(1.0, 1.0, 1.0, 1.0)) if min(fastest, softest) > 1.0 else None
 
 
+class Machine(SimulatedBus):
+    """The bus, with the supply, terminal, disk and other programs of its machine."""
+
+    is_closed = is_full = False
+
+    def _inject(self, fault: str) -> None:
+        super()._inject(fault)
+        own = self.servos[0]
+        if fault == "low supply":
+            own.numbers["voltage"] = 45
+        elif fault == "second program":
+            own.numbers["p"] += 7
+        elif fault == "closed terminal":
+            self.is_closed = True
+            os.kill(os.getpid(), signal.SIGHUP)
+        elif fault == "full disk":
+            self.is_full = True
+            file = next(self.folder.glob("*.json"), None)
+            self.noted = json.loads(file.read_text().split(" ", 1)[1]) if file else {}
+
+    def watched(self, start: int, data: bytes) -> None:
+        """Takes down what is written without a journal."""
+        for name in ("p", "i", "d", "torque", "acceleration", "speed") if self.is_full else ():
+            place = self.servos[0].maker.registers[name]
+            if place.address == start and place.number(int.from_bytes(data, "little")) not in self.noted.get(name, []):
+                self.unnoted = True
+        self.own_write(start, data)
+
+    def answer(self, said: list[str], text: str) -> str:
+        if self.is_closed:
+            raise BrokenPipeError
+        said.append(text)
+        return "y"
+
+    def fsync(self, file: int) -> None:
+        if self.is_full:
+            raise OSError(28, "No space left on device")
+
+
 def faults(stated: Namespace) -> None:
     """Faults at drawn instants, then a new start."""
     whole = _capture.plan
@@ -124,36 +170,61 @@ def faults(stated: Namespace) -> None:
         instant = random.uniform(1.0, 11.0)
         # Faults of the line come in bursts, up to what ends the run.
         burst = random.choice([1, 1, 2, 6]) if kind in LINE else 1
-        bus = SimulatedBus(own, seed=number, baud=BAUD, faults=[(instant, kind)] * burst)
+        bus = Machine(own, seed=number, baud=BAUD, faults=[(instant, kind)] * burst)
+        bus.own_write, own.write, bus.unnoted = own.write, bus.watched, False
         own.extremes = [own.angle, own.angle]
-        start, said, bad, ended = own.angle, [], [], False
-        with tempfile.TemporaryDirectory() as folder:
+        start, said, bad, ended, proven = own.angle, [], [], False, {}
+        good = lambda: own.numbers["torque"] <= torque and all(own.numbers[name] in (old[name], proven.get(name)) for name in old)
+
+        def kept(session: Session, keep: Callable[[Session], None] = Session.keep) -> None:
+            keep(session)
+            proven.update(session.gains)
+
+        with (
+            tempfile.TemporaryDirectory() as folder, mock.patch("os.fsync", bus.fsync), mock.patch.object(Session, "keep", kept),
+            mock.patch("builtins.print", lambda *_: None),
+        ):
+            bus.folder = Path(folder)
             options = options_of(stated.drive, bus, folder)
+            options.yes, options.ask = False, lambda text: bus.answer(said, text)
             try:
-                _commands.run(options, said.append)
-            except (Fault, Killed, KeyboardInterrupt, ValueError) as fault:
-                said.append(str(fault) or "killed")
+                _commands.run(options, lambda text: bus.answer(said, text))
+            except (Fault, Killed, KeyboardInterrupt, ValueError, OSError) as fault:
+                said.append(f"{fault!r}")
                 ended = True
             reached = len(bus.faults) < burst
-            is_back = not any(Path(folder).iterdir())
+            is_back = not any(Path(folder).glob("*.json"))
+            if not ended and not (good() and is_back):
+                bad.append("status")
+            if bus.unnoted:
+                bad.append("written without a journal")
             # All is said to be back, before the power is switched off and on.
             at_end = {name: own.numbers[name] for name in old}
             bus.restart()
-            own.numbers |= at_end if is_back else {}
+            own.numbers |= {"voltage": 120} | (at_end if is_back else {})
+            bus.is_full = bus.is_closed = False
+            # The bus keeps its pseudo-terminal open, which would stay exclusive.
+            fcntl.ioctl(bus.other, termios.TIOCNXCL)
             servo = Servo(MAKERS[stated.drive], bus.port, 1, BAUD, bus)
-            Session(servo, Path(folder), TRAVEL, yes=True, say=said.append)
+            refused = False
+            try:
+                Session(servo, Path(folder), TRAVEL, yes=True, say=said.append, ask=lambda text: bus.answer(said, text))
+            except ValueError as fault:
+                said.append(f"{fault!r}")
+                refused = True
             servo.close()
-            if any(Path(folder).iterdir()):
+            # What another program wrote last is no number of the journal: it is refused.
+            if refused and kind != "second program":
+                bad.append("refused")
+            if not refused and any(Path(folder).glob("*.json")):
                 bad.append("journal")
-        proven = any(line.startswith("Kept") for line in said)
-        if any(own.numbers[name] != old[name] for name in old if not (proven and name == "p")):
-            bad.append("gains")
-        if own.numbers["torque"] and not torque:
-            bad.append("torque")
+        if not good() and not (ended and kind == "second program"):
+            bad.append("gains or torque")
         reach = max(own.extremes[1] - start, start - own.extremes[0])
         if reach > 1.02 * np.radians(10.0) + 2 * np.pi / 4096:
             bad.append("travel")
-        row = {"drive": stated.drive, "fault": number, "kind": kind, "at": instant, "burst": burst, "reached": reached, "ended": ended}
+        row = {"drive": stated.drive, "fault": number, "kind": kind, "at": instant, "burst": burst, "reached": reached, "ended": ended,
+               "refused": refused, "proven": bool(proven)}
         print(json.dumps(row | {"bad": bad, "reach": reach} | ({"said": said[-4:]} if bad else {})), flush=True)
         bus.close()
 
