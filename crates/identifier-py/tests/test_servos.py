@@ -340,12 +340,14 @@ class SmartServos(unittest.TestCase):
                 self.assertEqual(own.numbers["torque"], 0)
                 self.assertFalse(self.has_journal())
 
-    def killed(self, own, gains, *, adapter=None):
+    def killed(self, own, gains, *, adapter=None, keeps=False):
         """A session that ends in the midst of a trial."""
         bus = self.bus(own)
         adapters = [mock.Mock(device=bus.port, serial_number=adapter)] if adapter else []
         with mock.patch("serial.tools.list_ports.comports", lambda: adapters), self.assertRaises(Killed), self.session(bus) as session:
             session.set_gains(session.gains | gains)
+            if keeps:
+                session.keep()
             bus.is_alive = False
         bus.restart()
         return bus
@@ -373,16 +375,18 @@ class SmartServos(unittest.TestCase):
         self.assertTrue(self.has_journal())
 
     def test_numbers_that_went_with_the_power_are_written_back_by_a_person(self):
-        own = SimulatedServo(MAKERS["dynamixel"], seed=7)
-        own.numbers["p"] = 700
-        bus = self.killed(own, {"p": 900})
-        own.power(False)
-        own.power(True)
-        with self.assertRaises(Refused):
-            self.session(bus, ask=lambda _: "n")
-        self.assertEqual(own.numbers["p"], 800)
-        self.session(bus, ask=lambda _: "y")
-        self.assertEqual(own.numbers["p"], 700)
+        for keeps, back in ((False, 700), (True, 900)):
+            with self.subTest(keeps=keeps):
+                own = SimulatedServo(MAKERS["dynamixel"], seed=7)
+                own.numbers["p"] = 700
+                bus = self.killed(own, {"p": 900, "d": 5}, keeps=keeps)
+                own.power(False)
+                own.power(True)
+                with self.assertRaises(Refused):
+                    self.session(bus, yes=keeps, ask=lambda _: "n")
+                self.assertEqual(own.numbers["p"], 800)
+                self.session(bus, yes=keeps, ask=lambda _: "y")
+                self.assertEqual(own.numbers["p"], back)
 
     def test_what_another_program_writes_is_not_kept(self):
         for name in MAKERS:
