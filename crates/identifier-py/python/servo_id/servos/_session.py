@@ -140,8 +140,8 @@ class Session:
     def __enter__(self) -> Self:
         self.handlers = {}
         if current_thread() is main_thread():
-            for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-                # The last is not on every system.
+            for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGTSTP"):
+                # The last two are not on every system.
                 if one := getattr(signal, name, None):
                     self.handlers[one] = signal.signal(one, lambda *_: setattr(self, "interrupted", True))
         self.ended = Event()
