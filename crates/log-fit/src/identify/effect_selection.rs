@@ -165,7 +165,10 @@ impl EffectSelection<'_> {
             parallel::map(&refined, |answer| self.with(model, answer, BRIEF)).collect();
         for (answer, with) in refined.iter_mut().zip(fits) {
             let candidate = &answer.candidate;
-            let Some((fitted, free)) = with else {
+            // One that explains less than the model without the effect has not found it.
+            let unexplained = |of: &Fitted| of.sums.minus_two_log_likelihood();
+            let is_found = |of: &(Fitted, _)| unexplained(&of.0) <= unexplained(&model.fitted);
+            let Some((fitted, free)) = with.filter(is_found) else {
                 continue;
             };
             let values = &fitted.values;
