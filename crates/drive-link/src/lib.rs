@@ -3,8 +3,9 @@
 //! A message is [postcard](https://postcard.jamesmunns.com) bytes and their CRC-32, framed by COBS. The CRC of a
 //! report begins from another value than that of a request, so that the echo of a line is no request. No byte of a frame
 //! is zero but its last, so a receiver that has lost bytes resumes at the next zero. No message is assumed to arrive.
-//! Each [`Request`] carries a number that its answer repeats, and an order, which may move the axis, has one of its own by which it acts once. Telemetry
-//! without room is dropped and counted. The [`Record`] that a drive keeps is postcard bytes too.
+//! Each [`Request`] carries a number that its answer repeats. An order, which may move the axis, has a number of its own,
+//! by which it acts once. Telemetry without room is dropped and counted. The [`Record`] that a drive keeps is postcard
+//! bytes too.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -395,7 +395,12 @@ class OtherVerbs(unittest.TestCase):
             subprocess.run([program, "identify", str(LOG), "--quiet", "--json", file], check=True)
             words = [program, "tune", file, "--quiet", "--json", "-"]
             its = json.loads(subprocess.run(words, check=True, capture_output=True).stdout)
-        self.assertEqual(servo_id.tune(servo_id.identify(LOG)).json, its)
+        own = servo_id.tune(servo_id.identify(LOG)).json
+        # How columns were found is in the findings of Python's result, whose scenario states them.
+        for column in (*own["reading"].values(), *its["reading"].values()):
+            if isinstance(column, dict):
+                column.pop("evidence")
+        self.assertEqual(own, its)
 
     def test_a_simulation_is_identified_and_tuned(self):
         result = servo_id.simulate(SERVO)
@@ -410,11 +415,11 @@ class OtherVerbs(unittest.TestCase):
         self.assertEqual(form["parameters"][0]["name"], "p_pid_kp")
         self.assertLess(form["margins"]["sensitivity"], 1.61)
         with self.assertRaisesRegex(ValueError, "for example max_current 60"):
-            servo_id.tune(result, form="vesc")
+            servo_id.tune(result, form="vesc", resonance=float("inf"))
         with self.assertRaisesRegex(ValueError, "form must be one of pid, cascade"):
             servo_id.tune(result, form="esc")
         with self.assertRaisesRegex(ValueError, "rise time of"):
-            servo_id.tune(result, response_time=1e-5)
+            servo_id.tune(result, response_time=1e-5, resonance=float("inf"))
         with self.assertRaisesRegex(ValueError, "two goals"):
             servo_id.tune(result, response_time=0.05, bandwidth=10.0)
         for sentence in (ROOT / "identifier-core/tests/tuning/refusals.txt").read_text().splitlines():

@@ -359,3 +359,23 @@ fn settings_with(
     }
     Ok(settings)
 }
+
+#[cfg(test)]
+mod tests {
+    use drive_link::{Estimator, LoopSettings};
+
+    use super::*;
+
+    #[test]
+    fn an_axis_that_is_a_little_off_its_target_keeps_what_is_left_of_its_travel() {
+        let core = identifier_core::Settings::new(1e-3, 1e4);
+        let law = Estimator::GaussNewton;
+        let mut settings = Settings::example(LoopSettings { core, law });
+        (settings.protection.travel, settings.protection.speed) = ([-8.0, 8.0], 60.0);
+        let order = Limits::new([-8.0, 8.0], 60.0, [-10.0, 10.0]);
+        let left = check_order(&order, &settings, 0.15).expect("allowed");
+        assert_eq!(left, [-8.0, 7.85]);
+        let left = check_order(&order, &settings, -0.15).expect("allowed");
+        assert_eq!(left, [-7.85, 8.0]);
+    }
+}

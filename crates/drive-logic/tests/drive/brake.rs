@@ -1,6 +1,6 @@
 //! A vertical axis with a holding brake, and the load at the start of a run.
 
-use crate::support::commission::{ORDER, ended, over, until};
+use crate::support::commission::{ORDER, aborted, ended, over, until};
 use crate::support::drive::Drive;
 use crate::support::harms::Harm;
 use crate::support::line::request_bytes;
@@ -379,6 +379,9 @@ fn of_two_faults_of_an_end_the_graver_is_told_and_decides_on_home() {
                 "{commissions} {case}: it is held"
             );
             second(&mut drive);
+            // A reading is bridged, a switch is debounced.
+            let left = until_disabled(&mut drive);
+            assert!(left <= 4, "{commissions} {case}: {left}");
             drive.pass(200);
             let State::Faulted(told) = drive.state() else {
                 panic!("{commissions} {case}: {:?}", drive.state());
@@ -505,6 +508,48 @@ fn a_commissioning_holds_the_axis_from_its_start_to_the_closed_brake() {
             assert!(rests_at.abs() < MAX_FALL, "{rests_at}");
         }
     }
+}
+
+#[test]
+fn a_commissioning_without_gains_opens_the_brake_with_its_first_command() {
+    let (mut drive, bench) = on_its_brake(vertical(Some(BRAKE)));
+    let mut settings = vertical(Some(BRAKE));
+    settings.closed_loop.core.controller = None;
+    drive.done(Command::Configure(settings));
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Probe);
+    drive.pass(20);
+    assert!(bench.brake_power.get());
+}
+
+#[test]
+fn nothing_takes_the_place_of_a_run_whose_brake_closes() {
+    let (mut drive, bench) = holding();
+    drive.lines(|lines| lines.low_switch = false);
+    // Its report is not heard yet.
+    while bench.brake_power.get() {
+        drive.sample();
+    }
+    drive.done(Command::Commission(ORDER));
+    assert!(until_disabled(&mut drive) <= CLOSES);
+    assert_eq!(drive.state(), State::Faulted(Fault::LimitSwitch));
+    assert_eq!(
+        ended(&mut drive).commissioning,
+        aborted(Reason::ModeChanged)
+    );
+}
+
+#[test]
+fn a_link_may_be_silent_while_the_brake_of_a_commissioning_closes() {
+    let mut settings = vertical(Some(BRAKE));
+    settings.protection.link_timeout = 0.06;
+    let (mut drive, _) = on_its_brake(settings);
+    drive.done(Command::Commission(ORDER));
+    until(&mut drive, Phase::Probe);
+    drive.order(Command::Stop, 1);
+    assert_eq!(until_disabled(&mut drive), CLOSES);
+    drive.pass(3);
+    assert_eq!(drive.state(), State::Disabled);
 }
 
 #[test]

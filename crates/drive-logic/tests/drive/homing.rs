@@ -8,7 +8,9 @@ use crate::support::drive::{Drive, snapshots};
 use crate::support::harms::Harm;
 use crate::support::{Bench, COUNTS, Flash, HOMING, harms, settings};
 use commissioning::Phase;
-use drive_link::{Command, Ended, Fault, Home, Homing, Refusal, Report, Settings, State, Status};
+use drive_link::{
+    Command, Ended, Fault, HoldingBrake, Home, Homing, Refusal, Report, Settings, State, Status,
+};
 use identifier_core::parameters::ServoParameters;
 
 const SERVO: ServoParameters = ServoParameters {
@@ -332,7 +334,7 @@ fn homed(settings: Settings) -> (Drive, &'static Bench) {
 #[test]
 fn home_stays_known_after_each_end_that_has_earned_it_and_after_no_other() {
     let (known, lost) = (Home::Known, Home::Unknown);
-    let harms: [(Option<Fault>, Home, Harm); 14] = [
+    let harms: [(Option<Fault>, Home, Harm); 15] = [
         (None, known, harms::stop),
         (Some(Fault::LimitSwitch), known, harms::low_switch_opens),
         (Some(Fault::SupplyLow), lost, harms::supply_sags),
@@ -357,7 +359,12 @@ fn home_stays_known_after_each_end_that_has_earned_it_and_after_no_other() {
         }),
         (Some(Fault::ActuatorFailed), lost, harms::stage_fails),
         (Some(Fault::EncoderLost), lost, harms::encoder_fails),
-        // At rest, for a sample.
+        // At rest.
+        (Some(Fault::ActuatorFailed), lost, |drive| {
+            drive.order(Command::Stop, 50);
+            drive.bench.releases.set(false);
+        }),
+        // And for a sample.
         (None, lost, |drive| {
             drive.order(Command::Stop, 50);
             harms::encoder_fails(drive);
@@ -395,6 +402,38 @@ fn home_stays_known_after_each_end_that_has_earned_it_and_after_no_other() {
     drive.pass(20_000);
     let Status { home, ended, .. } = drive.status();
     assert_eq!((home, ended), (Home::Known, Some(Ended::Over)));
+}
+
+#[test]
+fn a_run_that_was_ordered_when_home_was_lost_has_none() {
+    let (mut drive, _) = homed(still_homed_by(HOMING));
+    drive.order(Command::Stop, 50);
+    harms::encoder_fails(&mut drive);
+    // Its report is not heard yet.
+    drive.sample();
+    harms::repaired(&mut drive);
+    drive.order(Command::Start, 5);
+    assert_eq!(drive.status().home, Home::Unknown);
+}
+
+#[test]
+fn an_axis_goes_home_without_dither_from_the_opening_of_its_brake_on() {
+    let mut wanted = homed_by(HOMING);
+    wanted.brake = Some(HoldingBrake {
+        opens: 0.05,
+        closes: 0.1,
+    });
+    let (mut drive, _) = running(wanted, -6.0..-3.0);
+    drive.done(Command::Watch(1));
+    drive.done(Command::Home);
+    let references = snapshots(&drive.pass(500));
+    let pairs = references.windows(2);
+    let steps = pairs.map(|pair| f64::from(pair[1].reference - pair[0].reference).abs());
+    // It dithers in the sample in which the brake has opened.
+    let dithers = steps
+        .filter(|step| *step > 2e-3 * HOMING.seek.abs())
+        .count();
+    assert!(dithers <= 2, "{dithers}");
 }
 
 #[test]

@@ -337,20 +337,3 @@ fn an_order_from_within_the_travel_is_refused_if_it_leaves_it_from_there() {
     order.limits.travel = [-1.0, 0.45];
     drive.done(Command::Commission(order));
 }
-
-#[test]
-fn an_axis_that_is_a_little_off_its_target_keeps_the_travel_all_the_same() {
-    let (mut drive, mut order) = limited(2.0);
-    drive.order(Command::Start, 10);
-    drive.order(Command::Target(0.035), 3000);
-    drive.order(Command::Stop, 3);
-    // From there it would end a hundredth of the width outside.
-    order.limits.travel = [-2.0, 2.0];
-    drive.done(Command::Commission(order));
-    let largest = (0..20_000).fold(0.0_f64, |largest, _| {
-        drive.pass(1);
-        largest.max(drive.position())
-    });
-    drive.bench.hold_at(1.99);
-    assert!(largest < 2.0, "{largest}");
-}

@@ -387,6 +387,8 @@ impl<'a> Chip for Pins<'a> {
     }
 
     fn set_brake(&mut self, open: bool) {
+        let is_held = self.bench.held.get().is_some();
+        assert!(is_held || !open, "nothing holds the axis");
         self.bench.brake_power.set(open);
     }
 
