@@ -331,6 +331,23 @@ mod tests {
     }
 
     #[test]
+    fn an_axis_that_was_put_elsewhere_coasts_no_longer_once_it_stands() {
+        let window = Coasting::window(0.1, 1e-3);
+        let mut coasting = Coasting::begin(0, window);
+        let coasted = |coasting: &mut Coasting, count: i32, samples: u32| {
+            (0..samples).map(|_| coasting.take(count, window)).last()
+        };
+        assert_eq!(coasted(&mut coasting, 0, 2 * window), Some(0));
+        let moving = (1..2 * window).map(|k| coasting.take(40 * k as i32, window));
+        assert!(moving.last() > Some(10 * window));
+        let stands = coasted(&mut coasting, 80 * window as i32, window / 4);
+        assert!(
+            stands <= Some(QUANTISATION_COUNTS << Coasting::LONG),
+            "{stands:?}"
+        );
+    }
+
+    #[test]
     fn a_run_ends_when_its_time_is_over_and_the_servo_rests() {
         let mut ending = ending(2.0, 0.0);
         assert_eq!(until(&mut ending, |k| k as i32), (2000, Course::Rests));

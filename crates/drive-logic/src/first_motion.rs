@@ -94,3 +94,24 @@ impl FirstMotion {
         (self.from + self.given, over)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ramp_begins_anew_from_where_it_rests_when_the_command_turns() {
+        for from in [0.0, 2.0] {
+            let mut motion = FirstMotion::new([-10.0, 10.0], 1e-3);
+            motion.take_over(from);
+            let first = motion.ramped(9.0, 0.0).0 - from;
+            let grown = (0..200).map(|_| motion.ramped(9.0, 0.0).0 - from).last();
+            assert!(
+                first > 0.0 && grown > Some(10.0 * first),
+                "{first} {grown:?}"
+            );
+            let turned = motion.ramped(-9.0, 0.0).0 - from;
+            assert!((turned + first).abs() < 1e-6, "{from}: {first} {turned}");
+        }
+    }
+}

@@ -89,7 +89,6 @@ impl<F: NorFlash> Supervisor<'_, F> {
         };
         run.set_origin(self.origin);
         let identifier = run.closed_loop().identifier();
-        self.channel.discard_record();
         self.order(order(Mode::Run(run)))?;
         self.identifier = Some(identifier);
         self.known_before = self.estimates;

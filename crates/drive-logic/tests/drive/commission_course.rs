@@ -1,14 +1,15 @@
 //! A commissioning from rest: from an unknown servo to gains in force, with any harm in any phase.
 
 use crate::support::commission::{
-    HARMS, ORDER, PHASES, SERVO, aborted, commission, commission_until, cut_anywhere, cut_short,
-    ended, outcome, over, ready,
+    HARMS, ORDER, PHASES, SERVO, aborted, changed, commission, commission_until, cut_anywhere,
+    cut_short, ended, outcome, over, ready,
 };
 use crate::support::drive::{Drive, snapshots};
 use crate::support::{Bench, Flash, settings, still};
-use commissioning::{CommissionIsr, Phase};
+use commissioning::{CommissionIsr, CommissionSettings, Phase};
 use drive_link::{Command, Commissioning, Fault, MotionRecord, Origin, Progress, Report, State};
 use identifier_core::reason::Reason;
+use identifier_core::tuning::Goal;
 
 const APPLIED: Commissioning = Commissioning {
     phase: Phase::Applied,
@@ -394,4 +395,45 @@ fn after_a_power_loss_all_old_or_all_new_gains_are_in_force() {
             }
         },
     );
+}
+
+#[test]
+fn nothing_of_a_commissioning_goes_to_the_next() {
+    let drive = || Drive::boot(Bench::new(&SERVO), &Flash::with(ready()));
+    let fast = CommissionSettings {
+        goal: Goal::Bandwidth(300.0),
+        ..ORDER
+    };
+    let mut whole = drive();
+    let end = commission(&mut whole, fast).commissioning;
+    assert_eq!(end, aborted(Reason::NoGains));
+    // Cut at any time, after which the background goes on for a while, or takes nothing in.
+    for (samples, goes_on) in (20..8000).step_by(20).flat_map(|k| [(k, false), (k, true)]) {
+        let mut drive = drive();
+        drive.done(Command::Commission(fast));
+        drive.pass(samples);
+        if drive.state() != State::Commissioning {
+            assert!(samples > 500, "{samples}");
+            return;
+        }
+        drive.pass_without_work(30);
+        drive.done(Command::Stop);
+        for _ in 0..60 {
+            if goes_on {
+                drive.sample();
+            } else {
+                drive.pass_without_work(1);
+            }
+            drive.bench.hold_at(0.0);
+        }
+        while drive.supervisor.next_report().is_some() {}
+        // Of another servo.
+        let other = changed(0.25, 1.0);
+        drive.bench.change(&other);
+        let again = commission(&mut drive, ORDER);
+        assert_eq!(again.commissioning, APPLIED, "{samples} {goes_on}");
+        let b = again.servo.expect("known").parameters.b;
+        assert!((b / other.b - 1.0).abs() < 0.02, "{samples}: {b}");
+    }
+    unreachable!("it ends");
 }

@@ -65,33 +65,3 @@ fn a_new_run_begins_without_the_reason_of_the_last() {
     let found = drive.supervisor.estimates().expect("identified").servo;
     assert!((found.b / SERVO.b - 1.0).abs() < 0.01, "{found:?}");
 }
-
-#[test]
-fn nothing_of_the_run_before_goes_to_the_next() {
-    /// Samples after which a first fit is under way, and those of two blocks.
-    const FIRST: u32 = 400;
-    const TWO_BLOCKS: u32 = 60;
-    // What the background has found, and what it has not taken in.
-    for unheard in [1, TWO_BLOCKS] {
-        for samples in FIRST.. {
-            let (mut drive, bench) = Drive::on_bench(&SERVO);
-            drive.done(Command::Watch(1));
-            drive.run_for(first_contact(), samples);
-            if drive.status().noticed.started > 0 {
-                assert!(samples > FIRST);
-                break;
-            }
-            drive.pass_without_work(unheard);
-            drive.order(Command::Stop, 3);
-            if drive.status().noticed.started > 0 {
-                continue;
-            }
-            bench.change(&ServoParameters {
-                b: 4.0 * SERVO.b,
-                ..SERVO
-            });
-            drive.order(Command::Start, TWO_BLOCKS);
-            assert_eq!(drive.status().noticed.started, 0, "{samples}");
-        }
-    }
-}
