@@ -357,6 +357,15 @@ mod tests {
     }
 
     #[test]
+    fn a_host_that_comes_back_while_the_servo_comes_to_rest_does_not_keep_it() {
+        let mut ending = ending(0.0, 0.3);
+        assert_eq!(until(&mut ending, |_| 0), (300, Course::Rests));
+        ending.link_alive();
+        let lost = Ended::Faulted(Fault::LinkLost);
+        assert_eq!(until(&mut ending, |_| 0), (20, Course::Ended(lost)));
+    }
+
+    #[test]
     fn the_earlier_of_both_ends_a_run_whose_time_and_silence_are_bounded() {
         let mut silent = ending(10.0, 0.3);
         assert_eq!(until(&mut silent, |_| 0), (300, Course::Rests));

@@ -116,8 +116,10 @@ class Machine(SimulatedBus):
     """The bus, with the supply, terminal, disk and other programs of its machine."""
 
     is_closed = is_full = False
+    is_noted = True
 
     def _inject(self, fault: str) -> None:
+        self.is_noted = any(self.folder.glob("*.json"))
         super()._inject(fault)
         own = self.servos[0]
         if fault == "low supply":
@@ -151,8 +153,14 @@ class Machine(SimulatedBus):
             raise OSError(28, "No space left on device")
 
 
+def hung_up(*_: object) -> None:
+    """A terminal that closes while the servo is not in the program's hand ends the program."""
+    raise Killed
+
+
 def faults(stated: Namespace) -> None:
     """Faults at drawn instants, then a new start."""
+    signal.signal(signal.SIGHUP, hung_up)
     whole = _capture.plan
     _capture.plan = lambda: [*whole()[16:18], *whole()[-6:]]
     # What is found does not matter here: P is a third more, and the servo says whether that is better.
@@ -196,6 +204,9 @@ def faults(stated: Namespace) -> None:
             is_back = not any(Path(folder).glob("*.json"))
             if not ended and not (good() and is_back):
                 bad.append("status")
+            if kind in ("power lost", "brown-out") and not bus.is_noted:
+                # Numbers of RAM went with the power before anything was written.
+                old |= {name: own.numbers[name] for name in old}
             if bus.unnoted:
                 bad.append("written without a journal")
             # All is said to be back, before the power is switched off and on.

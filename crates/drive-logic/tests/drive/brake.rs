@@ -279,6 +279,29 @@ fn a_load_of_before_moves_no_axis_that_has_none_any_longer() {
     }
 }
 
+#[test]
+fn a_load_of_before_that_friction_holds_is_no_silent_encoder() {
+    let mut settings = vertical(None);
+    let (mut drive, bench) = Drive::on_bench(&VERTICAL);
+    identify(&mut drive, &settings);
+    settings.protection.breakaway = 0.1;
+    drive.done(Command::Configure(settings));
+    bench.change(&ServoParameters {
+        load: 0.5 * VERTICAL.load,
+        coulomb: -VERTICAL.load,
+        ..VERTICAL
+    });
+    drive.pass(30);
+    drive.order(Command::Start, 3000);
+    assert_eq!(drive.state(), State::Running);
+    assert!(
+        bench
+            .held
+            .get()
+            .is_some_and(|held| (held - 3.0).abs() < 0.1)
+    );
+}
+
 /// A drive that holds the axis with its brake open.
 fn holding() -> (Drive, &'static Bench) {
     let (mut drive, bench) = on_its_brake(vertical(Some(BRAKE)));
