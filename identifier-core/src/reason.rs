@@ -253,7 +253,10 @@ impl Reason {
     }
 
     /// The graver of two: one that loses the position, or else one that disables at once; of equals the first.
+    ///
+    /// Not inlined: it reads three tables.
     #[must_use]
+    #[inline(never)]
     pub fn graver(first: Option<Self>, second: Option<Self>) -> Option<Self> {
         let gravity = |reason: &Self| {
             let is_immediate = reason.stop_category() == StopCategory::Immediate;

@@ -12,6 +12,8 @@ pub(crate) struct FirstMotion {
     is_awaited: bool,
     /// The command that is to balance the load, while it grows.
     growing: Option<f32>,
+    /// One of both: the command is not the controller's.
+    acts: bool,
     ramp: CommandRamp<f32>,
     /// The command from which it grows, and its distance from there, with its sign.
     from: f32,
@@ -33,6 +35,7 @@ impl FirstMotion {
         Self {
             is_awaited: true,
             growing: None,
+            acts: true,
             ramp: CommandRamp::new(high.min(-low), sample_time),
             from: 0.0,
             given: 0.0,
@@ -51,18 +54,18 @@ impl FirstMotion {
 
     /// Begins with a command that held the servo in a run before.
     pub(crate) fn grow(&mut self, balance: f32) {
-        self.growing = Some(balance);
+        (self.growing, self.acts) = (Some(balance), true);
     }
 
     /// The servo is identified.
     pub(crate) fn know(&mut self) {
-        self.is_awaited = false;
+        (self.is_awaited, self.acts) = (false, self.grows());
     }
 
     /// The command is not the controller's.
     #[inline]
     pub(crate) fn acts(&self) -> bool {
-        self.is_awaited || self.growing.is_some()
+        self.acts
     }
 
     /// True while the command that balances the load grows.
@@ -74,7 +77,7 @@ impl FirstMotion {
     /// not (0).
     pub(crate) fn ramped(&mut self, command: f32, moved: f32) -> (f32, Option<Balance>) {
         if moved != 0.0 {
-            self.is_awaited = false;
+            (self.is_awaited, self.acts) = (false, false);
             return match self.growing.take() {
                 Some(balance) if moved * balance > 0.0 => (0.0, Some(Balance::Refuted)),
                 growing => (command, growing.map(|_| Balance::Acts)),
@@ -91,6 +94,7 @@ impl FirstMotion {
         self.given = wanted.limited(-most, most);
         let is_all = wanted.abs() <= most;
         let over = self.growing.take_if(|_| is_all).map(|_| Balance::Acts);
+        self.acts = self.is_awaited || self.grows();
         (self.from + self.given, over)
     }
 }

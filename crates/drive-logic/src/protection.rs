@@ -53,14 +53,18 @@ pub(crate) struct Protection {
 }
 
 /// The watch over the speed: the distance from a follower that is no faster than allowed. It shows the speed of an encoder
-/// of any resolution, of a coarse one later.
+/// of any resolution, of a coarse one later. The follower moves at the end of each interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct SpeedWatch {
-    /// Of the follower at most, counts per sample.
-    speed: f32,
-    /// The servo is ahead of it by so many counts now, and may be by so many.
-    ahead: f32,
-    most_ahead: f32,
+    /// Samples of the interval, and those that are left of it.
+    interval: u32,
+    left: u32,
+    /// The way of the follower in one at most, counts, and that of the servo beyond it, which is two counts more.
+    way: f32,
+    max_counts: u32,
+    /// The place of the follower: whole counts, and the rest.
+    from: i32,
+    rest: f32,
 }
 
 /// The stall supervision. The servo must move when the command has changed by this much since its last motion. A
@@ -198,6 +202,7 @@ impl Protection {
     /// From where another mode, or the load's command, has held the servo; the travel counts from an origin.
     pub(crate) fn start(&mut self, handover: &Handover) {
         self.set_origin(handover.origin);
+        self.speed.from = handover.count;
         self.stall.from = handover.count;
         self.stall.at_rest = handover.last.command;
     }
@@ -251,7 +256,7 @@ impl Protection {
         if above_lowest.cast_unsigned() > self.width {
             return Err(Fault::TravelLeft);
         }
-        self.speed.check(sample.increment)?;
+        self.speed.check(count)?;
         self.stall.check(sample, count)
     }
 
@@ -314,23 +319,43 @@ impl LineWatch {
 impl SpeedWatch {
     /// Of a servo that may have this speed, rad/s.
     fn new(speed: f64, units: &Units) -> Self {
-        let speed = speed * units.velocity();
-        let most_ahead = speed * f64::from(samples(SPEED_TIME, units)) + QUANTISATION_COUNTS;
+        /// The largest distance of two counts that 32 bits tell apart from the other way round.
+        const MAX_DISTANCE: u32 = i32::MAX as u32;
+        let interval = samples(SPEED_TIME, units);
+        let way = speed * units.velocity() * f64::from(interval);
         Self {
-            speed: f32::from_f64(speed),
-            ahead: 0.0,
-            most_ahead: f32::from_f64(most_ahead),
+            interval,
+            left: interval,
+            way: f32::from_f64(way),
+            // A cast saturates.
+            max_counts: ((way + QUANTISATION_COUNTS) as u32).min(MAX_DISTANCE),
+            from: 0,
+            rest: 0.0,
         }
     }
 
     #[inline]
-    fn check(&mut self, increment: f32) -> Result<(), Fault> {
-        let ahead = self.ahead + increment;
-        if ahead.abs() > self.most_ahead {
+    fn check(&mut self, count: i32) -> Result<(), Fault> {
+        let ahead = count.wrapping_sub(self.from);
+        if !is_within(ahead, self.max_counts) {
             return Err(Fault::SpeedExceeded);
         }
-        self.ahead = ahead - ahead.limited(-self.speed, self.speed);
+        self.left -= 1;
+        if self.left == 0 {
+            self.follow(ahead);
+        }
         Ok(())
+    }
+
+    /// The follower goes on, at most to where the servo is ahead of its whole counts.
+    #[cold]
+    #[inline(never)]
+    fn follow(&mut self, ahead: i32) {
+        self.left = self.interval;
+        let way = self.rest + (ahead as f32 - self.rest).limited(-self.way, self.way);
+        let whole = way as i32;
+        self.from = self.from.wrapping_add(whole);
+        self.rest = way - whole as f32;
     }
 }
 
@@ -376,9 +401,10 @@ mod tests {
                     let mut watch = SpeedWatch::new(LIMIT, &units);
                     let count = |k: u32| (f64::from(k) * speed / rate * units.position()) as i32;
                     let samples = 1..(seconds * rate) as u32;
-                    let mut increments = samples.map(|k| (k, (count(k) - count(k - 1)) as f32));
-                    let end = increments.find(|&(_, increment)| watch.check(increment).is_err());
-                    end.map(|(k, _)| f64::from(k) / rate)
+                    let end = samples
+                        .into_iter()
+                        .find(|&k| watch.check(count(k)).is_err());
+                    end.map(|k| f64::from(k) / rate)
                 };
                 for sign in [1.0, -1.0] {
                     assert_eq!(ends(sign * 0.999 * LIMIT, 100.0), None, "{counts} {rate}");

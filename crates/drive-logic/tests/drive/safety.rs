@@ -633,6 +633,17 @@ fn an_order_acts_once_and_never_late() {
             (0..300).for_each(|_| _ = drive.status());
         }
         assert_eq!(answer(&mut drive, now, Command::Start), Ok(()));
+        // Another host gives one of the same number.
+        let others = Request {
+            id: (now as u8).wrapping_add(1),
+            order: now,
+            command: Command::Target(0.2),
+        };
+        let refused = drive.supervisor.answer(&others);
+        assert!(
+            matches!(refused, Report::Refused { id, refusal: Refusal::GivenBefore } if id == others.id),
+            "{refused:?}"
+        );
         drive.done(Command::Stop);
         drive.pass(1000);
         assert_eq!(
