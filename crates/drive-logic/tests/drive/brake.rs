@@ -250,8 +250,15 @@ fn a_load_of_before_moves_no_axis_that_has_none_any_longer() {
             "{}",
             bench.position()
         );
-        // It jams, ends by a fault and is freed.
+        // A commissioning does not begin with it either.
         drive.order(Command::Stop, 100);
+        drive.done(Command::Commission(ORDER));
+        for _ in 0..20 {
+            drive.pass(1);
+            let command = bench.held.get().unwrap_or(0.0);
+            assert!(command.abs() < 1.0, "{kp} {ki}: {command}");
+        }
+        // It jams, ends by a fault and is freed.
         settings.protection.following_error = 3.0;
         settings.dither.amplitude = 0.3;
         let (mut drive, bench) = Drive::on_bench(&FREE);
