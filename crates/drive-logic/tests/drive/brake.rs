@@ -250,8 +250,13 @@ fn a_load_of_before_moves_no_axis_that_has_none_any_longer() {
             "{}",
             bench.position()
         );
-        // A commissioning does not begin with it either.
         drive.order(Command::Stop, 100);
+        // A commissioning does not begin with it either.
+        let (mut drive, bench) = Drive::on_bench(&VERTICAL);
+        settings.protection.following_error = 40.0;
+        identify(&mut drive, &settings);
+        bench.change(&FREE);
+        drive.pass(100);
         drive.done(Command::Commission(ORDER));
         for _ in 0..20 {
             drive.pass(1);
@@ -291,7 +296,10 @@ fn a_load_of_before_that_friction_holds_is_no_silent_encoder() {
     let mut settings = vertical(None);
     let (mut drive, bench) = Drive::on_bench(&VERTICAL);
     identify(&mut drive, &settings);
-    settings.protection.breakaway = 0.1;
+    (
+        settings.protection.breakaway,
+        settings.protection.stall_time,
+    ) = (0.1, 0.02);
     drive.done(Command::Configure(settings));
     bench.change(&ServoParameters {
         load: 0.5 * VERTICAL.load,
