@@ -43,10 +43,17 @@ macro_rules! catalogue {
             /// All, by number.
             pub const ALL: &[Self] = &[$(Self::$reason),+];
 
-            /// Number, name, cause and remedy, the position afterwards, and the stop category.
-            const fn row(self) -> (u8, &'static str, &'static str, &'static str, Position, StopCategory) {
+            /// Number, name, cause and remedy.
+            const fn row(self) -> (u8, &'static str, &'static str, &'static str) {
                 match self {
-                    $(Self::$reason => ($number, $name, $cause, $remedy, Position::$position, StopCategory::$category),)+
+                    $(Self::$reason => ($number, $name, $cause, $remedy),)+
+                }
+            }
+
+            /// The position afterwards, and the stop category: apart, for a drive that needs no text.
+            const fn effect(self) -> (Position, StopCategory) {
+                match self {
+                    $(Self::$reason => (Position::$position, StopCategory::$category),)+
                 }
             }
         }
@@ -249,7 +256,7 @@ impl Reason {
     /// True if the position may no longer be that of the axis. References such as a home position are then unknown.
     #[must_use]
     pub const fn loses_position(self) -> bool {
-        matches!(self.row().4, Position::Uncertain)
+        matches!(self.effect().0, Position::Uncertain)
     }
 
     /// The graver of two: one that loses the position, or else one that disables at once; of equals the first.
@@ -269,7 +276,7 @@ impl Reason {
     /// How an axis with a holding brake is stopped for it.
     #[must_use]
     pub const fn stop_category(self) -> StopCategory {
-        self.row().5
+        self.effect().1
     }
 
     /// Cause and remedy if it is the reason of a failed first fit, else none. So a program without a drive contains
