@@ -60,7 +60,7 @@ impl EffectSelection<'_> {
     pub(super) fn enter(&self, model: &mut Model, answers: &[Answer]) -> bool {
         /// Part of the best gain from which a brief search goes on.
         const NEAR: f64 = 0.5;
-        let promising = self.promising(answers, model);
+        let promising = with_starts(self.promising(answers, model), answers);
         let price = (segments(self.fitter.record.len()) as f64).ln();
         let gain = |(fitted, free): &(Fitted, Vec<Effect>)| {
             let change = model.fitted.sums.minus_two_log_likelihood()
@@ -257,6 +257,26 @@ impl EffectSelection<'_> {
         }
         promising
     }
+}
+
+/// Answers from which fits begin: of a second mass at every frequency that is looked at, with a light load and the encoder
+/// on either side. Its likelihood has many peaks, of which linear algebra does not know the highest.
+fn with_starts(promising: Vec<&Answer>, answers: &[Answer]) -> Vec<Answer> {
+    /// β of [`SecondMode`](super::SecondMode).
+    const RATIOS: [f64; 2] = [0.5, -0.5];
+    let is_mode = |of: &Candidate| of.cause == Cause::Resonance && !of.is_stiff();
+    let has_mode = promising.iter().any(|answer| is_mode(&answer.candidate));
+    let modes = answers
+        .iter()
+        .filter(|answer| has_mode && is_mode(&answer.candidate));
+    let starts = modes.flat_map(|answer| {
+        let frequency = answer.candidate.columns[0].setting;
+        RATIOS.map(|ratio| Answer {
+            sizes: vec![ratio / (frequency * frequency)],
+            ..answer.clone()
+        })
+    });
+    promising.into_iter().cloned().chain(starts).collect()
 }
 
 /// Sorts answers, the largest first.
