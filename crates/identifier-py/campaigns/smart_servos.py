@@ -116,10 +116,10 @@ class Machine(SimulatedBus):
     """The bus, with the supply, terminal, disk and other programs of its machine."""
 
     is_closed = is_full = False
-    is_noted = True
+    found: dict[str, int] = {}
+    """Numbers that a program finds after a fault that came before it wrote any."""
 
     def _inject(self, fault: str) -> None:
-        self.is_noted = any(self.folder.glob("*.json"))
         super()._inject(fault)
         own = self.servos[0]
         if fault == "low supply":
@@ -133,6 +133,8 @@ class Machine(SimulatedBus):
             self.is_full = True
             file = next(self.folder.glob("*.json"), None)
             self.noted = json.loads(file.read_text().split(" ", 1)[1]) if file else {}
+        if fault in ("power lost", "brown-out", "second program") and not any(self.folder.glob("*.json")):
+            self.found = dict(own.numbers)
 
     def watched(self, start: int, data: bytes) -> None:
         """Takes down what is written without a journal."""
@@ -202,11 +204,9 @@ def faults(stated: Namespace) -> None:
                 ended = True
             reached = len(bus.faults) < burst
             is_back = not any(Path(folder).glob("*.json"))
+            old |= {name: bus.found.get(name, number) for name, number in old.items()}
             if not ended and not (good() and is_back):
                 bad.append("status")
-            if kind in ("power lost", "brown-out") and not bus.is_noted:
-                # Numbers of RAM went with the power before anything was written.
-                old |= {name: own.numbers[name] for name in old}
             if bus.unnoted:
                 bad.append("written without a journal")
             # All is said to be back, before the power is switched off and on.

@@ -415,7 +415,7 @@ class OtherVerbs(unittest.TestCase):
         self.assertEqual(form["parameters"][0]["name"], "p_pid_kp")
         self.assertLess(form["margins"]["sensitivity"], 1.61)
         with self.assertRaisesRegex(ValueError, "for example max_current 60"):
-            servo_id.tune(result, form="vesc", resonance=float("inf"))
+            servo_id.tune(result, form="vesc", command_unit="A", resonance=float("inf"))
         with self.assertRaisesRegex(ValueError, "form must be one of pid, cascade"):
             servo_id.tune(result, form="esc")
         with self.assertRaisesRegex(ValueError, "rise time of"):
@@ -425,7 +425,7 @@ class OtherVerbs(unittest.TestCase):
         for sentence in (ROOT / "identifier-core/tests/tuning/refusals.txt").read_text().splitlines():
             name, _, value, *_ = sentence.split()
             with self.assertRaisesRegex(ValueError, re.escape(sentence)):
-                servo_id.tune(result, **{name: float(value)})
+                servo_id.tune(result, **{"resonance": float("inf"), name: float(value)})
 
     def test_an_unconverged_result_is_not_built_on(self):
         result = servo_id.simulate(dict(SERVO, identifier={"law": "gauss-newton"}, excitation={"kind": "none"}))
