@@ -205,9 +205,24 @@ impl Commissioning {
     }
 
     /// Ends it for a fault, under the gains before; the gravest of several holds.
+    #[cold]
+    #[inline(never)]
     fn end_by_fault(&mut self, fault: Fault) {
         self.fault = Fault::graver(self.fault, Some(fault));
         self.end(fault);
+    }
+
+    /// Ends it for a fault of the lines, under the gains before until its brake has closed, if it may.
+    #[cold]
+    #[inline(never)]
+    fn end_by_line(&mut self, fault: Fault) {
+        let is_first = self.stop.is_none();
+        self.end_by_fault(fault);
+        if is_first && self.brake.is_some() && fault.stop_category() == StopCategory::Controlled {
+            self.lines.ignore_switches();
+        } else {
+            self.disabled = true;
+        }
     }
 
     /// The fault that it ended by, if it was one of the drive's.
@@ -281,13 +296,7 @@ impl Commissioning {
         exchange: impl FnOnce(Option<RecordEvent<f32>>) -> (bool, Option<&'a Decision<f32>>),
     ) -> Course {
         if let Err(fault) = self.lines.check(lines) {
-            let is_held = fault.stop_category() == StopCategory::Controlled && self.stop.is_none();
-            if is_held && self.brake.is_some() {
-                self.end_by_fault(fault);
-                self.lines.ignore_switches();
-            } else {
-                self.abort_with_fault(fault);
-            }
+            self.end_by_line(fault);
         }
         if self.deadline.check().is_some() {
             self.end_by_fault(Fault::LinkLost);
