@@ -193,6 +193,11 @@ impl Candidate {
         self.cause == Cause::Resonance && self.columns[0].setting == 0.0
     }
 
+    /// True of a second mass at a frequency.
+    pub(super) fn is_mode(&self) -> bool {
+        self.cause == Cause::Resonance && !self.is_stiff()
+    }
+
     /// True if its size cannot be negative.
     pub(super) fn is_positive(&self) -> bool {
         matches!(
@@ -249,7 +254,7 @@ impl Candidate {
     /// But a resonance matters to a loop that is faster than the motion.
     pub(super) fn matters(&self, values: &Values, usual: &TypicalMagnitudes) -> bool {
         const MIN_SHARE: f64 = 0.02;
-        if self.cause == Cause::Resonance && !self.is_stiff() {
+        if self.is_mode() {
             return true;
         }
         let size = |column: &Column| match column.effect {
@@ -289,7 +294,7 @@ impl Candidate {
             free.push(Effect::HiddenLimit);
             return (values, free);
         }
-        if self.cause == Cause::Resonance && !self.is_stiff() {
+        if self.is_mode() {
             // The scan has the twist of the spring, the fit both masses: see `Values::twist`.
             let ratio = sizes[0] * setting * setting;
             values.set(Effect::ResonanceFrequency, setting);

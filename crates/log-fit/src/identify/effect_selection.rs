@@ -58,53 +58,63 @@ impl EffectSelection<'_> {
 
     /// Lets the effect of some answers enter that wins; false if none does.
     pub(super) fn enter(&self, model: &mut Model, answers: &[Answer]) -> bool {
+        let mut fits = self.fits(model, &self.promising(answers, model));
+        let best = |fits: &[Fit], is_meant: &dyn Fn(&Fit) -> bool| {
+            let meant = fits.iter().filter(|fit| is_meant(fit));
+            let best = meant.reduce(|best, fit| if fit.gain > best.gain { fit } else { best });
+            best.cloned()
+        };
+        let Some(mut won) = best(&fits, &|fit| fit.gain >= MIN_GAIN) else {
+            return false;
+        };
+        if won.free.contains(&Effect::ResonanceFrequency) {
+            fits.extend(self.fits(model, &starts_of_modes(answers)));
+            won = best(&fits, &|fit| fit.cause == won.cause).unwrap_or(won);
+        }
+        model.entered.push(Entered {
+            alternative: best(&fits, &|fit| fit.cause != won.cause)
+                .map(|other| (other.cause, other.gain)),
+            ..Entered::certain(won.cause, won.gain)
+        });
+        (model.free, model.fitted) = (won.free, won.fitted);
+        true
+    }
+
+    /// Fits of the model with answers, of effects that matter.
+    fn fits(&self, model: &Model, answers: &[Answer]) -> Vec<Fit> {
         /// Part of the best gain from which a brief search goes on.
         const NEAR: f64 = 0.5;
-        let promising = with_starts(self.promising(answers, model), answers);
         let price = (segments(self.fitter.record.len()) as f64).ln();
         let gain = |(fitted, free): &(Fitted, Vec<Effect>)| {
             let change = model.fitted.sums.minus_two_log_likelihood()
                 - fitted.sums.minus_two_log_likelihood();
             change / model.rows_per_row - (free.len() - model.free.len()) as f64 * price
         };
-        let brief = parallel::map(&promising, |answer| self.with(model, answer, BRIEF));
-        let brief: Vec<_> = (promising.iter().zip(brief))
-            .filter_map(|(answer, with)| Some((answer, with?)))
+        let brief = parallel::map(answers, |answer| self.with(model, answer, BRIEF));
+        let brief: Vec<_> = (answers.iter().zip(brief))
+            .filter_map(|(answer, with)| Some((&answer.candidate, with?)))
             .collect();
         let most = (brief.iter()).fold(0.0, |most, (_, with)| f64::max(most, gain(with)));
-        let fitted = parallel::map(&brief, |(_, with)| {
+        let further = parallel::map(&brief, |(candidate, with)| {
             let (fitted, free) = with;
-            let further = (gain(with) >= NEAR * most)
-                .then(|| self.inside(model, &fitted.values, free.clone(), SEARCH));
-            further.unwrap_or_else(|| Some(with.clone()))
-        });
-        let mut fits: Vec<(f64, Cause, Fitted, Vec<Effect>)> = Vec::new();
-        for ((answer, _), with) in brief.iter().zip(fitted) {
-            let Some(with) = with else {
-                continue;
+            let with = if gain(with) >= NEAR * most {
+                self.inside(model, &fitted.values, free.clone(), SEARCH)?
+            } else {
+                with.clone()
             };
             let gain = gain(&with);
             let (fitted, free) = with;
             let usual = TypicalMagnitudes::new(self.fitter, &fitted.values);
-            if gain.is_finite() && answer.candidate.matters(&fitted.values, &usual) {
-                fits.push((gain, answer.candidate.cause, fitted, free));
-            }
-        }
-        let best_but = |cause: Option<Cause>| {
-            let others = fits.iter().filter(|fit| Some(fit.1) != cause);
-            others.reduce(|best, fit| if fit.0 > best.0 { fit } else { best })
-        };
-        let Some((gain, cause, fitted, free)) = best_but(None).filter(|best| best.0 >= MIN_GAIN)
-        else {
-            return false;
-        };
-        model.free.clone_from(free);
-        model.fitted = *fitted;
-        model.entered.push(Entered {
-            alternative: best_but(Some(*cause)).map(|(gain, other, ..)| (*other, *gain)),
-            ..Entered::certain(*cause, *gain)
+            let is_one = gain.is_finite() && candidate.matters(&fitted.values, &usual);
+            let cause = candidate.cause;
+            is_one.then_some(Fit {
+                gain,
+                cause,
+                fitted,
+                free,
+            })
         });
-        true
+        further.flatten().collect()
     }
 
     /// A fit of the model with a candidate, and the effects that are free in it.
@@ -206,7 +216,7 @@ impl EffectSelection<'_> {
     }
 
     /// The answers that are worth a fit, one of each cause.
-    fn promising<'b>(&self, answers: &'b [Answer], model: &Model) -> Vec<&'b Answer> {
+    fn promising(&self, answers: &[Answer], model: &Model) -> Vec<Answer> {
         /// Held-out gain, and of each of its sizes, and χ², from which an effect is worth a fit.
         const MIN_HELD_OUT: [f64; 2] = [10.0, 4.0];
         const MIN_SIGNIFICANCE: f64 = 12.0;
@@ -255,28 +265,33 @@ impl EffectSelection<'_> {
         {
             promising.push(lag);
         }
-        promising
+        promising.into_iter().cloned().collect()
     }
 }
 
-/// Answers from which fits begin: of a second mass at every frequency that is looked at, with a light load and the encoder
-/// on either side. Its likelihood has many peaks, of which linear algebra does not know the highest.
-fn with_starts(promising: Vec<&Answer>, answers: &[Answer]) -> Vec<Answer> {
+/// A fit of a model with an effect.
+#[derive(Clone)]
+struct Fit {
+    gain: f64,
+    cause: Cause,
+    fitted: Fitted,
+    free: Vec<Effect>,
+}
+
+/// Answers from which fits of a second mass begin: at every frequency that is looked at, with a light load and the encoder on
+/// either side. Its likelihood has many peaks, of which linear algebra does not know the highest.
+fn starts_of_modes(answers: &[Answer]) -> Vec<Answer> {
     /// β of [`SecondMode`](super::SecondMode).
     const RATIOS: [f64; 2] = [0.5, -0.5];
-    let is_mode = |of: &Candidate| of.cause == Cause::Resonance && !of.is_stiff();
-    let has_mode = promising.iter().any(|answer| is_mode(&answer.candidate));
-    let modes = answers
-        .iter()
-        .filter(|answer| has_mode && is_mode(&answer.candidate));
-    let starts = modes.flat_map(|answer| {
+    let is_mode = |of: &&Answer| of.candidate.is_mode();
+    let starts = answers.iter().filter(is_mode).flat_map(|answer| {
         let frequency = answer.candidate.columns[0].setting;
         RATIOS.map(|ratio| Answer {
             sizes: vec![ratio / (frequency * frequency)],
             ..answer.clone()
         })
     });
-    promising.into_iter().cloned().chain(starts).collect()
+    starts.collect()
 }
 
 /// Sorts answers, the largest first.
