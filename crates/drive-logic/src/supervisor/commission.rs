@@ -373,9 +373,10 @@ mod tests {
         let mut settings = Settings::example(LoopSettings { core, law });
         (settings.protection.travel, settings.protection.speed) = ([-8.0, 8.0], 60.0);
         let order = Limits::new([-8.0, 8.0], 60.0, [-10.0, 10.0]);
-        let left = check_order(&order, &settings, 0.15).expect("allowed");
-        assert_eq!(left, [-8.0, 7.85]);
-        let left = check_order(&order, &settings, -0.15).expect("allowed");
-        assert_eq!(left, [-7.85, 8.0]);
+        for (position, left) in [(0.15, [-8.0, 7.85]), (-0.15, [-7.85, 8.0])] {
+            let found = check_order(&order, &settings, position).expect("allowed");
+            let off = |end: usize| (found[end] - left[end]).abs();
+            assert!(off(0).max(off(1)) < 1e-12, "{found:?}");
+        }
     }
 }
