@@ -65,7 +65,7 @@ impl Written {
         let result = self.result(log);
         let conditions = Conditions {
             counts: Some(COUNTS),
-            limit: Some(log.setup.limit * self.scales[1].abs()),
+            limit: Some(log.setup.limit),
             bandwidth: Some(30.0),
             resonance: Some(f64::INFINITY),
             torque_constant: self.form.map(|_| 0.05),
@@ -79,15 +79,15 @@ impl Written {
     }
 }
 
-/// k_p, k_d and k_i of gains in A.
-fn in_amperes(written: &Written, tuned: &Tuned) -> [f64; 3] {
-    [tuned.tuning.kp, tuned.tuning.kd, tuned.tuning.ki].map(|gain| gain / written.scales[1].abs())
+/// k_p, k_d and k_i, per A however the command is written.
+fn gains_of(tuned: &Tuned) -> [f64; 3] {
+    [tuned.tuning.kp, tuned.tuning.kd, tuned.tuning.ki]
 }
 
 #[test]
 fn units_wrap_and_sign_of_a_log_change_no_gains() {
     let log = log();
-    let plain = in_amperes(&Written::PLAIN, &Written::PLAIN.gains(&log).expect("gains"));
+    let plain = gains_of(&Written::PLAIN.gains(&log).expect("gains"));
     let degrees = 180.0 / PI;
     for written in [
         Written {
@@ -111,7 +111,7 @@ fn units_wrap_and_sign_of_a_log_change_no_gains() {
         },
     ] {
         let tuned = written.gains(&log).expect("gains");
-        for (gain, plain) in in_amperes(&written, &tuned).into_iter().zip(plain) {
+        for (gain, plain) in gains_of(&tuned).into_iter().zip(plain) {
             let names = written.names;
             assert!(
                 (gain / plain - 1.0).abs() < 0.02,

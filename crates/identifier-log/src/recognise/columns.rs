@@ -1,6 +1,7 @@
 //! Finds the quantity of each column. Readings of the columns compete, and names weigh against them.
 
-use super::name::{Named, Quantity, Unit, is_role, of_column, words};
+use super::name::{Named, Quantity, is_role, of_column, words};
+use super::unit::Unit;
 use super::{log_options::LogOptions, question::Question};
 use crate::log::{Table, TableColumn, extremes, usual_steps};
 use crate::readings::{Contest, HEARD, Kin, Order, Reading, Signals, Trial, held};
@@ -51,16 +52,31 @@ pub(super) struct Clock {
 }
 
 impl Columns {
-    /// The unit of the command by the name of its column. It applies if the command is not scaled and no stated inertia
-    /// or torque implies another unit.
+    /// Units of the command for one of its column's, by the column's name.
+    pub(super) fn command_part(&self) -> f64 {
+        match self.command.as_ref().and_then(|command| command.named.unit) {
+            Some(Unit::Command(_, part)) => part,
+            _ => 1.0,
+        }
+    }
+
+    /// The unit of the command by the name of its column, if this is the scale that the name implies.
+    pub(super) fn named_unit(&self, scale: f64) -> Option<&'static str> {
+        match self.command.as_ref()?.named.unit {
+            Some(Unit::Command(unit, part)) if (scale.abs() / part - 1.0).abs() < 1e-9 => {
+                Some(unit)
+            }
+            _ => None,
+        }
+    }
+
+    /// The same as a unit of torques. It applies if no stated inertia or torque implies another.
     pub(super) fn command_unit(
         &self,
         units: &LogUnits,
         stated: &LogOptions,
     ) -> Option<CommandUnit> {
-        let Some(Unit::Command(unit)) = self.command.as_ref()?.named.unit else {
-            return None;
-        };
+        let unit = self.named_unit(units.command_scale)?;
         let is_linear = matches!(
             units.position,
             PositionUnit::Metre | PositionUnit::Millimetre
@@ -73,8 +89,7 @@ impl Columns {
             "N" if is_linear && !is_torque_stated => CommandUnit::Newton,
             _ => return None,
         };
-        let is_scaled = (units.command_scale.abs() - 1.0).abs() > 0.0;
-        (!is_scaled).then_some(found)
+        Some(found)
     }
 }
 

@@ -13,7 +13,7 @@ options! {
     pub struct LogOptions {
         /// Column of the time, by name or number from 1; `none` if the rows are the samples.
         time: String = "COLUMN",
-        /// Unit of the time: s, ms, us, ns, samples or iso-8601.
+        /// Unit of the time: s, ms, us, ns, min, h, samples or iso-8601.
         time_unit: TimeUnit = "UNIT",
         /// Time from one sample to the next, s.
         sample_time: f64 = "S",

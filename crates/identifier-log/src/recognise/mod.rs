@@ -9,13 +9,14 @@ mod name;
 mod position;
 mod question;
 mod text;
+mod unit;
 
 use crate::column_reading::Reading;
 use crate::log::{LogError, Table};
 use crate::scenario::{InnerLoop, LogSettings, PhysicalSettings, TimeUnit};
 
 use columns::{Candidates, Chosen};
-use name::Unit;
+use unit::Unit;
 
 pub use log_options::LogOptions;
 pub use question::Question;
@@ -116,8 +117,9 @@ pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrec
     settings.velocity = column(&columns.velocity);
     settings.known_torque = column(&columns.known_torque);
     settings.is_velocity = columns.is_velocity;
-    if columns.is_reversed && stated.command_scale.is_none() {
-        settings.units.command_scale = -1.0;
+    if stated.command_scale.is_none() {
+        let sign = if columns.is_reversed { -1.0 } else { 1.0 };
+        settings.units.command_scale = sign * columns.command_part();
     }
     let measured = &table.columns[columns.position.index];
     let position = position::read(measured, &columns.position, columns.is_velocity, stated);
@@ -143,10 +145,14 @@ pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrec
     );
     if let Some(reference) = &columns.reference {
         settings.reference = Some(reference.column.clone());
-        settings.units.reference = stated.reference_unit.or(match reference.named.unit {
-            Some(Unit::Position(unit)) if unit != settings.units.position => Some(unit),
+        let own = (settings.units.position, position.scale);
+        let other = match reference.named.unit {
+            Some(Unit::Position(unit, scale)) => Some((unit, scale)),
             _ => None,
-        });
+        };
+        let other = other.filter(|other| stated.reference_unit.is_none() && *other != own);
+        settings.units.reference = stated.reference_unit.or(other.map(|(unit, _)| unit));
+        settings.units.reference_scale *= other.map_or(1.0, |(_, scale)| scale);
         say(
             "reference",
             columns.reference_text(settings.units.reference),

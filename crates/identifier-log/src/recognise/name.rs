@@ -1,5 +1,6 @@
 //! The quantity and unit of a column by its name.
 
+use super::unit::Unit;
 use crate::scenario::{PositionUnit, TimeUnit};
 
 /// The quantity in a column.
@@ -18,17 +19,8 @@ pub(super) enum Quantity {
     Unknown,
 }
 
-/// A unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Unit {
-    Time(TimeUnit),
-    Position(PositionUnit),
-    /// The unit of a command in its written form.
-    Command(&'static str),
-}
-
 /// A column's quantity and unit by its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Named {
     pub(super) quantity: Quantity,
     pub(super) unit: Option<Unit>,
@@ -74,96 +66,87 @@ const OTHERS: &[&str] = &[
     "mode", "fault", "enable", "enabled", "bus", "supply", "vbus", "per", "std", "id",
 ];
 
+/// Words for an angle, which is in no unit of length.
+const ANGLES: [&str; 7] = [
+    "angle", "theta", "phi", "winkel", "angular", "rotation", "encoder",
+];
+
 /// The quantity and unit of a column with a name, and perhaps a cell in a row of units.
 pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
     let (rest, stated) = bracketed(name);
-    let is_number = |word: &str| word.starts_with(|c: char| c.is_ascii_digit());
-    let mut words = words(rest);
-    words.retain(|word| !is_number(word));
     let stated = if unit_cell.is_empty() {
         stated
     } else {
         Some(unit_cell)
     };
-    // A column with another unit, as rad/s, is none of these quantities.
-    let (unit, is_foreign) = match stated.map(|text| text.trim_matches(['[', ']', '(', ')', ' '])) {
-        Some("" | "-") => (None, false),
+    let (rest, unit) = match stated.map(|text| text.trim_matches(['[', ']', '(', ')', ' '])) {
+        Some("" | "-") => (rest, None),
         Some(text) => {
-            let unit = unit(text);
             let is_rate = text.contains('/') || text.contains("per") || text.contains('^');
-            (unit, unit.is_none() && is_rate)
+            let unit = Unit::of_text(text).or(is_rate.then_some(Unit::Foreign));
+            (rest, unit)
         }
-        None if words.len() > 1 => {
-            // M1 is a motor, no metre.
-            let is_numbered = |word: &String| rest.split(word.as_str()).skip(1).any(is_number);
-            let last = words.last().filter(|last| !is_numbered(last));
-            let unit = last.and_then(|last| unit(last));
-            if unit.is_some() {
-                words.pop();
-            }
-            (unit, false)
-        }
-        None => (None, false),
+        None => with_unit(rest),
     };
-    let quantity = match is_foreign {
-        true if words
+    let mut words = words(rest);
+    words.retain(|word| !word.starts_with(|c: char| c.is_ascii_digit()));
+    let has = |of: &[&str]| {
+        words
             .iter()
-            .any(|word| OTHERS.contains(&word.to_lowercase().as_str())) =>
-        {
-            Quantity::Other
-        }
-        true => Quantity::Velocity,
-        false => quantity(&words, unit.or_else(|| self::unit(name.trim()))),
+            .any(|word| of.contains(&word.to_lowercase().as_str()))
     };
-    let fits = match unit {
-        Some(Unit::Time(_)) => matches!(quantity, Quantity::Time | Quantity::Counter),
-        Some(Unit::Position(_)) => matches!(quantity, Quantity::Position | Quantity::Reference),
-        Some(Unit::Command(_)) => quantity == Quantity::Command,
-        None => true,
+    let by_name = quantity(
+        &words,
+        unit.or_else(|| Unit::of_text(name).filter(|unit| *unit != Unit::Time(TimeUnit::Hour))),
+    );
+    // A column with another unit, as rad/s², is none of these quantities, and a position in rad/s none.
+    let quantity = match (unit, by_name) {
+        (Some(Unit::Foreign), _) if !has(OTHERS) => Quantity::Velocity,
+        (Some(Unit::Rate(..)), Quantity::Position | Quantity::Unknown) => Quantity::Velocity,
+        _ => by_name,
     };
-    let unit = unit.filter(|_| fits);
-    Named { quantity, unit }
+    let fits = |unit: &Unit| match unit {
+        Unit::Time(_) => matches!(quantity, Quantity::Time | Quantity::Counter),
+        Unit::Position(PositionUnit::Metre | PositionUnit::Millimetre, _) if has(&ANGLES) => false,
+        Unit::Position(..) => matches!(quantity, Quantity::Position | Quantity::Reference),
+        Unit::Rate(..) => matches!(quantity, Quantity::Velocity | Quantity::Reference),
+        Unit::Command(..) => quantity == Quantity::Command,
+        Unit::Foreign => false,
+    };
+    Named {
+        quantity,
+        unit: unit.filter(fits),
+    }
 }
 
-/// The unit of a velocity by the name of its column or a cell of units: that of a position per s, how many of these are
-/// one of it, and the evidence.
-pub(super) fn rate(name: &str, unit_cell: &str) -> Option<(PositionUnit, f64, &'static str)> {
-    /// Units that a name may hold anywhere, and those that end it: in its middle they may be letters of a word.
-    type Rates = (
-        PositionUnit,
-        f64,
-        &'static str,
-        &'static [&'static str],
-        &'static [&'static str],
-    );
-    #[rustfmt::skip]
-    const RATES: [Rates; 7] = [
-        (PositionUnit::Turn, 1.0 / 60.0, "from rpm, by name", &["rpm", "rev/min", "1/min"], &[]),
-        (PositionUnit::Turn, 1.0, "by name", &["rev/s", "turn/s", "turns/s"], &["rps", "hz"]),
-        (PositionUnit::Degree, 1.0, "by name", &["deg/s", "deg_s", "°/s", "degps"], &["dps"]),
-        (PositionUnit::Radian, 1.0, "by name", &["rad/s", "rad_s", "radps", "rad_per_s"], &["rads"]),
-        (PositionUnit::Count, 1.0, "by name", &["counts/s", "counts_s", "counts_per_s", "ticks/s"], &[]),
-        (PositionUnit::Millimetre, 1.0, "by name", &["mm/s"], &["mm_s"]),
-        (PositionUnit::Metre, 1.0, "by name", &[], &["m/s", "m_s"]),
-    ];
-    let texts = [name, unit_cell].map(|text| {
-        let text = text.to_lowercase();
-        text.trim_end_matches([']', ')', '}', ' ']).to_owned()
-    });
-    let ends = |text: &str, word: &str| {
-        text.strip_suffix(word)
-            .is_some_and(|rest| !rest.ends_with(char::is_alphanumeric))
-    };
-    let holds = |(_, _, _, within, at_end): &&Rates| {
-        texts.iter().any(|text| {
-            within.iter().any(|word| text.contains(word))
-                || at_end.iter().any(|word| ends(text, word))
-        })
-    };
-    RATES
-        .iter()
-        .find(holds)
-        .map(|(unit, scale, evidence, ..)| (*unit, *scale, *evidence))
+/// A name without the unit at its end, and that: the longest that is one, behind a word of the name.
+fn with_unit(name: &str) -> (&str, Option<Unit>) {
+    /// Words of the longest unit: rad per s.
+    const LONGEST: usize = 3;
+    let is_between = |c: char| c.is_whitespace() || "_-.:".contains(c);
+    let ends: Vec<usize> = (name.match_indices(is_between))
+        .map(|(place, _)| place)
+        .collect();
+    for &place in ends.iter().skip(ends.len().saturating_sub(LONGEST)) {
+        let (rest, unit) = name.split_at(place);
+        let unit = unit.trim_start_matches(is_between);
+        if let Some(unit) = Unit::of_text(unit).filter(|_| !rest.is_empty()) {
+            return (rest, Some(unit));
+        }
+    }
+    // As in posDeg, but a letter before a unit would be a prefix.
+    let last = name.rsplit(is_between).next().unwrap_or_default();
+    let pieces = words(last);
+    if let [.., before, unit] = &pieces[..]
+        && before.chars().count() > 1
+        && let Some(found) = Unit::of_text(unit)
+        && let Some(rest) = name.strip_suffix(unit.as_str())
+    {
+        return (rest, Some(found));
+    }
+    // A velocity in one word, as rpm.
+    let whole = Unit::of_text(name).filter(|unit| matches!(unit, Unit::Rate(..)));
+    (name, whole)
 }
 
 /// True for a word that says of a value what it is for, not which joint has it.
@@ -182,7 +165,7 @@ fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {
     };
     let is_time = has(TIMES);
     // V by itself is a voltage, v a velocity; N may be a counter.
-    if let ([only], Some(Unit::Command(unit))) = (words, unit)
+    if let ([only], Some(Unit::Command(unit, _))) = (words, unit)
         && only == unit
         && only != "N"
     {
@@ -210,7 +193,7 @@ fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {
     }
     if has(REFERENCES) {
         return match unit {
-            Some(Unit::Command(_)) => Quantity::Command,
+            Some(Unit::Command(..)) => Quantity::Command,
             _ => Quantity::Reference,
         };
     }
@@ -222,9 +205,10 @@ fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {
     }
     match unit {
         Some(Unit::Time(_)) => Quantity::Time,
-        Some(Unit::Position(_)) => Quantity::Position,
-        Some(Unit::Command(_)) => Quantity::Command,
-        None => Quantity::Unknown,
+        Some(Unit::Position(..)) => Quantity::Position,
+        Some(Unit::Rate(..)) => Quantity::Velocity,
+        Some(Unit::Command(..)) => Quantity::Command,
+        Some(Unit::Foreign) | None => Quantity::Unknown,
     }
 }
 
@@ -267,27 +251,6 @@ pub(super) fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// The unit of a word.
-fn unit(word: &str) -> Option<Unit> {
-    if let Some(unit) = TimeUnit::of_word(word) {
-        return Some(Unit::Time(unit));
-    }
-    if let Some(unit) = PositionUnit::of_word(word) {
-        return Some(Unit::Position(unit));
-    }
-    let of_command = match word {
-        "V" | "volt" | "volts" | "Volt" | "Volts" => "V",
-        "mV" => "mV",
-        "A" | "amp" | "amps" | "Ampere" | "ampere" => "A",
-        "mA" => "mA",
-        "Nm" | "nm" | "N m" | "N·m" | "N.m" => "N m",
-        "N" => "N",
-        "%" | "percent" => "%",
-        _ => return None,
-    };
-    Some(Unit::Command(of_command))
-}
-
 #[cfg(test)]
 mod tests {
     use super::Quantity::{Command, Counter, Other, Position, Reference, Time, Unknown, Velocity};
@@ -296,9 +259,10 @@ mod tests {
 
     #[test]
     fn names_as_drives_and_loggers_write_them_are_known() {
-        let of_command = |name| Some(Unit::Command(name));
+        let of_command = |name| Some(Unit::Command(name, 1.0));
         let time = |unit| Some(Unit::Time(unit));
-        let angle = |unit| Some(Unit::Position(unit));
+        let angle = |unit| Some(Unit::Position(unit, 1.0));
+        let rate = |unit| Some(Unit::Rate(unit, 1.0));
         for (name, quantity, unit) in [
             ("t", Time, None),
             ("t_s", Time, time(TimeUnit::Second)),
@@ -322,11 +286,11 @@ mod tests {
             ("iq_ref", Command, None),
             ("duty %", Command, of_command("%")),
             ("u", Command, None),
-            ("omega_rad_s", Velocity, None),
+            ("omega_rad_s", Velocity, rate(PositionUnit::Radian)),
             ("output_velocity", Velocity, None),
             ("torque_enable", Other, None),
-            ("velocity [rad/s]", Velocity, None),
-            ("angle [rad/s]", Velocity, None),
+            ("velocity [rad/s]", Velocity, rate(PositionUnit::Radian)),
+            ("angle [rad/s]", Velocity, rate(PositionUnit::Radian)),
             ("acceleration [rad/s^2]", Other, None),
             ("output_error_rad", Other, None),
             ("a_std_error", Other, None),
@@ -343,5 +307,149 @@ mod tests {
         }
         assert_eq!(of_column("q", "deg").unit, angle(PositionUnit::Degree));
         assert_eq!(of_column("ch3", "V").quantity, Command);
+    }
+
+    #[test]
+    fn a_unit_is_read_whole_or_not_at_all() {
+        let angle = |part| Some(Unit::Position(PositionUnit::Radian, part));
+        let degree = |part| Some(Unit::Position(PositionUnit::Degree, part));
+        let metre = |part| Some(Unit::Position(PositionUnit::Metre, part));
+        let millimetre = |part| Some(Unit::Position(PositionUnit::Millimetre, part));
+        let turns = |part| Some(Unit::Rate(PositionUnit::Turn, part));
+        let rate = |part| Some(Unit::Rate(PositionUnit::Radian, part));
+        let command = |unit, part| Some(Unit::Command(unit, part));
+        let time = |unit| Some(Unit::Time(unit));
+        /// Of each quantity: names in several languages, units as written, and what they are.
+        type Family<'a> = (&'a [&'a str], &'a [(&'a str, Option<Unit>)]);
+        let families: [Family<'_>; 5] = [
+            (
+                &["torque", "tau", "effort", "Drehmoment", "cmd_torque"],
+                &[
+                    ("Nm", command("N m", 1.0)),
+                    ("mNm", command("N m", 1e-3)),
+                    ("cNm", command("N m", 1e-2)),
+                    ("kNm", command("N m", 1e3)),
+                    ("uNm", command("N m", 1e-6)),
+                    ("xNm", None),
+                    ("lbft", None),
+                ],
+            ),
+            (
+                &["current", "iq", "Strom", "motor_current", "u"],
+                &[
+                    ("A", command("A", 1.0)),
+                    ("mA", command("A", 1e-3)),
+                    ("cA", command("A", 1e-2)),
+                    ("uA", command("A", 1e-6)),
+                    ("mV", command("V", 1e-3)),
+                    ("kV", command("V", 1e3)),
+                    ("millivolts", command("V", 1e-3)),
+                    ("mX", None),
+                ],
+            ),
+            (
+                &["time", "t", "Zeit", "temps", "tiempo"],
+                &[
+                    ("s", time(TimeUnit::Second)),
+                    ("ms", time(TimeUnit::Millisecond)),
+                    ("us", time(TimeUnit::Microsecond)),
+                    ("µs", time(TimeUnit::Microsecond)),
+                    ("ns", time(TimeUnit::Nanosecond)),
+                    ("min", time(TimeUnit::Minute)),
+                    ("h", time(TimeUnit::Hour)),
+                    ("milliseconds", time(TimeUnit::Millisecond)),
+                    ("ks", None),
+                    ("0.1ms", None),
+                ],
+            ),
+            (
+                &["pos", "x", "Lage", "position", "q"],
+                &[
+                    ("rad", angle(1.0)),
+                    ("mrad", angle(1e-3)),
+                    ("urad", angle(1e-6)),
+                    ("deg", degree(1.0)),
+                    ("mdeg", degree(1e-3)),
+                    ("arcsec", degree(1.0 / 3600.0)),
+                    ("arcmin", degree(1.0 / 60.0)),
+                    ("mm", millimetre(1.0)),
+                    ("cm", metre(1e-2)),
+                    ("µm", metre(1e-6)),
+                    ("um", metre(1e-6)),
+                    ("inch", millimetre(25.4)),
+                    ("furlong", None),
+                ],
+            ),
+            (
+                &["omega", "speed", "Drehzahl", "vel", "geschwindigkeit"],
+                &[
+                    ("rad/s", rate(1.0)),
+                    ("mrad/s", rate(1e-3)),
+                    ("rad per s", rate(1.0)),
+                    ("rad/min", rate(1.0 / 60.0)),
+                    ("rpm", turns(1.0 / 60.0)),
+                    ("krpm", turns(1e3 / 60.0)),
+                    ("U/min", turns(1.0 / 60.0)),
+                    ("1/min", turns(1.0 / 60.0)),
+                    ("min^-1", turns(1.0 / 60.0)),
+                    ("min⁻¹", turns(1.0 / 60.0)),
+                    ("rev/s", turns(1.0)),
+                    ("mm/s", Some(Unit::Rate(PositionUnit::Millimetre, 1.0))),
+                    ("erpm", None),
+                    ("rad/s^2", None),
+                    ("1/s", None),
+                ],
+            ),
+        ];
+        let part = |unit: Option<Unit>| match unit {
+            Some(Unit::Position(_, part) | Unit::Rate(_, part) | Unit::Command(_, part)) => part,
+            _ => 1.0,
+        };
+        let bare = |unit: Option<Unit>| match unit {
+            Some(Unit::Position(unit, _)) => Some(Unit::Position(unit, 1.0)),
+            Some(Unit::Rate(unit, _)) => Some(Unit::Rate(unit, 1.0)),
+            Some(Unit::Command(unit, _)) => Some(Unit::Command(unit, 1.0)),
+            other => other,
+        };
+        let mut headings = 0;
+        for (names, units) in families {
+            for name in names {
+                for &(written, expected) in units {
+                    let joined = written.replace(['/', ' '], "_");
+                    for heading in [
+                        format!("{name} [{written}]"),
+                        format!("{name} ({written})"),
+                        format!("{name}_{joined}"),
+                        format!("{name} in {written}"),
+                    ] {
+                        let is_power = written.contains(['^', '1', '⁻', '.']);
+                        if heading.contains('_') && is_power && !heading.contains('[') {
+                            continue;
+                        }
+                        headings += 1;
+                        let found = of_column(&heading, "").unit;
+                        let off = part(found) / part(expected) - 1.0;
+                        assert!(
+                            bare(found) == bare(expected) && off.abs() < 1e-12,
+                            "{heading}: {found:?} instead of {expected:?}"
+                        );
+                    }
+                }
+            }
+        }
+        assert!(headings > 800, "{headings}");
+    }
+
+    #[test]
+    fn a_letter_is_a_unit_only_of_the_quantity_that_the_name_says() {
+        for heading in [
+            "theta_m", "i_a", "u_m", "u_s", "q_h", "v_A", "angle_mm", "pos_V",
+        ] {
+            assert_eq!(of_column(heading, "").unit, None, "{heading}");
+        }
+        let of = |unit| Some(Unit::Position(unit, 1.0));
+        assert_eq!(of_column("posDeg", "").unit, of(PositionUnit::Degree));
+        assert_eq!(of_column("posMDeg", "").unit, None);
+        assert_eq!(of_column("h", "").quantity, Unknown);
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::LogOptions;
 use super::columns::Chosen;
-use super::name::{self, Unit};
+use super::unit::Unit;
 use crate::log::{Jumps, Period, TableColumn};
 use crate::readings::{Positions, held, is_usual, is_whole};
 use crate::scenario::{LogUnits, PositionUnit};
@@ -33,6 +33,8 @@ const ANGLES: [PositionUnit; 3] = [
 /// The evidence of a unit that nothing shows.
 const UNSTATED: &str = "nobody states it, so no gravity is looked for: --position-unit";
 
+const BY_NAME: &str = "by name";
+
 /// Reads the unit of a column. A unit that neither name nor content shows is the column's own.
 pub(super) fn read(
     column: &TableColumn,
@@ -42,8 +44,10 @@ pub(super) fn read(
 ) -> PositionReading {
     let counts_per_rev = stated.counts_per_rev.filter(|counts| *counts != 0.0);
     if is_velocity && stated.position_unit.is_none() {
-        let found = name::rate(&column.name, &column.unit);
-        let (unit, scale, evidence) = found.unwrap_or((PositionUnit::Own, 1.0, UNSTATED));
+        let (unit, scale, evidence) = match chosen.named.unit {
+            Some(Unit::Rate(unit, scale)) => (unit, scale, BY_NAME),
+            _ => (PositionUnit::Own, 1.0, UNSTATED),
+        };
         return PositionReading {
             unit,
             scale,
@@ -57,13 +61,17 @@ pub(super) fn read(
     let period = period(column, stated);
     let found = unit(chosen, stated, step, period);
     let (unit, evidence) = found.unwrap_or((PositionUnit::Own, UNSTATED));
+    let part = match chosen.named.unit {
+        Some(Unit::Position(_, part)) if evidence == BY_NAME => part,
+        _ => 1.0,
+    };
     let of_steps = || {
-        let scale = stated.position_scale.unwrap_or(1.0).abs();
+        let scale = part * stated.position_scale.unwrap_or(1.0).abs();
         let counts = TAU / (step? * scale * LogUnits::SI.radians(unit));
         is_whole(counts).then(|| counts.round())
     };
     PositionReading {
-        scale: 1.0,
+        scale: part,
         unit,
         evidence,
         counts_per_rev: counts_per_rev.or_else(|| match unit {
@@ -103,8 +111,8 @@ fn unit(
     if let Some(unit) = stated.position_unit {
         return Some((unit, "as stated"));
     }
-    if let Some(Unit::Position(unit)) = chosen.named.unit {
-        return Some((unit, "by name"));
+    if let Some(Unit::Position(unit, _)) = chosen.named.unit {
+        return Some((unit, BY_NAME));
     }
     if let Some((unit, _)) = period {
         return Some(match unit {

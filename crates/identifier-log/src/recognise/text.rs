@@ -7,7 +7,6 @@ use identifier_core::parameters::Unknown;
 use super::LogOptions;
 use super::Recognised;
 use super::columns::{Chosen, Clock, Columns};
-use super::name::Unit;
 use super::position::{PositionReading, short};
 use crate::column_reading::{ColumnReading, CommandReading, CommandSign, Reading};
 use crate::log::Table;
@@ -99,12 +98,10 @@ impl Columns {
         let is_unit_stated = position.unit != PositionUnit::Own;
         let scale = units.command_scale;
         let command = self.command.as_ref().map(|command| {
-            let unit = match (physical.command_unit, command.named.unit) {
+            let unit = match physical.command_unit {
                 // The unit of a product is the column's no more.
-                (CommandUnit::Other, _) if (scale.abs() - 1.0).abs() > 0.0 => None,
-                (CommandUnit::Other, Some(Unit::Command(unit))) => Some(unit),
-                (CommandUnit::Other, _) => None,
-                (unit, _) => Some(unit.name()),
+                CommandUnit::Other => self.named_unit(scale),
+                unit => Some(unit.name()),
             };
             CommandReading {
                 of: column(command, unit, scale.abs(), ""),
@@ -180,12 +177,16 @@ impl Columns {
                  it{unknown}"
             );
         };
-        let unit = match command.named.unit {
-            _ if (scale - 1.0).abs() > 0.0 => {
-                format!("times {scale}; b in {own} per unit of the product")
-            }
-            Some(Unit::Command(unit)) => format!("in {unit}; b in {own} per {unit}"),
-            _ => format!("in its own unit; b in {own} per unit of it"),
+        let is_scaled = (scale - 1.0).abs() > 0.0;
+        let times = if is_scaled {
+            format!("times {scale}, ")
+        } else {
+            String::new()
+        };
+        let unit = match self.named_unit(scale) {
+            Some(unit) => format!("{times}in {unit}; b in {own} per {unit}"),
+            None if is_scaled => format!("times {scale}; b in {own} per unit of the product"),
+            None => format!("in its own unit; b in {own} per unit of it"),
         };
         let mut text = format!(
             "{}, {unit}; assumed to be the total command that acted",

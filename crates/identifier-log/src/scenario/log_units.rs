@@ -36,6 +36,10 @@ named! {
         Microsecond = "us",
         /// Nanoseconds.
         Nanosecond = "ns",
+        /// Minutes.
+        Minute = "min",
+        /// Hours.
+        Hour = "h",
         /// Time stamps by calendar and clock.
         Stamp = "iso-8601",
         /// Samples: a counter.
@@ -63,35 +67,7 @@ named! {
     }
 }
 
-impl PositionUnit {
-    /// The unit of a word in the name of a column.
-    #[must_use]
-    pub fn of_word(word: &str) -> Option<Self> {
-        match word.to_lowercase().as_str() {
-            "rad" | "radian" | "radians" => Some(Self::Radian),
-            "deg" | "degree" | "degrees" | "°" | "grad" => Some(Self::Degree),
-            "turn" | "turns" | "rev" | "revs" | "revolutions" | "rotations" => Some(Self::Turn),
-            "count" | "counts" | "cnt" | "ticks" | "pulses" | "inc" => Some(Self::Count),
-            "mm" => Some(Self::Millimetre),
-            "m" | "metre" | "metres" | "meter" | "meters" => Some(Self::Metre),
-            _ => None,
-        }
-    }
-}
-
 impl TimeUnit {
-    /// The unit of a word in the name of a column.
-    #[must_use]
-    pub fn of_word(word: &str) -> Option<Self> {
-        match word.to_lowercase().as_str() {
-            "s" | "sec" | "secs" | "second" | "seconds" => Some(Self::Second),
-            "ms" | "msec" | "millis" | "milliseconds" => Some(Self::Millisecond),
-            "us" | "µs" | "μs" | "usec" | "micros" | "microseconds" => Some(Self::Microsecond),
-            "ns" | "nsec" | "nanos" | "nanoseconds" => Some(Self::Nanosecond),
-            _ => None,
-        }
-    }
-
     /// Its length, s, that of a time stamp once it is read; none of a counter of samples.
     #[must_use]
     pub const fn seconds(self) -> Option<f64> {
@@ -100,6 +76,8 @@ impl TimeUnit {
             Self::Millisecond => Some(1e-3),
             Self::Microsecond => Some(1e-6),
             Self::Nanosecond => Some(1e-9),
+            Self::Minute => Some(60.0),
+            Self::Hour => Some(3600.0),
             Self::Sample => None,
         }
     }

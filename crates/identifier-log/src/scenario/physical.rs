@@ -40,15 +40,12 @@ named! {
 }
 
 impl CommandUnit {
-    /// The unit of a command as its column states it, and how many are one of it: 0.001 A are one mA.
+    /// The unit of a command as it was read; none where nothing states it.
     #[must_use]
-    pub fn of_reading(reading: &Reading) -> Option<(Self, f64)> {
-        const PREFIXES: [(&str, f64); 4] = [("", 1.0), ("m", 1e-3), ("c", 1e-2), ("k", 1e3)];
-        let written = reading.command.as_ref()?.of.unit.as_deref()?;
-        PREFIXES.into_iter().find_map(|(prefix, part)| {
-            let unit = written.strip_prefix(prefix)?.replace([' ', '·', '.'], "");
-            Some((unit.parse().ok().filter(|unit| *unit != Self::Other)?, part))
-        })
+    pub fn of_reading(reading: &Reading) -> Option<Self> {
+        let unit = reading.command.as_ref()?.of.unit.as_deref()?;
+        let unit = unit.replace([' ', '·', '.'], "").parse().ok();
+        unit.filter(|unit| *unit != Self::Other)
     }
 }
 

@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias, TypedDict, TypeVar, get_args, get_ty
 
 from . import _native
 
-TimeUnit: TypeAlias = Literal["s", "ms", "us", "ns", "samples", "iso-8601"]
+TimeUnit: TypeAlias = Literal["s", "ms", "us", "ns", "min", "h", "samples", "iso-8601"]
 PositionUnit: TypeAlias = Literal["rad", "deg", "turns", "counts", "m", "mm", "own"]
 CommandUnit: TypeAlias = Literal["V", "A", "Nm", "N", "other"]
 Form: TypeAlias = Literal[

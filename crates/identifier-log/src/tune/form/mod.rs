@@ -128,36 +128,19 @@ impl Form {
             })
         };
         let of_reading = result.reading.as_ref().and_then(CommandUnit::of_reading);
-        let of_scenario = known.command_unit.map(|unit| (unit, 1.0));
-        let of_option = stated.command_unit.map(|unit| (unit, 1.0));
-        let unit = [of_option, of_reading, of_scenario];
+        let unit = [stated.command_unit, of_reading, known.command_unit];
         let mut unit = unit.into_iter().flatten();
-        let unit = unit.find(|(unit, _)| *unit != CommandUnit::Other);
-        // That of an option is of the whole unit, that of a result is of its command's.
-        let of_torque = stated
-            .torque_constant
-            .zip(unit)
-            .map(|(torque, (_, factor))| torque * factor);
-        let torque = of_torque
-            .or(stated.torque_constant)
-            .or(known.torque_constant);
-        let own = self
-            .0
-            .command
-            .as_deref()
-            .or(unit.map(|(unit, _)| unit.name()));
-        let of_unit = match (
-            &self.0.command,
-            unit.map(|(unit, part)| (unit.name(), part)),
-        ) {
-            (Some(own), Some((unit, part))) if own == unit => part,
-            (Some(own), Some(("A", _))) if own == "Nm" => {
-                needed("--torque-constant", torque, "0.1")?
-            }
+        let unit = unit.find(|unit| *unit != CommandUnit::Other);
+        let unit = unit.map(CommandUnit::name);
+        let torque = stated.torque_constant.or(known.torque_constant);
+        let own = self.0.command.as_deref().or(unit);
+        let of_unit = match (&self.0.command, unit) {
+            (Some(own), Some(unit)) if own == unit => 1.0,
+            (Some(own), Some("A")) if own == "Nm" => needed("--torque-constant", torque, "0.1")?,
             (Some(own), None) if own == "Nm" && torque.is_some() => {
                 needed("--torque-constant", torque, "0.1")?
             }
-            (Some(own), Some((unit, _))) => {
+            (Some(own), Some(unit)) => {
                 return Err(format!(
                     "{name} takes a command in {own}, but the log has one in {unit}: identify with the drive's own \
                      command"
@@ -169,8 +152,7 @@ impl Form {
                      --command-unit {own} if it is that"
                 ));
             }
-            (None, Some((_, part))) => part,
-            (None, None) => 1.0,
+            (None, _) => 1.0,
         };
         let whole = match self.0.share_of {
             Some(Share::MaxCurrent) => needed("--max-current", stated.max_current, "60")?,

@@ -11,7 +11,6 @@ use super::super::{KnownEffects, LoopModel};
 use super::firmware::FIRMWARES;
 use super::firmware_loop::Controller;
 use super::*;
-use crate::result::{ColumnReading, CommandReading, CommandSign, Reading};
 
 /// An identified servo that nothing is hidden of.
 fn identified(a: f64, b: f64, delay: f64, sample_time: f64) -> IdentifiedResult {
@@ -448,69 +447,6 @@ fn the_loop_of_each_firmware_has_the_margins_and_the_step_that_are_predicted() {
                 assert!(is_near(edges[1], fall, 0.03), "{}", case.form);
             }
         }
-    }
-}
-
-/// The loops that 'exact' forms were designed for differ: the row of moteus had the filter of its position for its velocity.
-#[test]
-fn a_unit_with_a_prefix_becomes_that_of_the_firmware() {
-    let of = |unit: &str, torque: Option<f64>, form: &str| {
-        let mut result = identified(2.0, 0.5, 5e-4, 1e-3);
-        let column = |unit: &str| ColumnReading {
-            column: None,
-            unit: Some(unit.to_owned()),
-            factor: 1.0,
-            evidence: String::new(),
-        };
-        result.reading = Some(Reading {
-            time: column("s"),
-            position: column("rad"),
-            command: Some(CommandReading {
-                of: column(unit),
-                sign: CommandSign::AsLogged,
-            }),
-            assumed: Vec::new(),
-        });
-        let stated = Conditions {
-            torque_constant: torque,
-            max_current: Some(60.0),
-            sample_time: (form == "simplefoc").then_some(1e-3),
-            limit: Some(2e4),
-            ..Conditions::default()
-        };
-        let tuned = tuned(
-            &result,
-            CommandUnit::Other,
-            form,
-            stated,
-            Goal::Bandwidth(20.0),
-        );
-        let form = tuned.expect("gains").form.expect("its form");
-        (form.parameters[1].value, form.parameters[1].unit.clone())
-    };
-    for (form, prefixed, whole) in [
-        (
-            "odrive",
-            of("mA", Some(0.05), "odrive"),
-            of("A", Some(0.05), "odrive"),
-        ),
-        ("vesc", of("mA", None, "vesc"), of("A", None, "vesc")),
-        (
-            "simplefoc",
-            of("mV", None, "simplefoc"),
-            of("V", None, "simplefoc"),
-        ),
-        (
-            "moteus",
-            of("mNm", None, "moteus"),
-            of("N m", None, "moteus"),
-        ),
-    ] {
-        assert!(
-            is_near(prefixed.0, 1e-3 * whole.0, 1e-3),
-            "{form}: {prefixed:?} {whole:?}"
-        );
-        assert_eq!(prefixed.1, whole.1, "{form}");
     }
 }
 
