@@ -12,8 +12,8 @@ const RATE: u32 = 10_000;
 /// Bytes of a start or a stop, with the zero at the end.
 const REQUEST: usize = 8;
 
-/// Bytes of a start with its zero: one more, the version.
-const START: usize = REQUEST + 1;
+/// Bytes of a start with its zero: two more, the version and the number of the order.
+const START: usize = REQUEST + 2;
 
 #[test]
 fn an_order_with_a_break_behind_it_is_refused_by_name_and_one_with_it_inside_is_none() {

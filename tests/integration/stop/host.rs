@@ -157,7 +157,9 @@ impl Host {
 
     /// Puts the first bytes of a request on the wire, and the others behind a break.
     pub(super) fn cut(&mut self, command: Command, place: usize) {
-        let framed = frame(&Request::without_order(0, command)).expect("it fits");
+        self.order += 1;
+        let (id, order) = (0, self.order);
+        let framed = frame(&Request { id, order, command }).expect("it fits");
         let (before, behind) = framed.split_at(place.min(framed.len()));
         self.send(before);
         self.break_wire(BYTE);
