@@ -127,6 +127,28 @@ fn a_time_that_begins_again_is_found_without_a_name() {
     assert_eq!(found.settings.position, Column::Number(2));
 }
 
+#[test]
+fn numbers_of_rows_are_no_time_unless_the_heading_says_so() {
+    let [_, command, position, _] = servo(0);
+    let rows: Vec<f64> = (0..ROWS).map(|row| row as f64).collect();
+    for name in ["step", "seq", "cycle", "frame", "#", "Unnamed: 0", "sample"] {
+        let numbered = table(&[(name, &rows), ("position", &position), ("u", &command)]);
+        let asked = recognise(&numbered, &LogOptions::default());
+        let Err(Unrecognised::Unknown(questions)) = asked else {
+            panic!("{name}: {asked:?}");
+        };
+        assert_eq!(questions[0].flag, "sample-time", "{name}");
+        let stated = LogOptions {
+            sample_time: Some(STEP),
+            ..LogOptions::default()
+        };
+        let found = recognise(&numbered, &stated).expect("a log");
+        assert!(is(&found, "position", "u"), "{name}");
+    }
+    let timed = table(&[("t", &rows), ("position", &position), ("u", &command)]);
+    assert_eq!(found(&timed).settings.time, Some(Column::named("t")));
+}
+
 /// A mass of one without friction moves as an accelerometer shows it: the name decides.
 #[test]
 fn an_acceleration_is_a_command_only_by_its_name() {

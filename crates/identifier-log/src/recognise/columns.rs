@@ -308,7 +308,8 @@ impl<'a> Candidates<'a> {
         /// The usual time from row to row, s.
         const USUAL: f64 = 5e-3;
         let step = self.step(time);
-        if time.named.quantity == Quantity::Counter && (step - 1.0).abs() < 1e-6 {
+        // Rows that are numbered are no time, unless the heading says so.
+        if time.named.quantity != Quantity::Time && (step - 1.0).abs() < 1e-6 {
             return TimeUnit::Sample;
         }
         let off = |unit: TimeUnit| {

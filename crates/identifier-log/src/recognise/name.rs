@@ -32,7 +32,20 @@ const TIMES: &[&str] = &[
     "zeit", "uhrzeit", "zeitstempel", "temps", "tiempo", "tempo",
 ];
 const COUNTERS: &[&str] = &[
-    "sample", "samples", "index", "idx", "n", "k", "row", "tick", "nr", "no",
+    "sample",
+    "samples",
+    "index",
+    "idx",
+    "n",
+    "k",
+    "row",
+    "tick",
+    "nr",
+    "no",
+    "seq",
+    "cycle",
+    "frame",
+    "iteration",
 ];
 #[rustfmt::skip]
 const POSITIONS: &[&str] = &[

@@ -135,6 +135,9 @@ impl Columns {
         } else {
             ", in "
         };
+        if (reading.scale - 1.0).abs() > 0.0 {
+            text += &format!("times {} ", short(reading.scale));
+        }
         text += unit;
         if self.is_velocity && reading.unit != PositionUnit::Own {
             text += " per s";
