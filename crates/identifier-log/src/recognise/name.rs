@@ -31,21 +31,9 @@ const TIMES: &[&str] = &[
     "t", "time", "times", "timestamp", "stamp", "datetime", "date", "clock", "elapsed", "seconds", "millis", "micros",
     "zeit", "uhrzeit", "zeitstempel", "temps", "tiempo", "tempo",
 ];
+#[rustfmt::skip]
 const COUNTERS: &[&str] = &[
-    "sample",
-    "samples",
-    "index",
-    "idx",
-    "n",
-    "k",
-    "row",
-    "tick",
-    "nr",
-    "no",
-    "seq",
-    "cycle",
-    "frame",
-    "iteration",
+    "sample", "samples", "index", "idx", "n", "k", "row", "tick", "nr", "no", "seq", "cycle", "frame", "iteration",
 ];
 #[rustfmt::skip]
 const POSITIONS: &[&str] = &[
@@ -80,9 +68,7 @@ const OTHERS: &[&str] = &[
 ];
 
 /// Words for an angle, which is in no unit of length.
-const ANGLES: [&str; 7] = [
-    "angle", "theta", "phi", "winkel", "angular", "rotation", "encoder",
-];
+const ANGLES: [&str; 6] = ["angle", "theta", "phi", "winkel", "angular", "rotation"];
 
 /// The quantity and unit of a column with a name, and perhaps a cell in a row of units.
 pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
@@ -464,5 +450,10 @@ mod tests {
         assert_eq!(of_column("posDeg", "").unit, of(PositionUnit::Degree));
         assert_eq!(of_column("posMDeg", "").unit, None);
         assert_eq!(of_column("h", "").quantity, Unknown);
+        // A scale of glass is an encoder in mm.
+        assert_eq!(
+            of_column("encoder_mm", "").unit,
+            of(PositionUnit::Millimetre)
+        );
     }
 }
