@@ -82,12 +82,13 @@ pub struct Ratios {
     pub coulomb: Option<Known>,
     /// d, rad/s²; none where it was not estimated.
     pub load: Option<Known>,
+    /// Covariances of a, c and d with b.
+    pub with_b: [f64; 3],
     /// Without a stated unit of position there are no units of torque.
     pub axis: AxisKind,
 }
 
-/// A servo in physical units. The errors take the estimates for independent, for a result does not hold their
-/// correlations.
+/// A servo in physical units.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Physical {
     /// Inertia of all that moves, about the joint: J.
@@ -124,19 +125,20 @@ const ROTARY: [&str; 5] = ["kg·m²", "N·m", "N·m·s/rad", "V·s/rad", "V·s²
 const LINEAR: [&str; 5] = ["kg", "N", "N·s/m", "V·s/m", "V·s²/m"];
 
 impl Scale {
-    /// The inertia and the torque of a unit of command for a gain b. The error of a stated one is zero.
-    fn of_gain(self, (b, b_error): Known) -> Result<(Known, Known), ScaleError> {
+    /// The inertia and the torque of a unit of command for a gain b, and the slope of the inertia over b. The error of a
+    /// stated one is zero.
+    fn of_gain(self, (b, b_error): Known) -> Result<(Known, Known, f64), ScaleError> {
         Ok(match self {
             Self::TorqueConstant(constant) => {
                 let constant = above_zero("torque-constant", constant)?;
                 let inertia = constant / b;
                 let error = b_error.map(|error| inertia * error / b);
-                ((inertia, error), (constant, Some(0.0)))
+                ((inertia, error), (constant, Some(0.0)), -inertia / b)
             }
             Self::Inertia(inertia) => {
                 let inertia = above_zero("inertia", inertia)?;
                 let error = b_error.map(|error| inertia * error);
-                ((inertia, Some(0.0)), (inertia * b, error))
+                ((inertia, Some(0.0)), (inertia * b, error), 0.0)
             }
             Self::Payload {
                 inertia: payload,
@@ -161,9 +163,10 @@ impl Scale {
                 (
                     (inertia, both(bare_gain, b)),
                     (b * inertia, both(bare_gain * bare_gain, b * b)),
+                    inertia / less,
                 )
             }
-            Self::Ratios => ((1.0, Some(0.0)), (b, b_error)),
+            Self::Ratios => ((1.0, Some(0.0)), (b, b_error), 0.0),
         })
     }
 }
@@ -182,21 +185,16 @@ impl Ratios {
     /// A scale that is not allowed, a gain that is not above zero among them.
     pub fn scaled(&self, scale: Scale) -> Result<Physical, ScaleError> {
         let b = (above_zero("b", self.b.0)?, self.b.1);
-        let (inertia, torque_constant) = scale.of_gain(b)?;
+        let (inertia, torque_constant, slope) = scale.of_gain(b)?;
         let [of_inertia, of_torque, of_friction, ..] = self.units();
-        let torque = |(value, error): Known, unit| PhysicalQuantity {
-            value: value * inertia.0,
-            std_error: error
-                .zip(inertia.1)
-                .map(|(error, of_inertia)| (error * inertia.0).hypot(of_zero(value, of_inertia))),
-            unit,
-        };
+        let [of_a, of_coulomb, of_load] = self.with_b;
+        let torque = |of: Known, with_b: f64, unit| product(of, inertia, slope * with_b, unit);
         Ok(Physical {
             inertia: quantity(inertia, of_inertia),
             torque_constant: quantity(torque_constant, of_torque),
-            viscous: torque(self.a, of_friction),
-            coulomb: self.coulomb.map(|coulomb| torque(coulomb, of_torque)),
-            load: self.load.map(|load| torque(load, of_torque)),
+            viscous: torque(self.a, of_a, of_friction),
+            coulomb: (self.coulomb).map(|coulomb| torque(coulomb, of_coulomb, of_torque)),
+            load: self.load.map(|load| torque(load, of_load, of_torque)),
         })
     }
 
@@ -207,20 +205,37 @@ impl Ratios {
     pub fn voltage_gains(&self) -> Result<VoltageGains, ScaleError> {
         let b = above_zero("b", self.b.0)?;
         let [_, _, _, of_kv, of_ka] = self.units();
-        let ratio = |(value, error): Known, unit| PhysicalQuantity {
-            value: value / b,
-            std_error: error
-                .zip(self.b.1)
-                .map(|(error, of_b)| (error / b).hypot(of_zero(value, of_b) / (b * b))),
-            unit,
-        };
-        let opposite = |(value, error): Known| (-value, error);
+        let per_b = (1.0 / b, self.b.1.map(|error| error / (b * b)));
+        let ratio = |of: Known, with_b: f64, unit| product(of, per_b, -with_b / (b * b), unit);
+        let [of_a, of_coulomb, of_load] = self.with_b;
+        let load = self.load.map(|(value, error)| (-value, error));
         Ok(VoltageGains {
-            ks: self.coulomb.map(|coulomb| ratio(coulomb, "V")),
-            kv: ratio(self.a, of_kv),
-            ka: ratio((1.0, Some(0.0)), of_ka),
-            kg: self.load.map(|load| ratio(opposite(load), "V")),
+            ks: (self.coulomb).map(|coulomb| ratio(coulomb, of_coulomb, "V")),
+            kv: ratio(self.a, of_a, of_kv),
+            ka: ratio((1.0, Some(0.0)), 0.0, of_ka),
+            kg: load.map(|load| ratio(load, -of_load, "V")),
         })
+    }
+}
+
+/// The product of two quantities with their covariance.
+fn product(one: Known, other: Known, covariance: f64, unit: &'static str) -> PhysicalQuantity {
+    let value = one.0 * other.0;
+    let errors = one.1.zip(other.1);
+    let std_error = errors.map(|errors| {
+        let [of_one, of_other] = [of_zero(other.0, errors.0), of_zero(one.0, errors.1)];
+        let both = 2.0 * value * covariance;
+        let variance = of_one * of_one + of_other * of_other;
+        // Errors without bound have no covariance.
+        match both.is_finite() && variance.is_finite() {
+            true => (variance + both).max(0.0).sqrt(),
+            false => f64::INFINITY,
+        }
+    });
+    PhysicalQuantity {
+        value,
+        std_error,
+        unit,
     }
 }
 
@@ -266,6 +281,7 @@ mod tests {
         b: (200.0, Some(2.0)),
         coulomb: Some((8.0, Some(0.4))),
         load: Some((-4.0, Some(0.2))),
+        with_b: [0.0; 3],
         axis: AxisKind::Rotary,
     };
 
@@ -290,6 +306,36 @@ mod tests {
         let units = [Some(servo.inertia), Some(servo.viscous), servo.coulomb];
         let units = units.map(|quantity| quantity.map(|quantity| quantity.unit));
         assert_eq!(units, ["kg·m²", "N·m·s/rad", "N·m"].map(Some));
+    }
+
+    /// a and b that err alike leave their ratio as it is: the errors of a large a and of b cancel.
+    #[test]
+    fn what_errs_with_b_errs_less_over_b() {
+        let (a, error) = (10.0, 0.05 * 2.0);
+        let together = Ratios {
+            a: (a, Some(error)),
+            with_b: [error * 2.0, 0.0, 0.0],
+            ..SERVO
+        };
+        let kv = |of: Ratios| of.voltage_gains().expect("a servo").kv;
+        assert_close(kv(together), 0.05, 0.0);
+        let apart = (error / 200.0).hypot(a * 2.0 / 4e4);
+        let alone = Ratios {
+            with_b: [0.0; 3],
+            ..together
+        };
+        assert_close(kv(alone), 0.05, apart);
+        let viscous = together
+            .scaled(Scale::TorqueConstant(0.4))
+            .expect("allowed")
+            .viscous;
+        assert_close(viscous, 0.02, 0.0);
+        // With a known inertia the torque is that of a alone.
+        let viscous = together
+            .scaled(Scale::Inertia(0.002))
+            .expect("allowed")
+            .viscous;
+        assert_close(viscous, 0.02, error * 0.002);
     }
 
     #[test]

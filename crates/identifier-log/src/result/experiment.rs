@@ -164,6 +164,17 @@ pub struct Covariance {
     pub matrix: Vec<Vec<f64>>,
 }
 
+impl Covariance {
+    /// That of two parameters.
+    fn of(&self, one: Parameter, other: Parameter) -> Option<f64> {
+        let place = |of: Parameter| {
+            let name = Unknown::from(of).name();
+            self.names.iter().position(|own| *own == name)
+        };
+        Some(self.matrix[place(one)?][place(other)?])
+    }
+}
+
 /// Output error, rad.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OutputError {
@@ -239,9 +250,9 @@ impl Estimates {
         }
     }
 
-    /// The ratios of a servo on an axis.
+    /// The ratios of a servo on an axis, of estimates with a covariance.
     #[must_use]
-    pub fn ratios(&self, axis: AxisKind) -> Ratios {
+    pub fn ratios(&self, covariance: Option<&Covariance>, axis: AxisKind) -> Ratios {
         let known = |estimate: &Estimate| (estimate.value, estimate.std_error);
         let if_estimated = |estimate: &Estimate| estimate.is_estimated.then(|| known(estimate));
         Ratios {
@@ -249,6 +260,10 @@ impl Estimates {
             b: known(&self.b),
             coulomb: if_estimated(&self.coulomb),
             load: if_estimated(&self.load),
+            with_b: [Parameter::A, Parameter::Coulomb, Parameter::Load].map(|parameter| {
+                let of = covariance.and_then(|of| of.of(parameter, Parameter::B));
+                of.unwrap_or(0.0)
+            }),
             axis,
         }
     }

@@ -157,6 +157,10 @@ impl Identified {
                 b: (found.b, error("b")),
                 coulomb: Some((found.coulomb, error("coulomb"))),
                 load: Some((found.load, error("load"))),
+                with_b: ["a", "coulomb", "load"].map(|name| {
+                    let of = result.covariance.as_ref().and_then(|of| of.of(name, "b"));
+                    of.unwrap_or(0.0)
+                }),
                 axis,
             },
             delay_error: error("delay"),
