@@ -69,7 +69,7 @@ impl FirstMotion {
     }
 
     /// True while the command that balances the load grows.
-    pub(crate) fn grows(&self) -> bool {
+    fn grows(&self) -> bool {
         self.growing.is_some()
     }
 

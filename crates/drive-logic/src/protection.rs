@@ -218,11 +218,6 @@ impl Protection {
         self.stall.moved
     }
 
-    /// A command under which the servo rests.
-    pub(crate) fn rest_under(&mut self, command: f32) {
-        self.stall.at_rest = command;
-    }
-
     /// The servo is identified.
     pub(crate) fn end_first_motion(&mut self) {
         self.stall.stalled = 0;

@@ -477,7 +477,6 @@ impl RunParts {
     #[cold]
     #[inline(never)]
     fn ramped(&mut self, command: f32) -> f32 {
-        let grows = self.first_motion.grows();
         let moved = self.protection.moved();
         let (command, balance) = self.first_motion.ramped(command, moved);
         match balance {
@@ -487,9 +486,6 @@ impl RunParts {
                 self.guide.activate();
             }
             None => {}
-        }
-        if grows {
-            self.protection.rest_under(command);
         }
         command
     }
