@@ -4,7 +4,7 @@ use std::path::Path;
 
 use identifier_log::log::{Log, Table};
 use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
-use identifier_log::scenario::Column;
+use identifier_log::scenario::{Column, CommandUnit};
 
 const STEP: f64 = 2e-3;
 const ROWS: usize = 3000;
@@ -214,4 +214,127 @@ fn a_gap_that_comes_again_and_again_is_bridged_and_one_that_does_not_is_none() {
     };
     assert_eq!(kept(&|row| row % 14 < 8), 1);
     assert_eq!(kept(&|row| !(1000..1006).contains(&row)), 2);
+}
+
+/// A heading's unit in the reading, which table, JSON, Python, the page and the forms of gains have: it, or none, never another.
+#[test]
+fn a_reading_has_the_unit_of_each_heading_or_none() {
+    /// Which column, its names in five languages, and units as written with what they are and the factor.
+    type Family<'a> = (usize, [&'a str; 5], &'a [(&'a str, Option<(&'a str, f64)>)]);
+    let families: [Family<'_>; 4] = [
+        (
+            0,
+            ["time", "Zeit", "temps", "时间", "время"],
+            &[
+                ("s", Some(("s", 1.0))),
+                ("ms", Some(("ms", 1e3))),
+                ("µs", Some(("us", 1e6))),
+                ("min", Some(("min", 1.0 / 60.0))),
+                ("0.1ms", None),
+            ],
+        ),
+        (
+            1,
+            ["torque", "Drehmoment", "couple", "转矩", "момент"],
+            &[
+                ("Nm", Some(("Nm", 1.0))),
+                ("mNm", Some(("Nm", 1e-3))),
+                ("mA", Some(("A", 1e-3))),
+                ("kV", Some(("V", 1e3))),
+                ("%", Some(("%", 1.0))),
+                ("xNm", None),
+            ],
+        ),
+        (
+            2,
+            ["position", "Lage", "posición", "位置", "положение"],
+            &[
+                ("rad", Some(("rad", 1.0))),
+                ("mrad", Some(("rad", 1e-3))),
+                ("mdeg", Some(("deg", 1e-3))),
+                ("µm", Some(("m", 1e-6))),
+                ("arcsec", Some(("deg", 1.0 / 3600.0))),
+                ("furlong", None),
+            ],
+        ),
+        (
+            3,
+            ["speed", "Drehzahl", "vitesse", "速度", "скорость"],
+            &[
+                ("rad/s", Some(("rad", 1.0))),
+                ("krpm", Some(("turns", 1e3 / 60.0))),
+                ("U/min", Some(("turns", 1.0 / 60.0))),
+                ("deg/s", Some(("deg", 1.0))),
+                ("erpm", None),
+            ],
+        ),
+    ];
+    let [time, command, position, velocity] = servo(0).map(|mut column| {
+        column.truncate(1200);
+        column
+    });
+    let mut headings = 0;
+    for (place, names, units) in families {
+        for (name, &(written, expected)) in names
+            .iter()
+            .flat_map(|name| units.iter().map(move |unit| (name, unit)))
+        {
+            let joined = written.replace('/', "_");
+            let has_power = place == 3 && written.contains('U');
+            for heading in [format!("{name} [{written}]"), format!("{name}_{joined}")] {
+                if heading.contains('_') && (has_power || written.starts_with('0')) {
+                    continue;
+                }
+                headings += 1;
+                let mut own = [
+                    ("t_s", time.clone()),
+                    ("u", command.clone()),
+                    ("q_rad", position.clone()),
+                ];
+                match place {
+                    0 => {
+                        let in_it = expected.map_or(1e4, |(_, of_a_second)| of_a_second);
+                        own[0] = (&heading, time.iter().map(|time| in_it * time).collect());
+                    }
+                    3 => own[2] = (&heading, velocity.clone()),
+                    _ => own[place].0 = &heading,
+                }
+                let own: Vec<(&str, &[f64])> =
+                    own.iter().map(|(name, of)| (*name, &of[..])).collect();
+                let read = match recognise(&table(&own), &LogOptions::default()) {
+                    Ok(read) => read.reading,
+                    Err(Unrecognised::Unknown(questions)) => {
+                        let asked = (place, expected, questions[0].flag);
+                        assert_eq!(asked, (0, None, "sample-time"), "{heading}");
+                        continue;
+                    }
+                    Err(error) => panic!("{heading}: {error}"),
+                };
+                let of_command = read.command.as_ref().expect("a command");
+                let of = [&read.time, &of_command.of, &read.position, &read.position][place];
+                assert_eq!(of.column.as_deref(), Some(&*heading));
+                assert_eq!(
+                    of.unit.as_deref(),
+                    expected.map(|(unit, _)| unit),
+                    "{heading}"
+                );
+                let of_form = CommandUnit::of_reading(&read).map(CommandUnit::name);
+                let is_unit = place == 1 && expected.is_some_and(|(unit, _)| unit != "%");
+                assert_eq!(
+                    of_form,
+                    expected.map(|(unit, _)| unit).filter(|_| is_unit),
+                    "{heading}"
+                );
+                if place > 0 {
+                    let factor = expected.map_or(1.0, |(_, factor)| factor);
+                    assert!(
+                        (of.factor / factor - 1.0).abs() < 1e-12,
+                        "{heading}: {}",
+                        of.factor
+                    );
+                }
+            }
+        }
+    }
+    assert!(headings >= 200, "{headings}");
 }

@@ -6,3 +6,4 @@ mod honesty;
 mod logs;
 mod misdeclared;
 mod naming;
+mod readings;

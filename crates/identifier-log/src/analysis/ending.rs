@@ -117,6 +117,7 @@ impl Ending<'_> {
         evidence.not_a_servo = is_whole && whole.is_none();
         evidence.innovation = fitted.and_then(|(_, innovation)| innovation);
         evidence.command_was_computed = options.inner.is_some();
+        evidence.is_assumed = (options.reading.as_ref()).is_some_and(|of| !of.assumed.is_empty());
         evidence.gain_of_scales = rough.and_then(RoughAnswer::gain_of_fit);
         let mut verdict = Verdict::on(&evidence);
         let mut refused = None;
@@ -191,7 +192,8 @@ impl Ending<'_> {
         };
         let covariance = (assessment.as_ref().filter(|_| instead.is_none()))
             .map(|found| estimates.covariance(|one, other| found.covariance(one, other)));
-        let ratios = (position_unit.axis().ok()).map(|axis| estimates.ratios(axis));
+        let axis = position_unit.axis().ok().filter(|_| !evidence.is_assumed);
+        let ratios = axis.map(|axis| estimates.ratios(covariance.as_ref(), axis));
         let finding = assessment.as_ref().and_then(|found| found.finding.clone());
         let scale = options.physical.scale();
         let is_voltage = options.physical.command_unit == CommandUnit::Volt;

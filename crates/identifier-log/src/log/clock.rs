@@ -16,16 +16,25 @@ pub(super) enum Tick {
     After(u32),
 }
 
-/// The usual times from one row to the next, s, from small to large: the median, which few lost rows do not move, and the
-/// mean, which coarse stamps do not move. None if the time never advances.
+/// The usual times from one row to the next, s: the median of the steps, which few lost rows do not move, and the mean,
+/// which coarse stamps do not move. Rows that a buffer hands over in bursts have the stamps of these. None if the time never
+/// advances.
 pub(crate) fn usual_steps(stamps: impl Iterator<Item = f64> + Clone) -> Option<[f64; 2]> {
     /// A step of more medians is a pause.
     const PAUSE: f64 = 20.0;
+    /// Part of the steps that are pauses, and of the time within bursts, from and up to which rows come in bursts.
+    const PAUSES: f64 = 0.05;
+    const WITHIN: f64 = 0.2;
     let next = stamps.clone().skip(1);
     let mut steps: Vec<f64> = next.zip(stamps).map(|(next, stamp)| next - stamp).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let back = steps.partition_point(|step| *step <= 0.0);
-    let median = *steps.get(usize::midpoint(back, steps.len()))?;
+    let mut median = *steps.get(usize::midpoint(back, steps.len()))?;
+    let pauses = &steps[steps.partition_point(|step| *step <= PAUSE * median)..];
+    let [paused, all] = [pauses, &steps[back..]].map(|of| of.iter().sum::<f64>());
+    if pauses.len() as f64 > PAUSES * steps.len() as f64 && paused > (1.0 - WITHIN) * all {
+        median = pauses[pauses.len() / 2];
+    }
     let counted = steps.iter().filter(|step| step.abs() <= PAUSE * median);
     let mean = counted.clone().sum::<f64>() / counted.count() as f64;
     Some([median, mean])

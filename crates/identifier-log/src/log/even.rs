@@ -48,8 +48,9 @@ impl EvenRows {
         stated: Option<f64>,
         cell: f64,
     ) -> Self {
-        /// Part of the rows with the stamp before from which stamps are too coarse.
+        /// Part of the rows with the stamp before, to a part of a step, from which stamps are too coarse.
         const COARSE: f64 = 0.2;
+        const SAME: f64 = 0.05;
         /// Part of the rows without a position from which position and command have stamps of their own.
         const BLANK: f64 = 0.1;
         /// Part of the rows that may have the sample of another row.
@@ -91,7 +92,7 @@ impl EvenRows {
         let complete = first.row_by_row(&stamps);
         let same = stamps
             .windows(2)
-            .filter(|pair| pair[0].total_cmp(&pair[1]).is_eq())
+            .filter(|pair| (0.0..SAME * first.step).contains(&(pair[1] - pair[0])))
             .count() as f64;
         let is_coarse = same > COARSE * stamps.len() as f64;
         if is_coarse && settings.units.time != TimeUnit::Sample {

@@ -49,13 +49,20 @@ pub(super) struct Clock {
     pub(super) chosen: Option<Chosen>,
     pub(super) unit: TimeUnit,
     pub(super) evidence: &'static str,
+    /// True if nothing shows the unit.
+    pub(super) is_assumed: bool,
 }
 
 impl Columns {
-    /// Units of the command for one of its column's, by the column's name.
-    pub(super) fn command_part(&self) -> f64 {
+    /// Units of the command for one of its column's, by the column's name unless another unit is stated.
+    pub(super) fn command_part(&self, stated: Option<CommandUnit>) -> f64 {
+        let is_it = |unit: &str| {
+            stated.is_none_or(|stated| {
+                stated == CommandUnit::Other || stated.name() == unit.replace(' ', "")
+            })
+        };
         match self.command.as_ref().and_then(|command| command.named.unit) {
-            Some(Unit::Command(_, part)) => part,
+            Some(Unit::Command(unit, part)) if is_it(unit) => part,
             _ => 1.0,
         }
     }
@@ -172,7 +179,7 @@ impl<'a> Candidates<'a> {
         Ok(Columns {
             time: clock.chosen.clone(),
             is_velocity: found.reading.trial.order == Order::Velocity,
-            is_reversed: !is_goal && is_against,
+            is_reversed: !is_goal && is_against && stated.command_scale.is_none(),
             position: measured,
             command: (!is_goal).then(|| pusher.clone()),
             reference: if is_goal { Some(pusher) } else { reference },
@@ -258,31 +265,53 @@ impl<'a> Candidates<'a> {
                 chosen,
                 unit: TimeUnit::Second,
                 evidence: "",
+                is_assumed: false,
             });
         };
         let column = &self.table.columns[time.index];
+        let is_stamped = 2 * column.stamps > column.values.len();
+        let is_open = stated.time_unit.is_none() && stated.sample_time.is_none();
+        if is_open && time.named.unit == Some(Unit::Doubtful) {
+            let doubt = "a unit that is not known";
+            return Err(Self::unknown_step(&time.column, doubt));
+        }
+        if stated.sample_time.is_none() && column.stands_still() {
+            let doubt =
+                "stamps that hold for so many rows that they do not tell how far two are apart";
+            return Err(Self::unknown_step(&time.column, doubt));
+        }
         let named = match time.named.unit {
             Some(Unit::Time(unit)) => Some(unit),
             _ => None,
         };
-        let (unit, evidence) = match (stated.time_unit, named) {
-            (Some(unit), _) => (unit, "as stated"),
-            _ if 2 * column.stamps > column.values.len() => (TimeUnit::Stamp, "by time stamps"),
-            (_, Some(unit)) if self.is_possible(time, unit) => (unit, "by name"),
-            (_, Some(_)) => (
-                self.likeliest(time),
-                "assumed: the unit in the name gives no plausible sample time",
-            ),
-            (_, None) => (
-                self.likeliest(time),
-                "assumed: the sample time is then plausible",
-            ),
+        let (unit, evidence, is_assumed) = match (stated.time_unit, named) {
+            (Some(unit), _) => (unit, "as stated", false),
+            _ if is_stamped => (TimeUnit::Stamp, "by time stamps", false),
+            (_, Some(unit)) if self.is_possible(time, unit) => (unit, "by name", false),
+            (_, named) => {
+                let (unit, is_only) = self.by_steps(time);
+                let evidence = match (named, is_only) {
+                    (Some(_), _) => "the unit in the name gives no plausible sample time",
+                    (None, true) => "the only one in which its rows and their number are plausible",
+                    (None, false) => "assumed: the sample time is then plausible",
+                };
+                (unit, evidence, !is_only)
+            }
         };
         Ok(Clock {
             chosen,
             unit,
             evidence,
+            is_assumed: is_assumed && is_open && unit != TimeUnit::Sample,
         })
+    }
+
+    /// The time from row to row, of a column whose own time has a doubt.
+    fn unknown_step(column: &Column, doubt: &str) -> Question {
+        Question {
+            flag: "sample-time",
+            text: format!("{column} has {doubt}: state the time from one row to the next, in s"),
+        }
     }
 
     /// The usual step of a time.
@@ -303,29 +332,40 @@ impl<'a> Candidates<'a> {
         is_known(unit) || step.is_nan() || !TimeUnit::ALL.iter().any(|unit| is_known(*unit))
     }
 
-    /// The unit of a time that neither name nor statement has, by the size of its steps.
-    fn likeliest(&self, time: &Chosen) -> TimeUnit {
-        /// The usual time from row to row, s.
+    /// The unit of a time that neither name nor statement has, by the size of its steps. True if no other is possible.
+    fn by_steps(&self, time: &Chosen) -> (TimeUnit, bool) {
+        /// Times from row to row, the usual one, and the least from the first to the last, s.
+        const ROWS: std::ops::RangeInclusive<f64> = 2e-5..=0.6;
         const USUAL: f64 = 5e-3;
-        let step = self.step(time);
-        // Rows that are numbered are no time, unless the heading says so.
-        if time.named.quantity != Quantity::Time && (step - 1.0).abs() < 1e-6 {
-            return TimeUnit::Sample;
-        }
-        let off = |unit: TimeUnit| {
-            let seconds = unit.seconds().unwrap_or(f64::NAN);
-            (seconds * step / USUAL).ln().abs()
-        };
-        let units = [
+        const LEAST: f64 = 0.5;
+        const UNITS: [TimeUnit; 4] = [
             TimeUnit::Second,
             TimeUnit::Millisecond,
             TimeUnit::Microsecond,
             TimeUnit::Nanosecond,
         ];
-        let best = units
-            .into_iter()
-            .min_by(|one, other| off(*one).total_cmp(&off(*other)));
-        best.unwrap_or(TimeUnit::Second)
+        let step = self.step(time);
+        // Rows that are numbered are no time, unless the heading says so.
+        let (is_numbered, is_named) = (
+            (step - 1.0).abs() < 1e-6,
+            time.named.quantity == Quantity::Time,
+        );
+        if is_numbered && !is_named {
+            return (TimeUnit::Sample, false);
+        }
+        let of = |unit: &TimeUnit| unit.seconds().unwrap_or(f64::NAN) * step;
+        let is_long = |unit: &TimeUnit| of(unit) * self.table.rows() as f64 > LEAST;
+        let only = |mut units: Vec<TimeUnit>| units.pop().filter(|_| units.is_empty());
+        let mut of_rows = UNITS.to_vec();
+        of_rows.retain(|unit| ROWS.contains(&of(unit)));
+        let long = of_rows.iter().copied().filter(is_long).collect();
+        if let Some(unit) = only(of_rows).or_else(|| only(long)) {
+            let is_counter = time.named.quantity == Quantity::Counter;
+            return (unit, !is_numbered && !is_counter);
+        }
+        let off = |unit: &TimeUnit| (of(unit) / USUAL).ln().abs();
+        let likeliest = (UNITS.into_iter()).min_by(|one, other| off(one).total_cmp(&off(other)));
+        (likeliest.unwrap_or(TimeUnit::Second), false)
     }
 
     fn time(&self, stated: &LogOptions) -> Option<Chosen> {
@@ -430,6 +470,10 @@ impl<'a> Candidates<'a> {
         let has_command = moving
             .iter()
             .any(|index| quantity(*index) == Quantity::Command);
+        // What a loop of the current does lags behind what it should, and is noisy.
+        let has_wanted = moving
+            .iter()
+            .any(|index| quantity(*index) == Quantity::Command && self.named[*index].is_wanted);
         let is_one = |stated: Option<&Chosen>, index: usize| {
             stated.map_or_else(|| moving.contains(&index), |of| of.index == index)
         };
@@ -456,11 +500,14 @@ impl<'a> Candidates<'a> {
                 {
                     continue;
                 }
-                // A position that follows its goal looks like a velocity under a command.
-                let orders = match stated.goal {
-                    Some(_) => &[Order::Position][..],
-                    None if stated.measures_velocity() => &[Order::Velocity],
-                    None => &[Order::Position, Order::Velocity],
+                // A position that follows its goal, or its command behind a lag, looks like a velocity under a command.
+                let is_position = stated.goal.is_some()
+                    || position.is_some()
+                    || quantity(measured) == Quantity::Position;
+                let orders = match stated.measures_velocity() {
+                    true => &[Order::Velocity][..],
+                    false if is_position => &[Order::Position],
+                    false => &[Order::Position, Order::Velocity],
                 };
                 for &order in orders {
                     let is_rate = quantity(measured) == Quantity::Velocity;
@@ -480,13 +527,19 @@ impl<'a> Candidates<'a> {
                     } else {
                         against_command(quantity(command))
                     };
-                    let is_goal =
-                        quantity(command) == Quantity::Reference && has_command && pushes.is_none();
+                    // The loop of a goal would have a gain that nobody states.
+                    let of_goal = match quantity(command) {
+                        Quantity::Reference if pushes.is_none() => 1 + i32::from(has_command),
+                        _ => 0,
+                    };
+                    let of_pair = self.named[command];
+                    let is_answer = pushes.is_none() && of_pair.is_measured && has_wanted;
                     let reservation = of_position
                         + of_command
                         + 2 * i32::from(!is_stated && self.are_of_other_joints(measured, command))
                         + 3 * i32::from(is_other_order)
-                        + 2 * i32::from(is_goal);
+                        + of_goal
+                        + i32::from(is_answer);
                     trials.push(Trial {
                         measured,
                         command,
@@ -514,7 +567,11 @@ impl<'a> Candidates<'a> {
         let contest = Contest::of(&signals, trials);
         let none = || {
             let open = [
-                (position, "position", "measured position"),
+                (
+                    position,
+                    "position",
+                    "measured position, or with --velocity the velocity",
+                ),
                 (pushes, "command", "command that acted"),
             ];
             let open = open.into_iter().filter(|(stated, ..)| stated.is_none());
@@ -522,6 +579,10 @@ impl<'a> Candidates<'a> {
             questions.collect::<Vec<_>>()
         };
         let best = self.chosen_reading(&contest).ok_or_else(none)?;
+        let is_reversed = signals.is_reversed(&best.trial);
+        if pushes.is_none() {
+            self.must_push(&best.trial, is_reversed, stated)?;
+        }
         // Two columns that are nearly one explain alike and give nearly the same servo, and so do a position and its rate.
         let same = |one: usize, other: usize| {
             one == other
@@ -593,9 +654,45 @@ impl<'a> Candidates<'a> {
         let said: Vec<String> = next.into_iter().chain(further).collect();
         Ok(Found {
             reading: best,
-            is_reversed: signals.is_reversed(&best.trial),
+            is_reversed,
             next: (!said.is_empty()).then(|| said.join("; ")),
         })
+    }
+
+    /// A command by its name that cannot have acted, beside a goal, or one without a name whose sign is that of a goal.
+    fn must_push(
+        &self,
+        trial: &Trial,
+        is_reversed: bool,
+        stated: &LogOptions,
+    ) -> Result<(), Vec<Question>> {
+        let own = self.name(trial.command);
+        let text = match self.named[trial.command].quantity {
+            Quantity::Reference => {
+                let mut all = self.named.iter().zip(&self.table.columns).zip(0..);
+                let still = all.find(|((named, column), _)| {
+                    named.quantity == Quantity::Command && !column.is_moving()
+                });
+                still.map(|((_, column), index)| {
+                    let fault = match column.has_values() {
+                        true => "does not change",
+                        false => "is empty",
+                    };
+                    format!(
+                        "{} is a command by its name, but {fault}: record the command that acts, or state the loop of \
+                         the servo by --goal {own} and --kp",
+                        self.name(index)
+                    )
+                })
+            }
+            Quantity::Unknown if is_reversed && stated.command_scale.is_none() => Some(format!(
+                "{own} goes against the motion, as a command of the other sign does, or a goal: state it with --command \
+                 and --command-scale -1, or with --goal"
+            )),
+            _ => None,
+        };
+        let flag = "command";
+        text.map_or(Ok(()), |text| Err(vec![Question { flag, text }]))
     }
 
     /// The reading that the fit judges: the best of those that names favour, or else the best of all. A position
@@ -608,8 +705,19 @@ impl<'a> Candidates<'a> {
             .iter()
             .map(|reading| reading.trial.reservation)
             .min()?;
-        let is_named = |reading: &&Reading| least > NAMED || reading.trial.reservation == least;
-        let best = *contest.0.iter().find(is_named)?;
+        let strongest = *contest.0.first()?;
+        let is_named = |reading: &&Reading| {
+            least > NAMED || reading.trial.reservation == least || **reading == strongest
+        };
+        let best = *contest
+            .0
+            .iter()
+            .find(|reading| least > NAMED || reading.trial.reservation == least)?;
+        // Names help, and evidence decides.
+        let best = match strongest.score() > CLEARLY * best.score().max(HEARD) {
+            true => strongest,
+            false => best,
+        };
         let before = contest.0.iter().filter(is_named).find(|reading| {
             best.trial.order == Order::Velocity
                 && reading.trial.order == Order::Position
@@ -739,6 +847,14 @@ impl TableColumn {
     /// True if no number is before the last.
     fn advances(&self) -> bool {
         self.is_moving() && self.steps().all(|step| step >= 0.0)
+    }
+
+    /// True if it holds each of a few values for many rows: the time from row to row is then known to worse than a thousandth.
+    fn stands_still(&self) -> bool {
+        /// Steps that tell the time from row to row.
+        const ENOUGH: usize = 40;
+        let changes = self.steps().filter(|step| *step != 0.0).count();
+        (1..ENOUGH).contains(&changes) && self.values.len() > 3 * (changes + 1)
     }
 
     /// True if it advances as a time does, which may begin again a few times.

@@ -119,7 +119,7 @@ pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrec
     settings.is_velocity = columns.is_velocity;
     if stated.command_scale.is_none() {
         let sign = if columns.is_reversed { -1.0 } else { 1.0 };
-        settings.units.command_scale = sign * columns.command_part();
+        settings.units.command_scale = sign * columns.command_part(stated.command_unit);
     }
     let measured = &table.columns[columns.position.index];
     let position = position::read(measured, &columns.position, columns.is_velocity, stated);

@@ -24,12 +24,18 @@ pub(super) enum Quantity {
 pub(super) struct Named {
     pub(super) quantity: Quantity,
     pub(super) unit: Option<Unit>,
+    /// True if it says that it turns.
+    pub(super) turns: bool,
+    /// True if it says that this was measured, or that it is what should be.
+    pub(super) is_measured: bool,
+    pub(super) is_wanted: bool,
 }
 
+// Small letters without accents. What is of another script stands for every word that contains it.
 #[rustfmt::skip]
 const TIMES: &[&str] = &[
     "t", "time", "times", "timestamp", "stamp", "datetime", "date", "clock", "elapsed", "seconds", "millis", "micros",
-    "zeit", "uhrzeit", "zeitstempel", "temps", "tiempo", "tempo",
+    "zeit", "uhrzeit", "zeitstempel", "temps", "tiempo", "tempo", "时间", "時間", "时刻", "時刻", "시간", "врем",
 ];
 #[rustfmt::skip]
 const COUNTERS: &[&str] = &[
@@ -37,38 +43,89 @@ const COUNTERS: &[&str] = &[
 ];
 #[rustfmt::skip]
 const POSITIONS: &[&str] = &[
-    "position", "positions", "pos", "angle", "theta", "phi", "encoder", "enc", "q", "x", "winkel", "lage", "posn", "count",
-    "counts", "ticks", "angular", "rotation", "actpos",
+    "position", "positions", "pos", "q", "x", "lage", "posn", "count", "counts", "ticks", "actpos", "posicion", "posicao",
+    "posizione", "位置", "위치", "положени", "позици",
 ];
+/// Words for an angle, which is in no unit of length.
+#[rustfmt::skip]
+const ANGLES: &[&str] = &[
+    "angle", "theta", "phi", "winkel", "angular", "rotation", "angulo", "angolo", "角度", "각도", "угол",
+];
+/// Words for what measures a shaft, or a length.
+const ENCODERS: &[&str] = &["encoder", "enc"];
 #[rustfmt::skip]
 const REFERENCES: &[&str] = &[
-    "reference", "ref", "r", "setpoint", "set", "sp", "target", "tgt", "desired", "des", "demand", "demanded", "goal",
-    "soll", "sollwert", "sollposition",
+    "reference", "ref", "r", "setpoint", "set", "sp", "sv", "target", "tgt", "desired", "des", "demand", "demanded", "goal",
+    "soll", "consigna", "referencia", "objetivo", "consigne", "cible", "riferimento", "obiettivo", "alvo", "目标", "目標", "设定",
+    "给定", "设定", "목표", "задан", "уставк", "цел",
 ];
 #[rustfmt::skip]
 const COMMANDS: &[&str] = &[
-    "command", "commands", "cmd", "u", "voltage", "volt", "volts", "current", "i", "iq", "amps", "torque", "tau", "pwm", "duty",
-    "effort", "control", "ctrl", "force", "output", "input", "drive", "actuation", "stellgroesse", "spannung", "strom",
-    "moment", "drehmoment",
+    "command", "commands", "cmd", "u", "voltage", "volt", "volts", "current", "cur", "i", "iq", "amps", "torque", "trq", "tau",
+    "pwm", "duty", "effort", "control", "ctrl", "force", "output", "out", "mv", "input", "drive", "actuation", "stellgrosse",
+    "stellgroesse", "stellwert", "spannung", "strom", "moment", "drehmoment", "corriente", "par", "tension", "comando", "courant",
+    "couple", "commande", "corrente", "coppia", "tensione", "tensao", "binario", "电流", "電流", "转矩", "扭矩", "力矩", "トルク", "电压",
+    "電圧", "指令", "전류", "토크", "전압", "지령", "ток", "момент", "напряжени", "команд",
 ];
 /// Words that mark a position or a velocity as commanded.
-const COMMANDED: [&str; 4] = ["command", "commands", "commanded", "cmd"];
+#[rustfmt::skip]
+const COMMANDED: &[&str] = &[
+    "command", "commands", "commanded", "cmd", "comando", "commande", "指令", "지령", "команд",
+];
 /// Words that mark a value as measured.
+#[rustfmt::skip]
 const MEASURED: &[&str] = &[
-    "actual", "act", "measured", "meas", "feedback", "fb", "filtered", "raw", "ist",
+    "actual", "act", "measured", "meas", "feedback", "fb", "filtered", "raw", "ist", "pv", "实际", "実際", "실제",
 ];
 #[rustfmt::skip]
 const VELOCITIES: &[&str] = &[
-    "velocity", "vel", "speed", "omega", "w", "v", "qd", "dq", "qdot", "rpm", "drehzahl", "geschwindigkeit",
+    "velocity", "vel", "velo", "speed", "omega", "w", "v", "qd", "dq", "qdot", "rpm", "tach", "tacho", "drehzahl",
+    "geschwindigkeit", "velocidad", "velocidade", "vitesse", "velocita", "速度", "转速", "속도", "скорост",
 ];
 #[rustfmt::skip]
 const OTHERS: &[&str] = &[
     "acceleration", "acc", "accel", "qdd", "ddq", "jerk", "error", "err", "e", "deviation", "temperature", "temp", "status", "state", "flag",
-    "mode", "fault", "enable", "enabled", "bus", "supply", "vbus", "per", "std", "id",
+    "mode", "fault", "enable", "enabled", "bus", "supply", "vbus", "per", "std", "id", "regelabweichung", "temperatur",
+    "temperatura", "beschleunigung", "加速度", "误差", "誤差", "温度", "가속", "오차", "ошибк", "ускорен",
 ];
 
-/// Words for an angle, which is in no unit of length.
-const ANGLES: [&str; 6] = ["angle", "theta", "phi", "winkel", "angular", "rotation"];
+/// True for words of which one is in a table.
+fn is_among(words: &[String], table: &[&str]) -> bool {
+    words.iter().any(|word| {
+        let is_it = |of: &&str| *word == **of || (!of.is_ascii() && word.contains(of));
+        table.iter().any(|of| is_it(&of))
+    })
+}
+
+/// The words of a name as the tables have them: small, without accents, and the German for what is wanted by itself.
+fn folded(name: &str) -> Vec<String> {
+    let letter = |letter: char| match letter {
+        'á' | 'à' | 'â' | 'ã' | 'ä' => 'a',
+        'é' | 'è' | 'ê' => 'e',
+        'í' | 'ì' => 'i',
+        'ó' | 'ò' | 'ô' | 'õ' | 'ö' => 'o',
+        'ú' | 'ù' | 'ü' => 'u',
+        'ç' => 'c',
+        other => other,
+    };
+    let mut folded = Vec::new();
+    for word in words(name) {
+        let word: String = word
+            .to_lowercase()
+            .replace('ß', "ss")
+            .chars()
+            .map(letter)
+            .collect();
+        let compound = ["soll", "ist"]
+            .into_iter()
+            .find_map(|of| Some((of, word.strip_prefix(of)?)));
+        match compound {
+            Some((of, rest)) => folded.extend([of.to_owned(), rest.to_owned()]),
+            None => folded.push(word),
+        }
+    }
+    folded
+}
 
 /// The quantity and unit of a column with a name, and perhaps a cell in a row of units.
 pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
@@ -87,34 +144,36 @@ pub(super) fn of_column(name: &str, unit_cell: &str) -> Named {
         }
         None => with_unit(rest),
     };
-    let mut words = words(rest);
-    words.retain(|word| !word.starts_with(|c: char| c.is_ascii_digit()));
-    let has = |of: &[&str]| {
-        words
-            .iter()
-            .any(|word| of.contains(&word.to_lowercase().as_str()))
-    };
+    let words = folded(rest);
+    let has = |table: &[&str]| is_among(&words, table);
     let by_name = quantity(
+        rest,
         &words,
         unit.or_else(|| Unit::of_text(name).filter(|unit| *unit != Unit::Time(TimeUnit::Hour))),
     );
     // A column with another unit, as rad/s², is none of these quantities, and a position in rad/s none.
     let quantity = match (unit, by_name) {
         (Some(Unit::Foreign), _) if !has(OTHERS) => Quantity::Velocity,
-        (Some(Unit::Rate(..)), Quantity::Position | Quantity::Unknown) => Quantity::Velocity,
+        (Some(Unit::Rate(..) | Unit::Electrical), Quantity::Position | Quantity::Unknown) => {
+            Quantity::Velocity
+        }
         _ => by_name,
     };
     let fits = |unit: &Unit| match unit {
         Unit::Time(_) => matches!(quantity, Quantity::Time | Quantity::Counter),
-        Unit::Position(PositionUnit::Metre | PositionUnit::Millimetre, _) if has(&ANGLES) => false,
+        Unit::Position(PositionUnit::Metre | PositionUnit::Millimetre, _) if has(ANGLES) => false,
         Unit::Position(..) => matches!(quantity, Quantity::Position | Quantity::Reference),
         Unit::Rate(..) => matches!(quantity, Quantity::Velocity | Quantity::Reference),
         Unit::Command(..) => quantity == Quantity::Command,
+        Unit::Electrical | Unit::Doubtful => true,
         Unit::Foreign => false,
     };
     Named {
         quantity,
         unit: unit.filter(fits),
+        turns: has(ANGLES) || has(ENCODERS),
+        is_measured: has(MEASURED),
+        is_wanted: has(REFERENCES) || has(COMMANDED),
     }
 }
 
@@ -150,40 +209,33 @@ fn with_unit(name: &str) -> (&str, Option<Unit>) {
 
 /// True for a word that says of a value what it is for, not which joint has it.
 pub(super) fn is_role(word: &str) -> bool {
-    let word = word.to_lowercase();
-    [REFERENCES, &COMMANDED, MEASURED]
+    let word = folded(word);
+    [REFERENCES, COMMANDED, MEASURED]
         .iter()
-        .any(|words| words.contains(&word.as_str()))
+        .any(|table| is_among(&word, table))
 }
 
-fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {
-    let has = |of: &[&str]| {
-        words
-            .iter()
-            .any(|word| of.contains(&word.to_lowercase().as_str()))
-    };
+fn quantity(name: &str, words: &[String], unit: Option<Unit>) -> Quantity {
+    let has = |table: &[&str]| is_among(words, table);
     let is_time = has(TIMES);
     // V by itself is a voltage, v a velocity; N may be a counter.
-    if let ([only], Some(Unit::Command(unit, _))) = (words, unit)
-        && only == unit
-        && only != "N"
+    if let Some(Unit::Command(unit, _)) = unit
+        && name == unit
+        && name != "N"
     {
         return Quantity::Command;
     }
     if has(OTHERS) {
         return Quantity::Other;
     }
-    if has(VELOCITIES) {
-        return match has(REFERENCES) || has(&COMMANDED) {
-            true => Quantity::Reference,
-            false => Quantity::Velocity,
-        };
-    }
-    if has(POSITIONS) && !is_time {
-        // A position command is a reference, and so is a target position; an output angle is none.
-        return match has(REFERENCES) || has(&COMMANDED) {
-            true => Quantity::Reference,
-            false => Quantity::Position,
+    // A position command is a reference, and so is a target position; an output angle is none.
+    let is_wanted = has(REFERENCES) || has(COMMANDED);
+    let is_position = !is_time && [POSITIONS, ANGLES, ENCODERS].iter().any(|table| has(table));
+    if has(VELOCITIES) || is_position {
+        return match (is_wanted, has(VELOCITIES)) {
+            (true, _) => Quantity::Reference,
+            (false, true) => Quantity::Velocity,
+            (false, false) => Quantity::Position,
         };
     }
     // A set-point of the current is a command of the servo.
@@ -205,9 +257,9 @@ fn quantity(words: &[String], unit: Option<Unit>) -> Quantity {
     match unit {
         Some(Unit::Time(_)) => Quantity::Time,
         Some(Unit::Position(..)) => Quantity::Position,
-        Some(Unit::Rate(..)) => Quantity::Velocity,
+        Some(Unit::Rate(..) | Unit::Electrical) => Quantity::Velocity,
         Some(Unit::Command(..)) => Quantity::Command,
-        Some(Unit::Foreign) | None => Quantity::Unknown,
+        Some(Unit::Foreign | Unit::Doubtful) | None => Quantity::Unknown,
     }
 }
 
@@ -329,7 +381,7 @@ mod tests {
                     ("cNm", command("N m", 1e-2)),
                     ("kNm", command("N m", 1e3)),
                     ("uNm", command("N m", 1e-6)),
-                    ("xNm", None),
+                    ("xNm", Some(Unit::Doubtful)),
                     ("lbft", None),
                 ],
             ),
@@ -358,7 +410,7 @@ mod tests {
                     ("h", time(TimeUnit::Hour)),
                     ("milliseconds", time(TimeUnit::Millisecond)),
                     ("ks", None),
-                    ("0.1ms", None),
+                    ("0.1ms", Some(Unit::Doubtful)),
                 ],
             ),
             (
@@ -394,7 +446,7 @@ mod tests {
                     ("min⁻¹", turns(1.0 / 60.0)),
                     ("rev/s", turns(1.0)),
                     ("mm/s", Some(Unit::Rate(PositionUnit::Millimetre, 1.0))),
-                    ("erpm", None),
+                    ("erpm", Some(Unit::Electrical)),
                     ("rad/s^2", None),
                     ("1/s", None),
                 ],
@@ -440,6 +492,36 @@ mod tests {
     }
 
     #[test]
+    fn names_in_ten_languages_are_known() {
+        /// Time, position, goal, command, velocity.
+        #[rustfmt::skip]
+        const HEADINGS: [[&str; 5]; 14] = [
+            ["time", "position", "target position", "torque command", "velocity"],
+            ["t", "PosAct", "PosCmd", "TrqCmd", "velo"],
+            ["Zeit", "Istposition", "Sollwert", "Stellgröße", "Drehzahl"],
+            ["Uhrzeit", "Lage", "Sollwinkel", "Sollstrom", "Geschwindigkeit"],
+            ["temps", "position", "consigne de position", "consigne de courant", "vitesse"],
+            ["tiempo", "posición", "consigna", "corriente", "velocidad"],
+            ["tempo", "posizione", "riferimento", "coppia", "velocità"],
+            ["tempo", "posição", "referência", "tensão", "velocidade"],
+            ["时间", "实际位置", "目标位置", "电流指令", "速度"],
+            ["時間", "位置", "目標位置", "トルク指令", "速度"],
+            ["시간", "위치", "목표 위치", "전류 지령", "속도"],
+            ["время", "положение", "заданное положение", "момент", "скорость"],
+            ["Time", "angle", "SP", "MV", "tacho_V"],
+            ["timestamp", "encoder", "set", "Cur", "speed"],
+        ];
+        let expected = [Time, Position, Reference, Command, Velocity];
+        for names in HEADINGS {
+            let found = names.map(|name| of_column(name, "").quantity);
+            assert_eq!(found, expected, "{names:?}");
+        }
+        for name in ["加速度", "误差", "Regelabweichung", "ошибка"] {
+            assert_eq!(of_column(name, "").quantity, Other, "{name}");
+        }
+    }
+
+    #[test]
     fn a_letter_is_a_unit_only_of_the_quantity_that_the_name_says() {
         for heading in [
             "theta_m", "i_a", "u_m", "u_s", "q_h", "v_A", "angle_mm", "pos_V",
@@ -448,7 +530,7 @@ mod tests {
         }
         let of = |unit| Some(Unit::Position(unit, 1.0));
         assert_eq!(of_column("posDeg", "").unit, of(PositionUnit::Degree));
-        assert_eq!(of_column("posMDeg", "").unit, None);
+        assert_eq!(of_column("posMDeg", "").unit, Some(Unit::Doubtful));
         assert_eq!(of_column("h", "").quantity, Unknown);
         // A scale of glass is an encoder in mm.
         assert_eq!(

@@ -35,6 +35,18 @@ const UNSTATED: &str = "nobody states it, so no gravity is looked for: --positio
 
 const BY_NAME: &str = "by name";
 
+/// Why a name leaves the unit open.
+const fn open(named: Option<Unit>) -> &'static str {
+    match named {
+        Some(Unit::Electrical) => {
+            "revolutions of the field, of which a shaft has so many as pairs of poles: --position-unit turns and \
+             --position-scale of 1 over 60 times the pairs"
+        }
+        Some(Unit::Doubtful) => "the unit in its name is not known: --position-unit",
+        _ => UNSTATED,
+    }
+}
+
 /// Reads the unit of a column. A unit that neither name nor content shows is the column's own.
 pub(super) fn read(
     column: &TableColumn,
@@ -46,7 +58,7 @@ pub(super) fn read(
     if is_velocity && stated.position_unit.is_none() {
         let (unit, scale, evidence) = match chosen.named.unit {
             Some(Unit::Rate(unit, scale)) => (unit, scale, BY_NAME),
-            _ => (PositionUnit::Own, 1.0, UNSTATED),
+            of => (PositionUnit::Own, 1.0, open(of)),
         };
         return PositionReading {
             unit,
@@ -57,17 +69,20 @@ pub(super) fn read(
         };
     }
     let values = column.values.iter().copied();
-    let step = Positions::of(values.filter(|value| value.is_finite())).and_then(|of| of.step());
+    let values = values.filter(|value| value.is_finite());
+    let step = Positions::of(values.clone()).and_then(|of| of.step());
+    let of_encoder = step.filter(|step| !is_rounding(values, *step));
     let period = period(column, stated);
-    let found = unit(chosen, stated, step, period);
-    let (unit, evidence) = found.unwrap_or((PositionUnit::Own, UNSTATED));
+    let found = unit(chosen, stated, of_encoder, period);
+    let (unit, evidence) = found.unwrap_or((PositionUnit::Own, open(chosen.named.unit)));
     let part = match chosen.named.unit {
         Some(Unit::Position(_, part)) if evidence == BY_NAME => part,
         _ => 1.0,
     };
     let of_steps = || {
         let scale = part * stated.position_scale.unwrap_or(1.0).abs();
-        let counts = TAU / (step? * scale * LogUnits::SI.radians(unit));
+        let step = of_encoder.filter(|step| !Positions::is_decimal(*step))?;
+        let counts = TAU / (step * scale * LogUnits::SI.radians(unit));
         is_whole(counts).then(|| counts.round())
     };
     PositionReading {
@@ -80,6 +95,20 @@ pub(super) fn read(
             _ => None,
         }),
         step,
+    }
+}
+
+/// True for a step that numbers of some bits have near the largest: smaller ones lie between its multiples, or there are none.
+fn is_rounding(values: impl Iterator<Item = f64> + Clone, step: f64) -> bool {
+    /// Bits of a number in single precision.
+    const BITS: i32 = 24;
+    let largest = values
+        .clone()
+        .fold(0.0, |most: f64, value| most.max(value.abs()));
+    let small = values.filter(|value| value.abs() < 0.25 * largest);
+    match Positions::of(small) {
+        Some(small) => !small.lie_on(step),
+        None => step < 1.5 * 2_f64.powf(largest.log2().floor()) * 2_f64.powi(1 - BITS),
     }
 }
 
@@ -141,8 +170,16 @@ fn unit(
     }
     let is_of_encoder = |unit: &PositionUnit| {
         let counts = TAU / (step * LogUnits::SI.radians(*unit));
-        // A converter of 5 or 10 V has steps of 360° over nine times a power of two.
-        is_usual(counts) && !(*unit == PositionUnit::Degree && counts.round() % 9.0 == 0.0)
+        match unit {
+            // A converter of 5 or 10 V has steps of 360° over nine times a power of two.
+            PositionUnit::Degree => is_usual(counts) && counts.round() % 9.0 != 0.0,
+            // Shares of a range have steps of one over a power of two.
+            PositionUnit::Turn => {
+                is_usual(counts)
+                    && (chosen.named.turns || !(counts.round() as u64).is_power_of_two())
+            }
+            _ => is_usual(counts),
+        }
     };
     let unit = ANGLES.into_iter().find(is_of_encoder)?;
     Some((unit, "its steps are those of a usual encoder"))

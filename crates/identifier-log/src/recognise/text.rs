@@ -8,6 +8,7 @@ use super::LogOptions;
 use super::Recognised;
 use super::columns::{Chosen, Clock, Columns};
 use super::position::{PositionReading, short};
+use super::unit::Unit;
 use crate::column_reading::{ColumnReading, CommandReading, CommandSign, Reading};
 use crate::log::Table;
 use crate::motion_unit::MotionUnit;
@@ -112,8 +113,13 @@ impl Columns {
                 },
             }
         });
-        let assumed = [&time.evidence, &position.evidence.to_owned()];
-        let assumed = assumed.into_iter().filter(|of| of.contains("assumed"));
+        let assumed = clock.is_assumed.then(|| {
+            format!(
+                "the unit of the time, {}, is {}: --time-unit",
+                clock.unit.name(),
+                clock.evidence
+            )
+        });
         Reading {
             position: column(
                 &self.position,
@@ -121,7 +127,7 @@ impl Columns {
                 units.position_scale,
                 position.evidence,
             ),
-            assumed: assumed.cloned().collect(),
+            assumed: assumed.into_iter().collect(),
             time,
             command,
         }
@@ -189,6 +195,9 @@ impl Columns {
         let unit = match self.named_unit(scale) {
             Some(unit) => format!("{times}in {unit}; b in {own} per {unit}"),
             None if is_scaled => format!("times {scale}; b in {own} per unit of the product"),
+            None if command.named.unit == Some(Unit::Doubtful) => {
+                format!("in a unit that is not known (--command-unit); b in {own} per unit of it")
+            }
             None => format!("in its own unit; b in {own} per unit of it"),
         };
         let mut text = format!(

@@ -11,8 +11,12 @@ pub(super) enum Unit {
     Rate(PositionUnit, f64),
     /// Of a command, in its written form.
     Command(&'static str, f64),
-    /// Of none of these: an acceleration, revolutions of the field.
+    /// Of the field's revolutions, of which a shaft has so many as poles in pairs.
+    Electrical,
+    /// Of none of these: an acceleration.
     Foreign,
+    /// Something like a unit that is none: what is behind a letter or a number is one.
+    Doubtful,
 }
 
 /// How a base is written: its words in small letters, those in exactly these letters, and whether prefixes go with it.
@@ -62,7 +66,7 @@ const BASES: [Base; 21] = [
     base(Unit::Rate(TURN, PER_MINUTE), &["rpm"], &[], true),
     base(Unit::Rate(TURN, 1.0), &["rps", "hz"], &[], false),
     base(Unit::Rate(PositionUnit::Degree, 1.0), &["dps"], &[], false),
-    base(Unit::Foreign, &["erpm"], &[], false),
+    base(Unit::Electrical, &["erpm"], &[], false),
 ];
 
 /// Prefixes; the words first, since they begin with the letters.
@@ -73,8 +77,22 @@ const PREFIXES: [(&str, f64); 12] = [
 ];
 
 impl Unit {
-    /// The unit that a text is as a whole.
+    /// The unit that a text is as a whole, or a doubtful one.
     pub(super) fn of_text(text: &str) -> Option<Self> {
+        Self::of_whole(text).or_else(|| {
+            let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "., ".contains(c));
+            let is_counted = unit.len() < text.len();
+            let unit = match is_counted {
+                true => unit,
+                // A name may end like a unit of time: rms, bus.
+                false => &unit[unit.chars().next()?.len_utf8()..],
+            };
+            let found = Self::of_whole(unit).filter(|_| unit.chars().count() > 1)?;
+            (is_counted || !matches!(found, Self::Time(_))).then_some(Self::Doubtful)
+        })
+    }
+
+    fn of_whole(text: &str) -> Option<Self> {
         let text = text.trim().replace("⁻¹", "^-1").replace('²', "^2");
         let whole = Self::of_word(&text);
         if whole.is_some() {
@@ -153,7 +171,7 @@ impl Unit {
             Self::Position(unit, of) => Self::Position(unit, of * factor),
             Self::Rate(unit, of) => Self::Rate(unit, of * factor),
             Self::Command(unit, of) => Self::Command(unit, of * factor),
-            Self::Time(_) | Self::Foreign => return None,
+            Self::Time(_) | Self::Electrical | Self::Foreign | Self::Doubtful => return None,
         })
     }
 }

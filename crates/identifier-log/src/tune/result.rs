@@ -63,6 +63,13 @@ impl IdentifiedResult {
             key: "position_unit".to_owned(),
             fault: unstated.to_string(),
         })?;
+        let mut assumed = result.reading.iter().flat_map(|of| &of.assumed);
+        if let Some(assumed) = assumed.next() {
+            return Err(ResultError {
+                key: "reading.assumed".to_owned(),
+                fault: format!("{assumed}; identify again with it stated"),
+            });
+        }
         if sample_time <= 0.0 {
             return Err(refused("sample_time", sample_time, "a number above 0"));
         }

@@ -35,6 +35,8 @@ pub struct Evidence {
     pub gain_of_scales: Option<[f64; 2]>,
     /// True if the command was computed by the servo's own loop as somebody stated it.
     pub command_was_computed: bool,
+    /// True if the log was read by what nothing in it shows.
+    pub is_assumed: bool,
     unknowns: [Option<UnknownEvidence>; Unknown::ALL.len()],
 }
 

@@ -124,6 +124,8 @@ pub enum VerdictReason {
         /// The largest allowed one.
         limit: f64,
     },
+    /// The log was read by what nothing in it shows.
+    Assumed,
 }
 
 impl VerdictReason {
@@ -131,7 +133,7 @@ impl VerdictReason {
     pub(crate) const ROUGH: u8 = 50;
 
     /// Its number in results, the same in every version. 0 is converged; from 10 aborted, from 20 no information, from
-    /// 30 moving, from 40 unexplained, 50 rough.
+    /// 30 moving, from 40 unexplained, 50 rough, 51 assumed.
     ///
     /// | code | reason |
     /// |---|---|
@@ -156,6 +158,7 @@ impl VerdictReason {
     /// | 44 | fit and time scales have gains that exclude each other |
     /// | 45 | the servo's own loop is not the one that was stated |
     /// | 50 | the fit has no gain, but a time scale has |
+    /// | 51 | the log was read by what nothing in it shows |
     #[must_use]
     pub const fn code(&self) -> u8 {
         match self {
@@ -180,6 +183,7 @@ impl VerdictReason {
             Self::ScalesDiffer { .. } => 44,
             Self::LoopDiffers => 45,
             Self::Rough { .. } => Self::ROUGH,
+            Self::Assumed => 51,
         }
     }
 
@@ -229,6 +233,9 @@ impl VerdictReason {
                 "all estimates are within tolerance and settled; no missing effect was found",
             ),
             Self::EndedEarly => f.write_str("the run ended early"),
+            Self::Assumed => f.write_str(
+                "the unit of the log's time is assumed, and nothing in the log checks it: state it with --time-unit",
+            ),
             Self::NoEstimate { unknown, rejection_reason } => {
                 write!(f, "no estimate of {}", unknown.name())?;
                 let texts = rejection_reason.and_then(Reason::cause_and_remedy_of_first_fit);

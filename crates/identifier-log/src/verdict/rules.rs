@@ -12,7 +12,7 @@ use super::{Evidence, UnknownEvidence, VerdictReason};
 /// The reliability of estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Status {
-    /// Every estimate is within tolerance and settled, and no missing effect was found.
+    /// Every estimate is within tolerance and settled, no missing effect was found, and no unit is assumed.
     Converged,
     /// The gain is known, and another unknown is not: the motion says too little of it.
     Partial,
@@ -121,6 +121,7 @@ impl Verdict {
             .or_else(|| unexplained(evidence))
             .or_else(|| one_direction(evidence))
             .or_else(|| not_excited(evidence))
+            .or_else(|| assumed(evidence))
             .unwrap_or((Status::Converged, VerdictReason::Explained));
         Self { status, reason }
     }
@@ -327,6 +328,11 @@ fn scales_differ(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
         scales,
     };
     (!within(of.estimate - scales, apart)).then_some((Status::Unexplained, reason))
+}
+
+/// No number holds whose unit nothing shows.
+fn assumed(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
+    (evidence.is_assumed).then_some((Status::Partial, VerdictReason::Assumed))
 }
 
 fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {

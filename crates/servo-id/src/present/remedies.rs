@@ -140,6 +140,9 @@ fn own_remedies(reason: &VerdictReason) -> Vec<String> {
         ],
         // Those of the fit that was refused.
         VerdictReason::Rough { .. } => Vec::new(),
+        VerdictReason::Assumed => vec![
+            "State the unit of the time, or the time from row to row: --time-unit or --sample-time.".to_owned(),
+        ],
         VerdictReason::NotPredicted { .. } => vec![
             "Identify from motions like those to be predicted: speeds, loads, angles.".to_owned(),
         ],

@@ -261,3 +261,32 @@ fn a_report_tune_and_the_playground_have_the_same_gains() {
         assert_eq!(of_tune[name], json!(gain), "{name}");
     }
 }
+
+/// Rows that are numbered in a column of the name of a time may be ms: what follows from it waits until that is stated.
+#[test]
+fn a_time_that_is_assumed_has_no_gains_no_inertia_and_no_export() {
+    let folder = own_folder();
+    let mut rows = String::from("t,position_rad,effort_Nm\n");
+    for (number, line) in committed_log().lines().skip(1).enumerate() {
+        let cells: Vec<&str> = line.split(',').collect();
+        rows += &format!("{number},{},{}\n", cells[2], cells[3]);
+    }
+    folder.write("log.csv", rows);
+    for (unit, is_open) in [("", true), (" --time-unit ms", false)] {
+        folder.done(&format!(
+            "identify log.csv{unit} --json result.json --force"
+        ));
+        let found = folder.read_json("result.json");
+        assert_eq!(found["code"] == json!(51), is_open, "{}", found["reason"]);
+        assert_eq!(found["physical"].is_null(), is_open);
+        for command in [TUNE, "export result.json --format json"] {
+            match is_open {
+                true => {
+                    let refused = folder.refused(command);
+                    assert!(refused.contains("--time-unit"), "{refused}");
+                }
+                false => drop(folder.done(command)),
+            }
+        }
+    }
+}

@@ -22,11 +22,13 @@ impl Cases {
         };
         let scaled = |name: &str, by: f64| timed(name, &map(&of.time, |t| by * t), 0);
         self.right("ms by name", scaled("t_ms", 1e3));
-        self.right("ms without unit", scaled("t", 1e3));
+        self.named("numbers without unit", scaled("t", 1e3), "--time-unit");
+        let in_ms = (scaled("t", 1e3), "--time-unit ms");
+        self.stated("ms, unit stated", in_ms.0, in_ms.1, Gain(GAIN));
         self.right("µs without unit", scaled("timestamp", 1e6));
         self.right("ns without unit", scaled("timestamp", 1e9));
         self.right("seconds called ms", timed("t_ms", &of.time, 4));
-        self.right("ms called seconds", scaled("t_s", 1e3));
+        self.named("ms called seconds", scaled("t_s", 1e3), "--time-unit");
         let since_1970 = map(&of.time, |t| t + 1.795e9);
         self.right("since 1970", timed("t_s", &since_1970, 4));
         let clock = of.time.iter().map(|t| format!("06:25:{t:06.3}"));
