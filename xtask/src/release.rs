@@ -30,6 +30,7 @@ pub(crate) fn make() -> Result<(), String> {
     program(&artefacts)?;
     windows()?;
     wheels(&artefacts)?;
+    libraries()?;
     arduino(&artefacts)?;
     page(&artefacts)?;
     book(&artefacts)?;
@@ -97,6 +98,22 @@ fn wheels(artefacts: &Path) -> Result<(), String> {
             "-I reads.py",
         ))?;
         made(&wheel, "identifies in a new environment")?;
+    }
+    Ok(())
+}
+
+/// The library for C, for every target in the table of its guide.
+fn libraries() -> Result<(), String> {
+    let guide = root().join("docs/guide-c.md");
+    let text = fs::read_to_string(&guide).map_err(|error| at(&guide, error))?;
+    let first = |line: &'_ str| Some(line.strip_prefix("| `")?.split_once('`')?.0.to_owned());
+    for target in text
+        .lines()
+        .filter_map(first)
+        .filter(|of| of.contains("-none-"))
+    {
+        let build = "run --quiet --locked -p identifier-ffi --bin c-library -- --target";
+        run(cargo(build).arg(target))?;
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ static const double LARGEST = 1.2, SPEED = 10.0;
 
 /* Our controller: command units per count and per rad/s. It moves to and fro by so many counts, so many samples each. */
 static const double KP = 0.006, KD = 0.19, DISTANCE = 400.0;
-enum { SAMPLES = 8000, HELD = 170, BLOCKS = 8, SLICES = 100 };
+enum { SAMPLES = 8000, HELD = 170, PARTS = 100, BLOCKS = 8, SLICES = 100 };
 
 /* What the model leaves of the position, rad, and the step that the gains are for, rad. */
 static const double UNEXPLAINED = 2e-4, STEP = 0.1;
@@ -23,10 +23,14 @@ static double position, velocity; /* rad */
 static int32_t read_encoder(void) { return (int32_t)floor(position / TURN * COUNTS); }
 
 static void write_command(double command) {
-    double pushed = velocity + TIME * (B * command - A * velocity + LOAD), rubbed = TIME * COULOMB;
-    double next = pushed > rubbed ? pushed - rubbed : pushed < -rubbed ? pushed + rubbed : 0.0;
-    position += TIME * (velocity + next) / 2.0;
-    velocity = next;
+    /* In parts, since the arithmetic of a single one would change b by a thousandth. */
+    for (int part = 0; part < PARTS; part++) {
+        double time = TIME / PARTS, rubbed = time * COULOMB;
+        double pushed = velocity + time * (B * command - A * velocity + LOAD);
+        double next = pushed > rubbed ? pushed - rubbed : pushed < -rubbed ? pushed + rubbed : 0.0;
+        position += time * (velocity + next) / 2.0;
+        velocity = next;
+    }
 }
 
 static servo_id_gauss_newton identifier;

@@ -238,17 +238,22 @@ impl<N: Number> MeasuredResponse<N> {
             *place = deviation * other.frequency / frequency;
             found += 1;
         }
-        let median = median(deviations.get_mut(..found).unwrap_or_default());
+        let median = median(deviations.get(..found).unwrap_or_default());
         if let Some(line) = measured.get_mut(i) {
             line.deviation = median.max(Self::OWN * line.deviation);
         }
     }
 }
 
-/// The middle one; zero of none.
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+/// The middle one of a few; zero of none. A sort would have a panic for some targets.
+fn median(values: &[f64]) -> f64 {
+    let middle = values.len() / 2;
+    let is_low = |one: &f64| {
+        let below = values.iter().filter(|other| other.total_cmp(one).is_lt());
+        below.count() <= middle
+    };
+    let low = values.iter().copied().filter(is_low);
+    low.max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
 impl<N: Number> BalanceSums<N> {
