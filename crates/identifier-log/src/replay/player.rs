@@ -194,13 +194,14 @@ impl<V: VelocityEstimate<f64>> Player<V> {
         log: usize,
         pass: u32,
     ) -> Result<Option<Input>, StepError> {
+        let has_moved = segment.scaler.has_moved();
         let scaled = segment.scaler.scale(*row);
         let settled = segment.samples >= segment.settling;
         let begins = segment.samples == segment.settling;
         if row.bridged {
             segment.settled_again = segment.samples + segment.settling_in_motion;
         }
-        let comparable = settled && segment.samples >= segment.settled_again;
+        let comparable = settled && has_moved && segment.samples >= segment.settled_again;
         segment.samples += 1;
         let command = match (row.command, &mut self.declared) {
             (Some(command), declared) => {

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 
 use drive_link::Settings;
 use identifier_core::parameters::Parameter;
+use identifier_core::settings::ControllerSettings;
 use identifier_log::scenario::{Estimator, LogSettings, Options};
 
 use super::frame::Frame;
@@ -119,11 +120,19 @@ fn heading(frame: &Frame) -> String {
 fn scenario(settings: &Settings, frame: &Frame, every: u16) -> String {
     let core = &settings.closed_loop.core;
     let is_running = matches!(frame, Frame::Running(_));
+    let dithers = settings.dither.amplitude != 0.0;
     let mut options = Options::blank();
     options.counts_per_rev = Some(whole(TAU / core.resolution));
     // Between rows that are samples apart, what the controller did is not known.
     if is_running && every == 1 {
-        options.stated.controller = core.controller;
+        // The reference of a frame is behind its filter. Under a dither there is no reference model.
+        let is_whole = |of: &ControllerSettings| of.feed_forward.is_none() || dithers;
+        let controller = core.controller.filter(is_whole);
+        options.stated.controller = controller.map(|of| ControllerSettings {
+            reference_filter: 0.0,
+            feed_forward: None,
+            ..of
+        });
         options.stated.sample_time = core.sample_time;
         options.stated.cutoff = core.cutoff;
     }

@@ -125,10 +125,15 @@ impl State {
         matches!(self.status.state, Does::Running | Does::Commissioning)
     }
 
-    /// The settings in force.
+    /// The settings, with the gains in force.
     #[must_use]
-    pub fn settings(&self) -> &Settings {
-        &self.settings
+    pub fn settings(&self) -> Settings {
+        let mut settings = self.settings;
+        if let Some(gains) = self.status.gains {
+            let core = &mut settings.closed_loop.core;
+            (core.controller, core.cutoff) = (Some(gains.controller), gains.cutoff);
+        }
+        settings
     }
 
     /// Its status, with the newest estimates.
@@ -156,8 +161,7 @@ impl State {
 
     /// Lowest and highest command, command units.
     pub(super) fn command_limit(&self) -> Option<[f64; 2]> {
-        let held = self.status.gains.map(|gains| gains.controller);
-        let controller = held.or(self.settings.closed_loop.core.controller)?;
+        let controller = self.settings().closed_loop.core.controller?;
         Some(controller.limit).filter(|limit| limit.iter().all(|end| end.is_finite()))
     }
 

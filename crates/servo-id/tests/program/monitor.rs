@@ -5,17 +5,14 @@ use std::process::{Child, Stdio};
 use std::time::Duration;
 
 use crate::support::terminal::Terminal;
-use crate::support::{Folder, estimate, folder, signal, standard_error};
-
-const SCENARIO: &str = "[plant]\na = 0.2174\nb = 257.7\ncoulomb = 5.0\n\
-    [encoder]\ncounts_per_rev = 10000\n[amplifier]\nlimit = 10.0\n\
-    [controller]\nkp = 9.0\nkd = 0.19\nki = 4.0\nsample_time = 0.001\n\
-    velocity_filter = { kind = \"low-pass\", cutoff = 500.0 }\n\
-    [excitation]\nkind = \"prbs\"\namplitude = 0.05\nhold = 0.05\n\
-    [identifier]\nlaw = \"gauss-newton\"\nparameters = [\"a\", \"b\", \"coulomb\", \"load\"]\n\
-    [commission]\ntravel = 1.5\nspeed = 40.0\nbandwidth = 40.0\n";
+use crate::support::{Folder, estimate, folder, scenario_text, signal, standard_error};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_servo-id");
+
+/// The scenario of the page on the monitor.
+fn shipped() -> String {
+    scenario_text("drive.toml")
+}
 
 /// A simulated drive, and a person who looks at it.
 pub(crate) struct Bench {
@@ -31,7 +28,7 @@ impl Bench {
 
     /// With something more in the scenario.
     fn with(test: &str, more: &str) -> Self {
-        Self::with_scenario(test, &format!("{SCENARIO}{more}"))
+        Self::with_scenario(test, &format!("{}{more}", shipped()))
     }
 
     /// On a simulated drive of a scenario.
@@ -94,19 +91,29 @@ fn starts(monitor: &mut Terminal) {
     monitor.shows(" RUNNING ");
 }
 
-/// The estimate of b that `identify` finds in a recording.
+/// The estimate of b that `identify` finds in a recording by the printed command. A controller that it declares is the one
+/// that ran: the first motion is soft, and the reference is dithered.
 fn replayed(folder: &Folder, name: &str) -> f64 {
-    let call = format!("identify {name}.csv --scenario {name}.toml");
-    estimate(&folder.json(&call), "b")
+    let result = folder.json(&format!("identify {name}.csv --scenario {name}.toml"));
+    let is_declared = folder
+        .read(&format!("{name}.toml"))
+        .contains("[controller]");
+    let agreement = &result["agreement"];
+    assert_eq!(
+        agreement["holds"] == true,
+        is_declared,
+        "{name}: {agreement}"
+    );
+    estimate(&result, "b")
 }
 
 #[test]
 fn a_simulated_drive_has_room_for_any_dither_and_names_its_scenario() {
-    let large = SCENARIO.replace("amplitude = 0.05", "amplitude = 5.0");
+    let large = shipped().replace("amplitude = 0.05", "amplitude = 5.0");
     let bench = Bench::with_scenario("monitor-large-dither", &large);
     let status = bench.drive("status");
     assert!(status.contains("beyond 20 rad of"), "{status}");
-    let other = SCENARIO.replace("10000", "4096");
+    let other = shipped().replace("10000", "4096");
     bench.folder.write("other.toml", other);
     let commission = format!("drive --port {} commission other.toml", bench.port);
     let why = bench.folder.refused(&commission);

@@ -162,7 +162,7 @@ impl Session {
             Action::Record if self.recordings.under_way().is_some() => self.end_recording(),
             Action::Record => {
                 let every = self.state.telemetry().samples_apart();
-                let begun = self.recordings.begin(self.state.settings(), every);
+                let begun = self.recordings.begin(&self.state.settings(), every);
                 self.note(begun.map(|()| Some("recording".to_owned())));
             }
             // The caller ends the session.
