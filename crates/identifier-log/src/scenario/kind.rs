@@ -207,13 +207,19 @@ impl<S: Document> Kind<S> {
         Some(match self {
             Self::Table(_) | Self::Tables(_) => return None,
             Self::Choice(choices, _, get) => format!("{:?}", choices[get(from)].name),
-            Self::Number(_, place) => format!("{:?}", place.get(from)?),
+            Self::Number(_, place) => format!("{:?}", meant(place.get(from)?)),
             Self::Pair(_, place)
             | Self::Two(_, place)
             | Self::Limit(place)
-            | Self::Reach(place) => format!("{:?}", place.get(from)?),
-            Self::Numbers(_, place) => format!("{:?}", place.get(from)?),
-            Self::Pairs(_, place) => format!("{:?}", place.get(from)?),
+            | Self::Reach(place) => format!("{:?}", place.get(from)?.map(meant)),
+            Self::Numbers(_, place) => {
+                let numbers = place.get(from)?.into_iter().map(meant);
+                format!("{:?}", numbers.collect::<Vec<_>>())
+            }
+            Self::Pairs(_, place) => {
+                let pairs = place.get(from)?.into_iter().map(|pair| pair.map(meant));
+                format!("{:?}", pairs.collect::<Vec<_>>())
+            }
             Self::Whole(_, place) => place.get(from)?.to_string(),
             Self::Column(place) => match place.get(from)? {
                 Column::Number(number) => number.to_string(),
@@ -395,6 +401,19 @@ fn unknown<'n, S>(
         .advising(near.map_or(String::new(), |near| format!("did you mean \"{near}\"?")))
 }
 
+/// A number as it is written: that of nine digits from which it differs by rounding alone, as 0.001 from
+/// 0.0009999999999999996, or itself.
+fn meant(number: f64) -> f64 {
+    /// Relative error of a number that was computed in double precision.
+    const ROUNDING: f64 = 1e-12;
+    let short = format!("{number:.8e}").parse().unwrap_or(number);
+    if (number - short).abs() <= ROUNDING * number.abs() {
+        short
+    } else {
+        number
+    }
+}
+
 fn text<'v, S>(key: &Key<S>, value: &'v Value<'_>, belongs: &str) -> Result<&'v str, Fault> {
     value
         .get_ref()
@@ -560,4 +579,24 @@ fn terms<S>(key: &Key<S>, value: &Value<'_>) -> Result<Terms, Fault> {
 /// The name that a word is most likely meant to be.
 pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     crate::nearest::name(&shown(word), names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::meant;
+
+    #[test]
+    fn a_number_is_written_without_its_rounding() {
+        let turn = std::f64::consts::TAU / 10_000.0;
+        for (number, written) in [
+            (0.000_999_999_999_999_999_6, "0.001"),
+            (0.1 + 0.2, "0.3"),
+            (5000.0, "5000.0"),
+            (f64::INFINITY, "inf"),
+            (0.0, "0.0"),
+            (turn, &*format!("{turn:?}")),
+        ] {
+            assert_eq!(format!("{:?}", meant(number)), written);
+        }
+    }
 }
