@@ -1,7 +1,7 @@
 //! Identification from logs: the one way from their rows to what is known of the servo.
 
 use identifier_core::measurement::VelocityEstimate;
-use identifier_core::parameters::{Parameter, PerParameter};
+use identifier_core::parameters::{Parameter, PerParameter, ServoParameters};
 use identifier_core::stability::SampledLoopError;
 use log_fit::{GoesOn, Logged};
 
@@ -139,9 +139,13 @@ impl Identified {
         }
     }
 
-    /// Its samples, each with the residual of the model where there is one.
+    /// Its samples, each with the residual of the model where there is one, and the estimates of the whole.
     pub fn samples(&self) -> impl Iterator<Item = Sample> {
         let recorded = &self.recorded;
+        let estimates = ServoParameters::from_fn(|parameter| {
+            let estimate = self.summary.estimate(parameter);
+            estimate.map_or(f64::NAN, |estimate| estimate.value)
+        });
         let free_run = self.seen.as_ref().and_then(|seen| seen.free_run.as_ref());
         let samples = recorded.samples.iter().enumerate();
         samples.map(move |(place, of)| Sample {
@@ -151,7 +155,7 @@ impl Identified {
             position: of.position,
             command: of.command,
             output_error: free_run.map(|ran| ran.errors[place]),
-            estimates: NO_ESTIMATE,
+            estimates,
             standard_errors: None,
             at_bounds: PerParameter::default(),
         })

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 
 use host_sim::commission;
 use host_sim::result::SweepRun;
-use host_sim::scenario::LogSettings;
+use host_sim::scenario::{Estimator, LogSettings};
 use identifier_log::{AxisKind, MotionUnit, experiment};
 
 /// The columns of a log.
@@ -17,9 +17,20 @@ const LOG: [&str; 4] = [
     LogSettings::OWN_COMMAND,
 ];
 
-/// The columns beside them of an experiment: what the model left, the estimates and their standard errors.
-const IDENTIFIED: [&str; 9] = [
-    "output_error_rad",
+/// What the model left in an experiment, behind those of a log.
+const LEFT: [&str; 1] = ["output_error_rad"];
+
+/// The columns of an identified log.
+const IDENTIFIED: [&str; 5] = [
+    LogSettings::OWN_TIME,
+    LogSettings::OWN_POSITION,
+    "model_rad",
+    "residual_rad",
+    LogSettings::OWN_COMMAND,
+];
+
+/// The estimates behind them, and their standard errors.
+const ESTIMATES: [&str; 8] = [
     "a_per_s",
     "b_rad_per_s2_per_command",
     "coulomb_rad_per_s2",
@@ -38,6 +49,8 @@ const COMMISSIONED: [&str; 3] = ["phase", "true_position_rad", "true_velocity_ra
 pub struct Rows<W: Write> {
     rows: csv::Writer<W>,
     cell: String,
+    /// Of an identified log: how many columns of estimates it has.
+    of_log: Option<usize>,
 }
 
 /// A number, left empty where it is not known.
@@ -56,8 +69,11 @@ impl<W: Write> Rows<W> {
     fn new<N: AsRef<[u8]>>(out: W, names: impl IntoIterator<Item = N>) -> io::Result<Self> {
         let mut rows = csv::Writer::from_writer(out);
         rows.write_record(names).map_err(io_error)?;
-        let cell = String::new();
-        Ok(Self { rows, cell })
+        Ok(Self {
+            rows,
+            cell: String::new(),
+            of_log: None,
+        })
     }
 
     fn cell(&mut self, value: impl fmt::Display) -> io::Result<()> {
@@ -77,18 +93,30 @@ impl<W: Write> Rows<W> {
         self.rows.write_record(None::<&[u8]>).map_err(io_error)
     }
 
-    /// Begins the trace of an experiment with its heading, for positions in a unit.
+    /// Begins the trace of an experiment with its heading, for positions in a unit. That of an identified log, by this
+    /// estimator, has the model and its residual, and no column that would be empty.
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn of_experiment(out: W, unit: MotionUnit) -> io::Result<Self> {
+    pub fn of_experiment(out: W, unit: MotionUnit, of_log: Option<Estimator>) -> io::Result<Self> {
         let unit = match unit {
             MotionUnit::Stated(_) => "rad",
             MotionUnit::Count => "counts",
             MotionUnit::Own | MotionUnit::OwnVelocity => "own",
         };
-        let names = LOG.into_iter().chain(IDENTIFIED);
-        Self::new(out, names.map(|name| name.replace("rad", unit)))
+        let of_log = of_log.map(|law| match law {
+            Estimator::GaussNewton => ESTIMATES.len(),
+            _ => ESTIMATES.len() / 2,
+        });
+        let names = match of_log {
+            Some(estimates) => [&IDENTIFIED[..], &ESTIMATES[..estimates]].concat(),
+            None => [&LOG[..], &LEFT, &ESTIMATES].concat(),
+        };
+        let names = names.iter().map(|name| name.replace("rad", unit));
+        Ok(Self {
+            of_log,
+            ..Self::new(out, names)?
+        })
     }
 
     /// Writes a sample of an experiment.
@@ -96,8 +124,17 @@ impl<W: Write> Rows<W> {
     /// # Errors
     /// Those of the writer.
     pub fn sample(&mut self, sample: &experiment::Sample) -> io::Result<()> {
-        self.numbers(sample.measured())?;
-        self.numbers(sample.identified())?;
+        let identified = sample.identified();
+        match self.of_log {
+            Some(estimates) => {
+                let error = sample.output_error;
+                let model = error.map(|error| sample.position - error);
+                let [time, _, position, command, _] = sample.measured();
+                self.numbers([time, position, model, error, command])?;
+                self.numbers(identified.into_iter().take(estimates))?;
+            }
+            None => self.numbers(sample.measured().into_iter().chain(identified))?,
+        }
         self.end_row()
     }
 
@@ -137,7 +174,7 @@ impl<W: Write> Rows<W> {
 /// # Errors
 /// Those of the writer.
 pub fn trace(out: impl Write, trace: &[experiment::Sample]) -> io::Result<()> {
-    let mut rows = Rows::of_experiment(out, MotionUnit::Stated(AxisKind::Rotary))?;
+    let mut rows = Rows::of_experiment(out, MotionUnit::Stated(AxisKind::Rotary), None)?;
     trace.iter().try_for_each(|sample| rows.sample(sample))?;
     rows.finish().map(drop)
 }

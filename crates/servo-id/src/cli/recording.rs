@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use host_sim::IdentifiedScenario;
-use identifier_log::MotionUnit;
+use host_sim::scenario::Scenario;
 use identifier_log::experiment::Sample;
 use identifier_log::verdict::{Status, VerdictReason};
 
@@ -28,21 +28,24 @@ pub(super) struct Recording {
 }
 
 impl Recording {
-    /// Of `passes` passes, together of so many `samples`, for the requested results; their page has a `title`.
+    /// Of so many samples in all passes over the scenario, or over logs, for the requested results; their page has a
+    /// `title`.
     pub(super) fn new(
         title: String,
-        unit: MotionUnit,
+        scenario: &Scenario,
         samples: u64,
-        passes: u32,
+        passes_over_logs: Option<u32>,
         results: &mut Results,
     ) -> Self {
+        let unit = scenario.motion_unit();
+        let of_log = passes_over_logs.map(|_| scenario.identifier.law);
         Self {
             title,
-            last_pass: passes.saturating_sub(1),
+            last_pass: passes_over_logs.unwrap_or(1).saturating_sub(1),
             pass: 0,
             traces: results.show_traces().then(ExperimentTraces::default),
             rows: (results.csv.take())
-                .map(|csv| Streamed::begin(csv, |out| Rows::of_experiment(out, unit))),
+                .map(|csv| Streamed::begin(csv, |out| Rows::of_experiment(out, unit, of_log))),
             progress: Progress::of_samples(samples),
         }
     }

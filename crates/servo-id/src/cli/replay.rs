@@ -65,8 +65,7 @@ impl Replay<'_> {
         let all = read_all(self.logs.into_iter().chain(self.predict), &scenario)?;
         let (learnt, predicted) = all.split_at(count);
         let samples = u64::from(passes) * learnt.iter().map(|log| log.samples).sum::<u64>();
-        let mut recording =
-            Recording::new(title, scenario.motion_unit(), samples, passes, &mut results);
+        let mut recording = Recording::new(title, &scenario, samples, Some(passes), &mut results);
         let found = interruptible(|goes_on| {
             let mut observe = |pass, sample: &_| recording.add(pass, sample);
             identify_logs(scenario, learnt, predicted, passes, goes_on, &mut observe)

@@ -35,13 +35,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let origin = Origin::new(VERSION, Task::Run, &text, scenario.noise_seed());
     let mut results = arguments.outputs.begin(&[file], origin)?;
 
-    let mut recording = Recording::new(
-        title,
-        scenario.motion_unit(),
-        scenario.samples(),
-        1,
-        &mut results,
-    );
+    let samples = scenario.samples();
+    let mut recording = Recording::new(title, &scenario, samples, None, &mut results);
     let found = interruptible(|goes_on| {
         identify_run(scenario, goes_on, &mut |pass, sample| {
             recording.add(pass, sample)

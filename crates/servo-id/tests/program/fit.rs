@@ -68,8 +68,8 @@ fn what_a_model_leaves_of_every_sample_is_beside_it() {
         let text = trace.done(&format!("{REPLAY} --csv -"));
         let mut cells = text
             .lines()
-            .map(|line| line.split(',').nth(4).expect("a cell"));
-        assert_eq!(cells.next(), Some("output_error_rad"));
+            .map(|line| line.split(',').nth(3).expect("a cell"));
+        assert_eq!(cells.next(), Some("residual_rad"));
         let errors: Vec<f64> = cells.flat_map(str::parse).collect();
         assert!(errors.len() > 7500, "{} of 8000", errors.len());
         let squares: f64 = errors.iter().map(|error| error * error).sum();
@@ -84,6 +84,28 @@ fn what_a_model_leaves_of_every_sample_is_beside_it() {
     });
     let counts = left();
     assert!(counts > 0.5, "{counts}");
+}
+
+#[test]
+fn the_table_of_an_identified_log_has_no_empty_column() {
+    let trace = trace();
+    let text = trace.done(&format!("{REPLAY} --csv -"));
+    let rows: Vec<Vec<&str>> = text.lines().map(|row| row.split(',').collect()).collect();
+    let heading = "time_s,position_rad,model_rad,residual_rad,command,a_per_s,b_rad_per_s2_per_command,\
+                   coulomb_rad_per_s2,load_rad_per_s2";
+    assert_eq!(rows[0].join(","), heading);
+    let cell = |row: &Vec<&str>, place: usize| row[place].parse::<f64>().expect("a number");
+    for row in rows.iter().skip(500).step_by(100) {
+        let [position, model, residual] = [1, 2, 3].map(|place| cell(row, place));
+        assert!((position - model - residual).abs() < 1e-12, "{row:?}");
+        assert!((cell(row, 6) / 257.7 - 1.0).abs() < 2e-3, "{row:?}");
+    }
+    // An online estimator has the course of its estimates and of their errors.
+    let text = trace.done("identify trace.csv --scenario servo.toml --csv -");
+    assert_eq!(
+        text.lines().next().map(|row| row.split(',').count()),
+        Some(13)
+    );
 }
 
 /// The scenario of the page with further keys of the identifier.
