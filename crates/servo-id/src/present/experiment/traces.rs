@@ -190,32 +190,30 @@ fn over_time_scale(summary: &Summary) -> Option<Figure> {
 
 /// How well the estimates are known, beside their values.
 pub(super) fn how_well_known(rows: &[Estimated]) -> Option<Figure> {
-    /// Half of the width of a bar.
+    /// Half of the width of a bar, and of its edges.
     const WIDTH: f64 = 0.35;
+    const EDGE: f64 = 1e-6;
     let known = rows.iter().filter_map(|row| {
         let part = 200.0 * row.std_error? / row.value?.abs();
-        (part < 100.0).then_some((row.unknown, part))
+        (part < 100.0).then(|| (row.unknown.name().to_owned(), part))
     });
-    let bar = |(place, (unknown, part)): (usize, (Unknown, f64))| {
-        let place = (place + 1) as f64;
-        Trace {
-            band: vec![part; 2],
-            ..Trace::new(
-                unknown.name(),
-                vec![(place - WIDTH, 0.0), (place + WIDTH, 0.0)],
-            )
-        }
+    let (names, parts): (Vec<String>, Vec<f64>) = known.unzip();
+    let most = parts.iter().copied().reduce(f64::max)?;
+    // One trace, whose band has the width zero between the bars.
+    let bars = parts.iter().zip(1_i32..).flat_map(|(&part, place)| {
+        let ends = [-0.5, -WIDTH - EDGE, -WIDTH, WIDTH, WIDTH + EDGE, 0.5 - EDGE];
+        let widths = [0.0, 0.0, part, part, 0.0, 0.0];
+        let place = f64::from(place);
+        std::iter::zip(ends, widths).map(move |(at, width)| ((place + at, 0.0), width))
+    });
+    let (points, band) = bars.unzip();
+    let trace = Trace {
+        band,
+        ..Trace::new("its value, 95 %", points)
     };
-    let mut bars: Vec<Trace> = known.enumerate().map(bar).collect();
-    let most = bars.iter().map(|bar| bar.band[0]).fold(0.0, f64::max);
-    let last = bars.len() as f64 + 0.5;
-    let names = bars.iter().map(|bar| bar.name.clone()).collect();
-    (!bars.is_empty()).then(|| {
-        bars.push(Trace::new("its value", vec![(0.5, 0.0), (last, 0.0)]));
-        let mut figure = Figure::new("95 % interval", "estimate", "% of its value", bars);
-        figure.horizontal.names = names;
-        figure.within(Some([-1.2 * most, 1.2 * most]))
-    })
+    let mut figure = Figure::new("95 % interval", "", "% of its value", vec![trace]);
+    figure.horizontal.names = names;
+    Some(figure.within(Some([-1.2 * most, 1.2 * most])))
 }
 
 fn estimate(parameter: Parameter, summary: &Summary, envelope: &Envelope) -> Figure {

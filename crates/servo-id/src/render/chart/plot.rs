@@ -13,6 +13,10 @@ const MIN_LEFT: f64 = 30.0;
 pub(super) const RIGHT: f64 = 9.0;
 pub(super) const BELOW: f64 = 27.0;
 
+/// The most lines of names there, and the height of one.
+const MAX_LINES: usize = 3;
+const LINE: f64 = 8.0;
+
 /// A constant to compare with.
 pub(super) const LEVEL: Stroke = Stroke {
     colour: Colour::Ink,
@@ -273,6 +277,22 @@ impl<'a> Plot<'a> {
             .collect()
     }
 
+    /// The lines over which names at ticks are spread so that none lies on another.
+    fn lines(&self, ticks: &[(f64, String)]) -> usize {
+        let is_apart = |lines: &usize| {
+            let pairs = ticks.iter().zip(ticks.iter().skip(*lines));
+            let mut rooms = pairs.map(|((left, one), (right, other))| {
+                let middle = 0.5 * (width(one, SMALL) + width(other, SMALL));
+                (right - left) * self.frame.width - middle
+            });
+            rooms.all(|room| room > BEHIND_TICK)
+        };
+        match self.figure.horizontal.names.is_empty() {
+            true => 1,
+            false => (1..MAX_LINES).find(is_apart).unwrap_or(MAX_LINES),
+        }
+    }
+
     fn axes(&self, canvas: &mut Canvas, is_lowest: bool) {
         let Frame { left, top, .. } = self.frame;
         let (right, bottom) = (self.frame.right(), self.frame.bottom());
@@ -282,12 +302,15 @@ impl<'a> Plot<'a> {
             let at = (left - TICK - BEHIND_TICK, y + 2.5);
             canvas.text(at, &text, SMALL, Align::Right);
         }
-        for (part, text) in self.horizontal.ticks() {
+        let ticks: Vec<_> = self.horizontal.ticks().collect();
+        let lines = self.lines(&ticks);
+        for (place, (part, text)) in ticks.iter().enumerate() {
             let x = left + part * self.frame.width;
             canvas.line((x, bottom), (x, bottom + TICK), AXIS);
             if is_lowest {
-                let at = (x, bottom + TICK + 7.5);
-                canvas.text(at, &text, SMALL, Align::Middle);
+                let line = (place % lines) as f64;
+                let at = (x, bottom + TICK + 7.5 + line * LINE);
+                canvas.text(at, text, SMALL, Align::Middle);
             }
         }
         if is_lowest {
@@ -412,6 +435,36 @@ mod tests {
             assert!(inset.y(settled + 0.01) < inset.frame.bottom());
             assert!(inset.y(settled) > inset.frame.top);
         }
+    }
+
+    #[test]
+    fn names_at_ticks_are_spread_over_lines_where_they_would_lie_on_each_other() {
+        let lines = |names: &[&str]| {
+            let points = vec![(0.5, 0.0), (names.len() as f64 + 0.5, 0.0)];
+            let mut figure = Figure::new("", "", "", vec![Trace::new("", points)]);
+            figure.horizontal.names = names.iter().map(ToString::to_string).collect();
+            let frame = Frame {
+                left: 0.0,
+                top: 0.0,
+                width: 200.0,
+                height: 80.0,
+            };
+            let plot = Plot::new(&figure, frame);
+            let ticks: Vec<_> = plot.horizontal.ticks().collect();
+            plot.lines(&ticks)
+        };
+        assert_eq!(lines(&["a", "b", "coulomb", "load"]), 1);
+        let many = [
+            "a",
+            "b",
+            "coulomb",
+            "load",
+            "gravity-sine",
+            "gravity-cosine",
+        ];
+        assert_eq!(lines(&many), 2);
+        let more = [many, many].concat();
+        assert_eq!(lines(&more), 3);
     }
 
     #[test]

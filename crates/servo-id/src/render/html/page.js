@@ -194,8 +194,10 @@
         axes: [
           { stroke: soft, grid, ticks: { ...grid, size: 4 }, font, label: figure.abscissa, labelFont: font, labelSize: 20, labelGap: 0, size: 28, gap: 4,
             ...(figure.names && {
+              size: figure.names.length > 4 ? 54 : 28,
               splits: () => figure.names.map((_, place) => place + 1),
-              values: () => figure.names,
+              // Many are on three lines, so that none lies on another.
+              values: () => figure.names.map((name, place) => "\n".repeat(figure.names.length > 4 ? place % 3 : 0) + name),
             }),
             ...(figure.logarithmic_abscissa && {
               splits: ({ width }, axis, from, to) => decades(from, to, (width - 2 * LEFT) / (to - from)),
