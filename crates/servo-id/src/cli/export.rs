@@ -42,7 +42,7 @@ pub(super) struct Arguments {
     /// Write to this file; standard output by default.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace an existing file.
+    /// Replace what this program did not write, too.
     #[arg(long)]
     force: bool,
 }

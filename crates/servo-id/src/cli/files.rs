@@ -1,7 +1,7 @@
 //! The files of one call: inputs that are protected, and outputs that appear complete or not at all.
 
-use std::fs::{self, Metadata};
-use std::io;
+use std::fs::{self, File, Metadata};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use same_file::Handle;
@@ -15,7 +15,7 @@ use crate::render::chart::{self, Format, Size};
 /// The files of one call. Every output is claimed before any work is done.
 #[derive(Debug)]
 pub(super) struct Files {
-    /// Existing files may be replaced.
+    /// Files of others may be replaced, too.
     force: bool,
     inputs: Vec<Identity>,
     outputs: Vec<(Identity, PathBuf)>,
@@ -66,8 +66,7 @@ impl Files {
     /// Begins an output, if one is requested; `-` is standard output.
     ///
     /// # Errors
-    /// Bad input, if it is also read or written, is there already and may not be replaced, or cannot be
-    /// written.
+    /// Bad input, if it is also read or written, is a file that this program did not write, or cannot be written.
     pub(super) fn output(&mut self, name: Option<&Path>) -> Result<Option<Output>, Fault> {
         name.map(|name| self.begin(name)).transpose()
     }
@@ -117,7 +116,7 @@ impl Files {
         let place = Place::follow(name).map_err(unusable)?;
         self.claim(name, &place)
             .map_err(|why| Fault::of_file(name, why))?;
-        Output::begin(name, place, self.force).map_err(unusable)
+        Output::begin(name, place).map_err(unusable)
     }
 
     /// Reserves a place for one output, or returns why it cannot be one.
@@ -143,8 +142,9 @@ impl Files {
                         "this is the same file as {other}: write to two files"
                     ));
                 }
-                if existing.is_some() && !self.force {
-                    return Err("the file exists: --force replaces it".to_owned());
+                if existing.is_some() && !self.force && !is_own(path) {
+                    let why = "the file exists and is none that this program wrote: name another, or state --force";
+                    return Err(why.to_owned());
                 }
                 self.outputs.push((identity, name.to_owned()));
                 Ok(())
@@ -169,6 +169,39 @@ pub(super) fn commit(
         .into_iter()
         .flatten()
         .collect())
+}
+
+/// True for a file that this program wrote, by its beginning, or an empty one.
+fn is_own(path: &Path) -> bool {
+    /// What the beginnings of its results, tables, pictures, pages, scenarios and exports have, and no other file.
+    const MARKS: [&str; 20] = [
+        "\n  \"law\": \"",
+        "\n  \"cases\": [\n    {\n      \"case\": ",
+        "\n  \"predicted_response\": ",
+        "\n  \"gains_before\": ",
+        "\n  \"servo_on_chip\": ",
+        "\n  \"index_from_edge\": ",
+        "\n  \"origin\": {\n    \"version\": ",
+        "\n  \"joints\": [\n    {\n      \"armature\": {",
+        "\n  \"servo_id\": {\n    \"errors\": ",
+        ",command,output_error_",
+        ",residual_",
+        ",command,phase",
+        ",load_found,",
+        "<metadata>servo-id</metadata>",
+        "name=\"generator\" content=\"servo-id\"",
+        "Software\0servo-id",
+        "as `servo-id identify` took it:",
+        "recording of `servo-id drive monitor`",
+        "identified by servo-id ",
+        "Written by servo-id ",
+    ];
+    /// The length of a beginning.
+    const BEGINNING: u64 = 4096;
+    let mut begins = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(BEGINNING).read_to_end(&mut begins));
+    let begins = String::from_utf8_lossy(&begins);
+    read.is_ok() && (begins.is_empty() || MARKS.iter().any(|mark| begins.contains(mark)))
 }
 
 impl Picture {

@@ -22,7 +22,7 @@ pub(super) struct Documents {
     /// Write a report, one self-contained HTML page, to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Replace existing files.
+    /// Replace what this program did not write, too.
     #[arg(long)]
     force: bool,
 }

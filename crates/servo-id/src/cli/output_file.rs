@@ -39,12 +39,12 @@ enum Destination {
 }
 
 impl Output {
-    /// Begins a file of this name at its place. Unless it may `replace` another, one that has come to be there until
+    /// Begins a file of this name at its place. It replaces the one that is there; one that has come to be there until
     /// [`commit`](Self::commit) is an error then.
     ///
     /// # Errors
     /// If nothing can be written there.
-    pub(super) fn begin(name: &Path, place: Place, replace: bool) -> io::Result<Self> {
+    pub(super) fn begin(name: &Path, place: Place) -> io::Result<Self> {
         let destination = match place {
             Place::StandardOutput => Destination::StandardOutput(UntilClosed(io::stdout())),
             Place::Device(path) => {
@@ -62,7 +62,7 @@ impl Output {
                 Destination::Beside {
                     temporary,
                     path,
-                    replace,
+                    replace: existing.is_some(),
                 }
             }
         };

@@ -7,7 +7,7 @@ use super::{call, terminal};
 use crate::render::chart::Size;
 use crate::{csv, paper, present, program, render};
 
-/// Where it goes unless stated. This folder is the program's own.
+/// Where it goes unless stated.
 const FOLDER: &str = "results/paper";
 
 /// The title of its page.
@@ -18,14 +18,13 @@ const PICTURE: &str = "figure-03.png";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The folder for picture, traces and results; by default results/paper, where those of an earlier run are
-    /// replaced.
+    /// The folder for picture, traces and results; by default results/paper.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Width of the picture, in a paper of two columns.
     #[arg(long, value_enum, default_value_t)]
     size: Size,
-    /// Replace existing files, also in your own folder.
+    /// Replace what this program did not write, too.
     #[arg(long)]
     force: bool,
 }
@@ -44,7 +43,7 @@ pub(super) fn show() -> Result<(), Fault> {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Fault> {
     let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
     std::fs::create_dir_all(out).map_err(|error| Fault::unusable(out.display(), &error))?;
-    let mut files = Files::reading(&[], arguments.force || arguments.out.is_none());
+    let mut files = Files::reading(&[], arguments.force);
     let mut begin = |name: &str| files.output(Some(&out.join(name)));
     let mut tables = Vec::new();
     for (method, case) in paper::EXPERIMENT {

@@ -1,4 +1,4 @@
-//! Outputs are safe: complete or absent, nothing replaced without `--force`, refused before any work.
+//! Outputs are safe: complete or absent, no file of others replaced without `--force`, refused before any work.
 
 use std::fs::{self, OpenOptions};
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::support::{
-    Folder, folder_with_paper, own_folder, packed_log, scenario_text, signal, standard_error, table,
+    Folder, folder_with_paper, packed_log, scenario_text, signal, standard_error, table,
 };
 
 /// A folder with a scenario of this duration, s, and an old file.
@@ -288,22 +288,50 @@ fn an_interrupted_sweep_keeps_its_finished_runs() {
     assert_eq!(folder.names(), ["old", "rows.csv", "scenario.toml"]);
 }
 
+/// Every verb that writes, with every kind of file that it writes.
+const WRITING: &str = "
+run scenario.toml --json run.json --csv run.csv --plot run.svg --report run.html
+identify run.csv --json log.json --csv log-2.csv --plot log.png --report log.html --save-scenario log.toml
+tune log.json --resonance inf --json tuned.json --report tuned.html --plot tuned.png
+sweep scenario.toml --runs 2 --json sweep.json --csv sweep.csv --report sweep.html
+compare compare.toml --json compare.json --report compare.html
+commission axis.toml --json axis.json --csv axis.csv --plot axis.png --report axis.html
+export log.json --format json --ratios --output joints.json
+export log.json --format bam --ratios --output bam.json
+export log.json --format urdf --ratios --output joints.urdf
+export log.json --format mjcf --ratios --output joints.xml
+export log.json --format isaac-lab --ratios --output joints.py
+export run.json --firmware rust --output servo.rs
+export run.json --firmware c --output servo.h
+paper --out .
+";
+
 #[test]
-fn the_papers_own_folder_is_overwritten_and_any_other_requires_force() {
-    let folder = own_folder();
-    for _ in 0..2 {
-        folder.done("paper");
+fn a_second_call_replaces_the_files_of_the_first_and_no_other() {
+    let folder = with_scenario("again", "5.0");
+    folder.write("axis.toml", scenario_text("commission.toml"));
+    let short = scenario_text("compare.toml").replace("60.0", "2.0");
+    folder.write("compare.toml", short);
+    let before = folder.names();
+    for row in table(WRITING).iter().chain(&table(WRITING)) {
+        folder.done(&row[0]);
     }
-    let names = fs::read_dir(folder.join("results/paper")).expect("a folder");
-    assert_eq!(names.count(), 9);
-    folder.write("figure-03.png", "precious");
-    assert_refused(
-        &folder,
-        "paper --out . | --force
-        paper --out figure-03.png | exists",
-    );
-    folder.done("paper --out . --force");
-    assert_eq!(folder.names().len(), 10);
+    let written: Vec<String> = (folder.names().into_iter())
+        .filter(|name| !before.contains(name))
+        .collect();
+    assert_eq!(written.len(), 40, "{written:?}");
+    for row in table(WRITING) {
+        let words: Vec<&str> = row[0].split(' ').collect();
+        let name = words.last().expect("a file");
+        let name = if *name == "." { "figure-03.png" } else { name };
+        folder.write(name, "name, the program's: servo-id\n1, 2\n");
+        let message = folder.refused(&row[0]);
+        assert!(
+            message.contains(&format!("{name}: the file exists")),
+            "{message}"
+        );
+        folder.done(&format!("{} --force", row[0]));
+    }
 }
 
 #[test]

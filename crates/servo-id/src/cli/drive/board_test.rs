@@ -18,7 +18,7 @@ pub(super) struct Arguments {
     /// Write the result as JSON to this file, to be sent; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Replace an existing file.
+    /// Replace what this program did not write, too.
     #[arg(long)]
     force: bool,
 }

@@ -17,7 +17,7 @@ pub(super) struct Arguments {
     /// Write state, gains, estimates and changes of the servo as JSON to this file; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Replace an existing file.
+    /// Replace what this program did not write, too.
     #[arg(long)]
     force: bool,
 }

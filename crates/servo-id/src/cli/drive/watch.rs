@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     /// if the recording ends with an error.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Replace an existing file.
+    /// Replace what this program did not write, too.
     #[arg(long)]
     force: bool,
 }

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use super::font;
 use super::raster::Pixels;
 use super::surface::{Align, Colour, Frame, Label, Stroke, Surface};
+use crate::program;
 
 /// Font size, points.
 pub(super) const LETTER: u32 = 8;
@@ -141,9 +142,10 @@ impl Canvas {
         let (width, height) = (self.width, self.height);
         let body = self.on(Svg::new("frame", Colour::hexadecimal)).text;
         format!(
-            r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="{height}pt" viewBox="0 0 {width} {height}" font-family="{FONTS}"><rect width="100%" height="100%" fill="#ffffff"/>{body}</svg>
+            r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}pt" height="{height}pt" viewBox="0 0 {width} {height}" font-family="{FONTS}"><metadata>{NAME}</metadata><rect width="100%" height="100%" fill="#ffffff"/>{body}</svg>
 "##,
-            FONTS = font::FAMILIES
+            FONTS = font::FAMILIES,
+            NAME = program::NAME
         )
     }
 

@@ -4,6 +4,7 @@ use zeno::{Join, Mask, PathData, Style, Transform};
 
 use super::font;
 use super::surface::{Colour, Frame, Label, Stroke, Surface};
+use crate::program;
 
 /// Pixels to a point: 216 to an inch.
 const SCALE: f64 = 3.0;
@@ -73,7 +74,8 @@ impl Pixels {
             unit: png::Unit::Meter,
         }));
         // Writing into memory cannot fail.
-        let _ = (encoder.write_header())
+        let _ = (encoder.add_text_chunk("Software".to_owned(), program::NAME.to_owned()))
+            .and_then(|()| encoder.write_header())
             .and_then(|mut writer| writer.write_image_data(self.rgb.as_flattened()));
         file
     }

@@ -6,6 +6,7 @@ mod block;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::present::{Figure, Page, Section};
+use crate::program;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -24,6 +25,7 @@ pub fn page(page: &Page) -> String {
         html lang="en" {
             head {
                 meta charset="utf-8";
+                meta name="generator" content=(program::NAME);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="color-scheme" content="light dark";
