@@ -52,12 +52,15 @@ fn described(of: &str) -> Result<String, Fault> {
     ))
 }
 
+/// The widest table that is read with ease.
+const MAX_WIDTH: u16 = 120;
+
 fn table<'k>(keys: impl Iterator<Item = &'k Key>) -> String {
     let mut table = Table::new();
     table
         .load_style(presets::UTF8_FULL_CONDENSED)
         .set_content_arrangement(ContentArrangement::Dynamic)
-        .set_width(terminal::width())
+        .set_width(terminal::width().min(MAX_WIDTH))
         .set_header(["key", "what it is", "allowed", "default"]);
     for key in keys {
         table.add_row([

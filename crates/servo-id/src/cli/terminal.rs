@@ -7,18 +7,15 @@ use terminal_size::{Width, terminal_size_of};
 use textwrap::core::display_width;
 use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
 
-/// Characters to a line where there is no terminal.
-const ELSEWHERE: u16 = 100;
-
 /// Narrowest width of a table.
 const MIN_WIDTH: u16 = 20;
 
-/// Characters to a line: COLUMNS, the terminal's width, or 100.
+/// Characters to a line: COLUMNS, or the terminal's width; as many as there are in a file or a pipe.
 pub(super) fn width() -> u16 {
     stated_width()
         .or_else(|| terminal_size_of(io::stdout()).map(|(Width(width), _)| width))
         .filter(is_wide_enough)
-        .unwrap_or(ELSEWHERE)
+        .unwrap_or(u16::MAX)
 }
 
 fn stated_width() -> Option<u16> {

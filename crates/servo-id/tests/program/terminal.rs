@@ -75,6 +75,8 @@ fn tables_fit_the_width_and_list_omitted_columns() {
         );
         headings.push(table[0].trim_end().chars().count());
     }
+    // In a file or a pipe there is no terminal.
+    assert!(!folder.done("").contains("narrow terminal"));
     assert!(
         headings.is_sorted() && headings[0] < headings[2],
         "{headings:?}"
@@ -108,7 +110,7 @@ const WRONG: [&str; 15] = [
     "identifi",
     "run missing.toml",
     "run scenario.toml --jsn x",
-    "run scenario.toml --csv log.csv",
+    "run scenario.toml --csv scenario.toml",
     "identify scenario.toml",
     "identify .",
     "identify log.csv --scenario nothing.toml",
