@@ -201,10 +201,10 @@ function parse(text) {
   for (const line of text.split('\n').filter(Boolean)) {
     const [name, ...parts] = line.split('\t');
     if (name === 'effect') found.effects.push(parts);
-    else if (name === 'finding') found.findings.push(parts);
+    else if (name === 'finding') found.findings.push(parts.map(inWords));
     else if (name === 'column') found.columns.push(parts[0]);
     else if (name === 'chosen') found.chosen[parts[0]] = parts[1];
-    else if (['status', 'reason', 'unit', 'cap', 'none'].includes(name)) found[name] = parts[0];
+    else if (['status', 'reason', 'unit', 'cap', 'none'].includes(name)) found[name] = inWords(parts[0]);
     else if (['gains', 'predicted', 'margins', 'command', 'step', 'rows', 'window'].includes(name)) found[name] = parts.map(Number);
     else found.estimates[name] = { value: Number(parts[0]), error: Number(parts[1]), unit: parts[2] };
   }
@@ -524,9 +524,9 @@ async function take(file, stated = {}) {
   }
   if (answer.refusal) {
     const { columns } = parse(answer.refusal);
-    const lines = answer.refusal.split('\n').filter((line) => line && !line.startsWith('column\t'));
+    const lines = answer.refusal.split('\n').filter((line) => line && !line.startsWith('column\t')).map(inWords);
     const questions = Object.fromEntries(lines.filter((line) => line.startsWith('?')).map((line) => line.slice(1).split('\t')));
-    const text = lines.join(' ').replace(/^the log/, file.name).replaceAll('log.', '');
+    const text = lines.join(' ').replace(/^the log/, file.name);
     if (!columns.length && !Object.keys(questions).length) {
       notTaken(text);
       return;
@@ -554,6 +554,11 @@ const CHOICES = [
     ['limit', 'Limit of its command', 'number'], ['velocity', 'Velocity it acts on', 'column']]],
   ['Reference, only shown', [['reference', 'Column', 'column']]],
 ];
+
+// A text in which the options of the program, and the keys of a scenario, have the words of their fields.
+const FIELDS = Object.fromEntries(CHOICES.flatMap(([legend, fields]) => fields.map(([name, text]) => [name, `“${legend}: ${text}”`])));
+const inWords = (text) => text.replace(/(?:--|\b(?:log|encoder|inner)\.)([a-z][a-z_-]*)(?: [A-Z]+\b)?/g,
+  (_, name) => FIELDS[name.replaceAll('_', '-')] ?? name);
 
 // The lines of options of what is stated. A servo with a goal has no other command, and a sign is one of its scale.
 function options(stated) {
@@ -620,7 +625,7 @@ function showLog(file, stated) {
     element('div', { className: 'beside' }, element('div', { className: 'estimates' }, ...numbers), element('div', {}, figure('motion', 'Position of the log over time', bold(`Position of the log, ${unit}`),
       ...(free ? [key(['position', 'measured '], ['before', `model, free for ${plain(free)} s`])] : [])),
     ...(free ? [figure('left', 'Residual of the position over time', bold(`Residual, ${unit}`))] : []))),
-    ...(none ? [element('p', { id: 'log-gains', textContent: `Not tuned: ${Number.isFinite(estimates.b?.value) ? none : 'there is no servo yet'}.` })] : [
+    ...(none ? [element('p', { id: 'log-gains', textContent: `Not tuned: ${Number.isFinite(estimates.b?.value) ? none.replace(/^[a-z]+_[a-z_]+: /, '') : 'there is no servo yet'}.` })] : [
       figure('step', 'Predicted step response under the tuned gains', bold(`Predicted step under the tuned gains, ${unit}`)),
       element('p', { id: 'log-gains' }, ...gainsOf(recording),
         ` For commands of up to ${plain(command[0])} beyond that of the load, the largest in the log.`)]),

@@ -525,6 +525,23 @@ fn columns_units_and_signs_of_any_log_can_be_chosen() {
     let wrong = state(&page, &[("sample-time", "0.001")]);
     assert_ne!(wrong["status"], "converged");
     known(&state(&page, &[("position", "p"), ("command", "w")]));
+    // A unit that nobody states is asked for by the words of its field.
+    let own = rows("x,u", &|position, command| {
+        format!("{},{command}", 37.0 * position)
+    });
+    take_text(&page, &own);
+    state(
+        &page,
+        &[
+            ("sample-time", "0.001"),
+            ("position", "x"),
+            ("command", "u"),
+        ],
+    );
+    let said = text_of(&page);
+    let fields = said.contains("“Position: Encoder counts per revolution”");
+    let is_of_program = said.contains("--") || said.contains("position_unit");
+    assert!(fields && !is_of_program, "{said}");
     // Degrees the other way round, in numbered columns beside one of words.
     let turned = rows("1,2,3", &|position, command| {
         format!("{},{command},on", -position.to_degrees())
@@ -570,15 +587,25 @@ fn columns_units_and_signs_of_any_log_can_be_chosen() {
         ],
     ));
 
-    // On a phone the estimates are beside the picture.
+    // The estimates are beside the picture, and on a phone above it; no number runs into a picture.
     for screen in SCREENS {
         page.ask("document.querySelector('.choices').open = true");
         assert_fits(&page, screen, "the choices");
-        let beside = page.ask(
-            "const [text, picture] = ['.estimates', '#log-motion'].map((one) => document.querySelector(one).getBoundingClientRect());
-             return text.right <= picture.left && picture.right <= innerWidth && picture.top < text.bottom && text.top < picture.bottom;",
+        let places = page.ask(
+            "const of = (one) => document.querySelector(one).getBoundingClientRect();
+             const [text, picture] = ['.estimates', '#log-motion'].map(of);
+             const into = [...document.querySelectorAll('.tile')].filter((tile) => {
+                 const [all, shown] = [document.createRange(), tile.querySelector('canvas').getBoundingClientRect()];
+                 return [...tile.querySelectorAll('dd')].some((one) => {
+                     all.selectNodeContents(one);
+                     const { right, bottom } = all.getBoundingClientRect();
+                     return right > shown.right || (right > shown.left && bottom > shown.top);
+                 });
+             });
+             return [text.bottom <= picture.top, text.right <= picture.left, into.length];",
         );
-        assert_eq!(beside, true, "{screen:?}");
+        let is_phone = screen == SCREENS[0];
+        assert_eq!(places, json!([is_phone, !is_phone, 0]), "{screen:?}");
     }
     assert_named(&page);
     page.assert_silent();
