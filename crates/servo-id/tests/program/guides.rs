@@ -101,6 +101,8 @@ fn shell(folder: &Path, commands: &str) -> Result<String, String> {
         .args(["-euc", commands])
         .current_dir(folder)
         .env("PATH", format!("{}:{path}", folder.join("bin").display()))
+        // As in the terminal of a page.
+        .env("COLUMNS", "100")
         .stdin(Stdio::null())
         .output()
         .expect("bash is there");

@@ -48,8 +48,16 @@ fn peaks_of(duration: f64) -> [u64; 2] {
         "identify log.csv --scenario paper.toml --csv again.csv --json replay.json --plot replay.png",
     ]
     .map(|words| peak(&folder, words));
-    // The trace of a replay is a log like any other.
-    assert!(folder.read("log.csv") == folder.read("again.csv"));
+    // To the last bit: time, position, what the model leaves, command, estimates.
+    let columns = |file: &str, places: [usize; 8]| -> Vec<String> {
+        let cells = |row: &str| {
+            let row: Vec<&str> = row.split(',').collect();
+            places.map(|place| row[place]).join(",")
+        };
+        folder.read(file).lines().skip(1).map(cells).collect()
+    };
+    let log = columns("log.csv", [0, 2, 4, 3, 5, 6, 7, 8]);
+    assert!(log == columns("again.csv", [0, 1, 3, 4, 5, 6, 7, 8]));
     let _ = std::fs::remove_dir_all(&folder);
     peaks
 }
