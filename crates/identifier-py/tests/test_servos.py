@@ -18,6 +18,7 @@ from unittest import mock
 from zlib import crc32
 
 import servo_id
+from servo_id import __main__
 from servo_id.servos import MAKERS, Fault, Interrupted, Refused, Servo, Session, _capture, _commands, _tune
 from servo_id.servos.simulated import Killed, SimulatedBus, SimulatedServo
 
@@ -59,7 +60,7 @@ class SmartServos(unittest.TestCase):
     def run_on(self, bus, *words):
         """A whole command; what it says."""
         name = bus.servos[0].maker.name
-        options = _commands._options([*words, "--drive", name, "--port", "unused", "--baud", str(BAUD), "--yes"])
+        options = __main__.options([*words, "--drive", name, "--port", "unused", "--baud", str(BAUD), "--yes"])
         options.bus, options.journals, options.stall = bus, self.journals, 60.0
         said = []
         _commands.run(options, said.append)
@@ -222,13 +223,15 @@ class SmartServos(unittest.TestCase):
     def refused(self, words, status=2, journal=False, **own):
         """What a command that ends early prints, which is one sentence."""
         with redirect_stderr(io.StringIO()) as printed, redirect_stdout(io.StringIO()):
-            self.assertEqual(_commands.main(words, journals=self.journals, stall=60.0, **own), status)
+            options = __main__.options(words)
+            vars(options).update(journals=self.journals, stall=60.0, **own)
+            self.assertEqual(_commands.main(options), status)
         self.assertEqual(printed.getvalue().count("\n"), 1)
         self.assertEqual(self.has_journal(), journal)
         return printed.getvalue()
 
-    def words(self, name, *more):
-        return ("--drive", name, "--port", "unused", "--baud", str(BAUD), "--yes", *more)
+    def words(self, name, verb, *more):
+        return (verb, "--drive", name, "--port", "unused", "--baud", str(BAUD), "--yes", *more)
 
     def test_a_port_has_one_owner(self):
         bus = self.bus(SimulatedServo(MAKERS["feetech"], seed=7))
@@ -295,7 +298,7 @@ class SmartServos(unittest.TestCase):
         bus = self.bus(own)
         own.write = mock.Mock(side_effect=AssertionError)
         words = ["capture", "--out", str(self.folder / "x.csv"), "--drive", "feetech", "--port", "unused"]
-        options = _commands._options(words)
+        options = __main__.options(words)
         options.bus, options.journals, options.ask = bus, self.journals, lambda _: ""
         with self.assertRaises(Refused):
             _commands.run(options, lambda _: None)

@@ -2,7 +2,7 @@
 
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,11 @@ from ._registers import Fault, RealTime, Refused, Servo, shown
 from ._session import Interrupted, Rows, Session, as_counts
 
 
-def main(words: Sequence[str], **own: Any) -> int:
+VERBS = {"capture": "record a log of a smart servo", "tune-servo": "find gains of a smart servo and try them on it"}
+
+
+def main(options: Namespace) -> int:
     """The exit status: 1 where a motion ended early, 2 where nothing was moved or written."""
-    options = _options(words)
-    vars(options).update(own)
     if options.port == "simulated":
         # Its pseudo-terminal is not on every system.
         from .simulated import SimulatedBus, SimulatedServo
@@ -34,25 +35,20 @@ def main(words: Sequence[str], **own: Any) -> int:
         return 2 if isinstance(error, ValueError) else 130 if isinstance(error, Interrupted) else 1
 
 
-def _options(words: Sequence[str]) -> Namespace:
-    parser = ArgumentParser("python -m servo_id", description="Log and gains of a smart servo's own position loop.")
-    parser.add_argument("verb", choices=["capture", "tune-servo"])
+def add_options(parser: ArgumentParser, verb: str) -> None:
     parser.add_argument("--drive", required=True, choices=sorted(MAKERS))
     parser.add_argument("--port", required=True, help="such as /dev/ttyUSB0; or simulated")
     parser.add_argument("--id", type=int, default=1)
     parser.add_argument("--baud", type=int, default=0, help="the maker's default without it")
     parser.add_argument("--travel", default="20deg", help="about where the servo is, from end to end: 20deg, 0.3rad, 200counts")
     parser.add_argument("--yes", action="store_true", help="do not ask before it moves and before torque goes off")
-    parser.add_argument("--out", type=Path, help="the log, CSV")
+    parser.add_argument("--out", type=Path, required=verb == "capture", help="the log, CSV")
     parser.add_argument("--goal", choices=["settling", "load"], default="settling", help="what is to get better")
     parser.add_argument("--apply", action="store_true", help="try the gains on the servo")
     parser.add_argument("--keep", action="store_true", help="with --apply: keep gains of EEPROM after a good trial")
     parser.add_argument("--plot", type=Path, help="the step before and after, SVG")
     parser.add_argument("--seed", type=int, default=1, help="of the simulated servo")
-    options = parser.parse_args(words, Namespace(bus=None, journals=Path.home() / ".servo-id", ask=input, stall=0.1))
-    if options.verb == "capture" and options.out is None:
-        parser.error("capture needs --out FILE.csv")
-    return options
+    parser.set_defaults(bus=None, journals=Path.home() / ".servo-id", ask=input, stall=0.1)
 
 
 def run(options: Namespace, say: Callable[[str], object] = print) -> int:
