@@ -1,5 +1,7 @@
 //! The Python package: its wheel in an environment of its own, and its tests there.
 
+use std::collections::BTreeSet;
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -52,7 +54,50 @@ pub(crate) fn check() -> Result<(), String> {
             .env("SERVO_ID_PROGRAM", built().join("debug/servo-id"))
             .current_dir(wheels()))?;
     }
+    installs(&environment)
+}
+
+/// Runs each line of the pages that installs the package, as it is written, in an empty environment.
+fn installs(environment: &Path) -> Result<(), String> {
+    let docs = root().join("docs");
+    let pages = fs::read_dir(&docs).map_err(|error| format!("{}: {error}", docs.display()))?;
+    let mut pages: Vec<_> = pages.flatten().map(|page| page.path()).collect();
+    pages.extend([PACKAGE, ""].map(|folder| root().join(folder).join("README.md")));
+    let texts = pages
+        .iter()
+        .filter_map(|page| fs::read_to_string(page).ok());
+    let lines = texts.flat_map(|text| text.lines().map(str::to_owned).collect::<Vec<_>>());
+    let lines: BTreeSet<_> = lines
+        .filter(|line| line.starts_with("pip install"))
+        .collect();
+    if lines.is_empty() {
+        return Err("no page says how the package is installed".to_owned());
+    }
+    for line in lines {
+        println!("{line}");
+        let empty = built().join("python/empty");
+        let venv = ["-m", "venv", "--clear"];
+        run(Command::new(environment.join("bin/python"))
+            .args(venv)
+            .arg(&empty))?;
+        run(Command::new("bash")
+            .args(["-euc", &format!("{line}\npython -c 'import servo_id'")])
+            .envs([
+                ("CARGO_TARGET_DIR", built().join("python").as_os_str()),
+                ("PATH", &path_with(&empty)?),
+                ("PIP_QUIET", "1".as_ref()),
+                ("PIP_DISABLE_PIP_VERSION_CHECK", "1".as_ref()),
+            ])
+            .current_dir(root()))?;
+    }
     Ok(())
+}
+
+/// The paths of programs, those of an environment before all others.
+fn path_with(environment: &Path) -> Result<OsString, String> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let own = [environment.join("bin")].into_iter();
+    std::env::join_paths(own.chain(std::env::split_paths(&path))).map_err(|error| error.to_string())
 }
 
 /// An environment with packages; none if they cannot be had, which is said.
@@ -79,10 +124,6 @@ fn wheels() -> PathBuf {
 /// Builds a wheel by the builder of an environment, with further options of it.
 pub(crate) fn wheel(environment: &Path, options: &[&str]) -> Result<PathBuf, String> {
     let _ = fs::remove_dir_all(wheels());
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let own = [environment.join("bin")].into_iter();
-    let path = own.chain(std::env::split_paths(&path));
-    let path = std::env::join_paths(path).map_err(|error| error.to_string())?;
     run(Command::new(environment.join("bin/maturin"))
         .args(["build", "--release", "--locked", "--out"])
         .arg(wheels())
@@ -90,7 +131,7 @@ pub(crate) fn wheel(environment: &Path, options: &[&str]) -> Result<PathBuf, Str
         .envs([
             ("CARGO_TARGET_DIR", built().join("python").as_os_str()),
             // Where the builder looks for its linker.
-            ("PATH", &path),
+            ("PATH", &path_with(environment)?),
         ])
         .current_dir(root().join(PACKAGE)))?;
     let wheel = only_file(&wheels())?;
