@@ -18,11 +18,15 @@ pub(crate) enum Source {
 }
 
 impl Source {
-    /// Its columns, which are read once.
+    /// The columns of each log, which are read once.
     ///
     /// # Errors
     /// `ValueError`: a text that cannot be read; the column that has more than one dimension, or another length than the others.
-    pub(crate) fn table(self, py: Python<'_>) -> PyResult<Table> {
+    pub(crate) fn tables(logs: Vec<Self>, py: Python<'_>) -> PyResult<Vec<Table>> {
+        logs.into_iter().map(|log| log.table(py)).collect()
+    }
+
+    fn table(self, py: Python<'_>) -> PyResult<Table> {
         let (name, buffers) = match self {
             Self::Text(path) => return py.detach(|| Table::read(&path).map_err(value_error)),
             Self::Columns(name, buffers) => (name, buffers),

@@ -7,6 +7,7 @@ use host_sim::scenario::{Options, Purpose, Scenario};
 use identifier_log::log::{Log, Table};
 use identifier_log::provenance::{LogFile, Task};
 use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
+use identifier_log::result::{KeptResult, Reading};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use servo_id::present::{self, Experiment};
@@ -17,23 +18,27 @@ use crate::fault::value_error;
 use crate::origin::Read;
 use crate::picture::picture;
 
-/// The scenario of a log that has none: found or `stated` columns, units, sample time and encoder. Then the findings,
-/// each with its evidence.
+/// The scenario of logs that have none: found or `stated` columns, units, sample time and encoder. Then how the columns
+/// are read, as JSON, and the findings, each with its evidence.
 ///
 /// # Errors
 /// `ValueError`: a log that cannot be read, or what it does not show, with the keyword that states it.
 #[pyfunction]
 pub(crate) fn recognise_log(
     py: Python<'_>,
-    log: Source,
+    logs: Vec<Source>,
     stated: BTreeMap<String, String>,
-) -> PyResult<(String, Vec<(&'static str, String)>)> {
-    let table = log.table(py)?;
+) -> PyResult<(String, String, Vec<(&'static str, String)>)> {
+    let tables = Source::tables(logs, py)?;
     py.detach(|| {
+        let table = Table::joined(&tables).map_err(value_error)?;
         let recognised = recognised(&table, &stated)?;
         let text = recognised.scenario(&table.path.display().to_string());
+        let reading = serde_json::to_string(&recognised.reading).map_err(value_error)?;
         let findings = recognised.findings.into_iter();
-        Ok((text, findings.map(|one| (one.about, one.text)).collect()))
+        let findings = findings.map(|one| (one.about, one.text));
+        let findings = findings.chain(unchanging(&table).map(|text| ("unchanging", text)));
+        Ok((text, reading, findings.collect()))
     })
 }
 
@@ -45,31 +50,34 @@ type Identified<'py> = (
     Option<Bound<'py, PyBytes>>,
 );
 
-/// Identifies from a log with the scenario of a `text`.
+/// Identifies from logs with the scenario of a `text`, whose columns were found as `reading` has it, if they were found.
 ///
 /// # Errors
 /// `ValueError`: the key of the scenario, or the line and column of the log.
 #[pyfunction]
-#[pyo3(signature = (file, text, log, *, trace))]
+#[pyo3(signature = (file, text, logs, reading, *, trace))]
 pub(crate) fn identify_log<'py>(
     py: Python<'py>,
     file: &str,
     text: &str,
-    log: Source,
+    logs: Vec<Source>,
+    reading: Option<&str>,
     trace: bool,
 ) -> PyResult<Identified<'py>> {
-    let table = log.table(py)?;
+    let tables = Source::tables(logs, py)?;
     let (json, samples, picture, servo) = py.detach(|| {
-        let read = Read::new(file, text, Purpose::Replay)?;
-        let log = opened(&read.scenario, &table)?;
+        let mut read = Read::new(file, text, Purpose::Replay)?;
+        let reading = reading.map(serde_json::from_str).transpose();
+        read.scenario.reading = reading.map_err(value_error)?;
+        let logs = all_opened(&read.scenario, &tables)?;
         let mut samples = Vec::new();
         let observe = &mut |_, sample: &_| samples.extend(trace.then_some(*sample));
-        let found = identify_logs(read.scenario.clone(), &[log], &[], 1, &|| true, observe);
+        let found = identify_logs(read.scenario.clone(), &logs, &[], 1, &|| true, observe);
         let found = found.map_err(|fault| read.fault(fault))?;
         let picture = picture(&found, &samples);
         let task = Task::Replay {
             passes: 1,
-            logs: LogFile::of_tables(std::slice::from_ref(&table)),
+            logs: LogFile::of_tables(&tables),
             predict: Vec::new(),
         };
         PyResult::Ok((
@@ -90,18 +98,19 @@ pub(crate) fn identify_log<'py>(
 #[pyfunction]
 pub(crate) fn page(
     py: Python<'_>,
-    log: Source,
+    logs: Vec<Source>,
     stated: BTreeMap<String, String>,
     width: u16,
 ) -> PyResult<String> {
-    let table = log.table(py)?;
+    let tables = Source::tables(logs, py)?;
     py.detach(|| {
+        let table = Table::joined(&tables).map_err(value_error)?;
         let recognised = recognised(&table, &stated)?;
         let name = table.path.display().to_string();
         let options = recognised.options().and_then(Options::in_range);
         let scenario = Scenario::from(options.map_err(value_error)?);
-        let log = opened(&scenario, &table)?;
-        let found = identify_logs(scenario, &[log], &[], 1, &|| true, &mut |_, _| {});
+        let logs = all_opened(&scenario, &tables)?;
+        let found = identify_logs(scenario, &logs, &[], 1, &|| true, &mut |_, _| {});
         let found = found.map_err(value_error)?;
         let page = present::experiment(&Experiment {
             title: &name,
@@ -117,7 +126,7 @@ pub(crate) fn page(
     })
 }
 
-/// The samples of a log in SI, as used for identification: time, position, and command and reference if present.
+/// The samples of logs in SI, as used for identification: time, position, and command and reference if present.
 ///
 /// # Errors
 /// As [`recognise_log`] and [`identify_log`].
@@ -126,15 +135,15 @@ pub(crate) fn read_log<'py>(
     py: Python<'py>,
     file: &str,
     text: &str,
-    log: Source,
+    logs: Vec<Source>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let table = log.table(py)?;
+    let tables = Source::tables(logs, py)?;
     let (time, position, command, reference) = py.detach(|| {
         let read = Read::new(file, text, Purpose::Replay)?;
-        let log = opened(&read.scenario, &table)?;
+        let logs = all_opened(&read.scenario, &tables)?;
         let (mut time, mut position) = (Vec::new(), Vec::new());
         let (mut command, mut reference) = (Vec::new(), Vec::new());
-        for row in log.rows() {
+        for row in logs.iter().flat_map(Log::rows) {
             time.push(row.time);
             position.push(row.position);
             command.extend(row.command);
@@ -157,6 +166,21 @@ pub(crate) fn opened(scenario: &Scenario, table: &Table) -> PyResult<Log> {
     opened.map_err(value_error)
 }
 
+fn all_opened(scenario: &Scenario, tables: &[Table]) -> PyResult<Vec<Log>> {
+    let opened = |table| opened(scenario, table);
+    tables.iter().map(opened).collect()
+}
+
+/// How the columns were read that a result's JSON is of, in lines; none without a log.
+///
+/// # Errors
+/// `ValueError`: a text that is no result.
+#[pyfunction]
+pub(crate) fn reading(result: &str) -> PyResult<Vec<String>> {
+    let kept = KeptResult::read(result).map_err(value_error)?;
+    Ok(kept.reading.as_ref().map_or_else(Vec::new, Reading::lines))
+}
+
 fn recognised(table: &Table, options: &BTreeMap<String, String>) -> PyResult<Recognised> {
     let mut stated = LogOptions::default();
     for (keyword, value) in options {
@@ -167,7 +191,31 @@ fn recognised(table: &Table, options: &BTreeMap<String, String>) -> PyResult<Rec
         Unrecognised::Log(error) => value_error(error),
         Unrecognised::Unknown(questions) => {
             let refusals = questions.iter().map(|open| open.refusal(&stated, table));
-            value_error(refusals.collect::<Vec<_>>().join("\n"))
+            let said = unchanging(table).map_or_else(String::new, |text| format!(" ({text})"));
+            value_error(refusals.collect::<Vec<_>>().join("\n") + &said)
         }
     })
+}
+
+/// The columns without a number, or with one number alone. None if there are no such columns.
+fn unchanging(table: &Table) -> Option<String> {
+    let columns = table
+        .columns
+        .iter()
+        .zip(1..)
+        .filter_map(|(column, number)| {
+            let mut numbers = column.values.iter().filter(|value| value.is_finite());
+            let what = match numbers.next() {
+                None => "is empty",
+                Some(first) if numbers.all(|value| value == first) => "is constant",
+                Some(_) => return None,
+            };
+            let name = match column.name.as_str() {
+                "" => number.to_string(),
+                name => name.to_owned(),
+            };
+            Some(format!("column {name} {what}"))
+        });
+    let columns: Vec<_> = columns.take(8).collect();
+    (!columns.is_empty()).then(|| columns.join(", "))
 }

@@ -24,7 +24,7 @@ mod _native {
     #[pymodule_export]
     use super::export::export;
     #[pymodule_export]
-    use super::identify::{identify_log, page, read_log, recognise_log};
+    use super::identify::{identify_log, page, read_log, reading, recognise_log};
     #[pymodule_export]
     use super::online::Online;
     #[pymodule_export]

@@ -3,7 +3,7 @@
 use host_sim::replay::fitted;
 use host_sim::scenario::Purpose;
 use identifier_log::FoundServo;
-use identifier_log::log::Row;
+use identifier_log::log::{Row, Table};
 use identifier_log::result::Prediction;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,7 +24,7 @@ pub(crate) fn predict<'py>(
     file: &str,
     text: &str,
     servo: &[u8],
-    log: Source,
+    logs: Vec<Source>,
 ) -> PyResult<(String, Bound<'py, PyDict>)> {
     let numbers = servo
         .as_chunks()
@@ -35,8 +35,9 @@ pub(crate) fn predict<'py>(
     let numbers = numbers
         .try_into()
         .map_err(|_| value_error("servo: it is none of this version"))?;
-    let table = log.table(py)?;
+    let tables = Source::tables(logs, py)?;
     let (json, columns) = py.detach(|| {
+        let table = Table::joined(&tables).map_err(value_error)?;
         let read = Read::new(file, text, Purpose::Replay)?;
         let log = opened(&read.scenario, &table)?;
         let scenario = fitted(read.scenario.clone(), std::slice::from_ref(&log));

@@ -14,6 +14,7 @@ from unittest import mock
 import numpy as np
 
 import servo_id
+import servo_id.__main__
 
 ROOT = Path(__file__).resolve().parents[3]
 LOG = ROOT / "host-sim/logs/simulated-servo.csv.gz"
@@ -104,7 +105,7 @@ class Ros(Logs):
                 path = self.bag(f"bag-{storage}", topics, storage)
                 found = self.identified(path, joint="elbow")
                 self.assertEqual(found.json["logs"][0]["samples"], 8000)
-                read = servo_id._read.columns_of(path, "elbow", ())
+                [read] = servo_id._read.columns_of(path, "elbow", ())
                 self.assertEqual(list(read), ["time_s", "position", "effort"])
                 self.assertAlmostEqual(read["time_s"][1], 1e-3, delta=1e-12)
                 [file] = path.glob(f"*.{storage}")
@@ -138,7 +139,7 @@ class Ros(Logs):
             }
 
         path = self.bag("two", topics)
-        read = servo_id._read.columns_of(path, None, ())
+        [read] = servo_id._read.columns_of(path, None, ())
         self.assertEqual(list(read), ["time_s", "/elbow/position", "/elbow/command"])
         self.assertEqual(len(read["time_s"]), 16000)
         self.assertEqual(np.isnan(read["/elbow/position"]).sum(), 8000)
@@ -157,7 +158,7 @@ class Ros(Logs):
                 "/elbow/command": ("std_msgs/msg/Float64", commands),
             }
 
-        read = servo_id._read.columns_of(self.bag("mixed", topics), "elbow", ())
+        [read] = servo_id._read.columns_of(self.bag("mixed", topics), "elbow", ())
         self.assertEqual(len(read["time_s"]), 100)
         np.testing.assert_array_equal(read["position"], self.log["position"][:100])
 
@@ -306,6 +307,45 @@ class OfOthers(Logs):
             self.refused(path, said)
         self.refused(self.folder / "none.json", "no such file")
 
+    def test_all_tests_of_a_sysid_file_are_one_servo(self):
+        def course(volts, seed, begin):
+            """Rows of time, voltage, position and velocity: kS 0.3 V, kV 2 V/(turn/s), kA 0.1 V/(turn/s²)."""
+            noise = 5e-4 * np.random.default_rng(seed).standard_normal(len(volts))
+            position = velocity = 0.0
+            for row, voltage in enumerate(volts):
+                yield [begin + 5e-3 * row, voltage, position + noise[row], velocity]
+                for _ in range(25):
+                    drive = voltage - 2.0 * velocity
+                    friction = 0.3 * np.sign(velocity) if velocity else np.clip(drive, -0.3, 0.3)
+                    after = velocity + (drive - friction) / 0.1 * 2e-4
+                    velocity = 0.0 if after * velocity < 0.0 else after
+                    position += velocity * 2e-4
+
+        ramp, step = np.arange(0.0, 5.0, 0.01), np.repeat([0.0, 7.0], [4, 150])
+        tests = {"slow-forward": ramp, "slow-backward": -ramp, "fast-forward": step, "fast-backward": -step}
+        tests = {name: list(course(volts, seed, 10.0 * seed)) for seed, (name, volts) in enumerate(tests.items())}
+        path = self.folder / "sysid_data.json"
+        write = lambda **own: path.write_text(json.dumps({"sysid": True, "test": "Simple", **tests, **own}))
+        write(units="Rotations", unitsPerRotation=1.0)
+        found = servo_id.identify(path)
+        self.assertEqual([log["samples"] for log in found.json["logs"]], [500, 500, 154, 154])
+        self.assertEqual((found.position_unit, found.units["b"]), ("rad", "rad/s² per command unit"))
+        turn = {name: found.voltage_gains[name].value * factor for name, factor in [("kS", 1), ("kV", 2 * np.pi), ("kA", 2 * np.pi)]}
+        for name, truth in [("kS", 0.3), ("kV", 2.0), ("kA", 0.1)]:
+            self.assertAlmostEqual(turn[name] / truth, 1.0, delta=0.02)
+        self.assertEqual(len(servo_id.read_log(path)["time"]), 1308)
+        self.assertLess(found.predict(path).relative, 0.01)
+        write(units="Meters", unitsPerRotation="0.5")
+        self.assertAlmostEqual(servo_id.identify(path).voltage_gains["kV"].value, 4.0, delta=0.08)
+        write(**{name: [] for name in list(tests)[:2]})
+        self.assertEqual([log["samples"] for log in servo_id.identify(path).json["logs"]], [154, 154])
+        sides = {name: [[t, u, 2 * u, q, q, v, v, 0, 0] for t, u, q, v in rows] for name, rows in tests.items()}
+        write(**sides)
+        self.refused(path, "joints left, right", "joint=left")
+        self.assertAlmostEqual(servo_id.identify(path, joint="right").voltage_gains["kV"].value * np.pi, 2.0, delta=0.04)
+        write(**{"slow-forward": [[0.0, 1.0, 2.0]] * 20})
+        self.refused(path, "slow-forward is no table of SysId: write 4 numbers a row")
+
     @needs("pandas")
     def test_data_frames_go_in_and_out(self):
         import pandas
@@ -315,7 +355,7 @@ class OfOthers(Logs):
         self.identified(frame)
         own = frame.rename(columns={"position": "elbow_angle", "command": "elbow_torque"}).drop(columns="time")
         own.index = pandas.to_datetime(self.stamps)
-        self.assertEqual(servo_id._read.columns_of(own, None, ())["time_s"][1], 1e-3)
+        self.assertEqual(dict(servo_id._read.shaped(own))["time_s"][1], 1e-3)
         self.identified(own)
         strict = servo_id.identify(frame[["position", "command"]], sample_time=1e-3, law="gauss-newton")
         self.assertEqual(len(pandas.DataFrame(strict.trace)), 8000)
@@ -379,6 +419,19 @@ class Pages(Logs):
         page = self.python("identify", file)
         self.assertEqual(page.returncode, 0, page.stderr)
         self.assertIn("converged", page.stdout)
+
+    def test_help_lists_all_commands(self):
+        found = self.python("--help").stdout
+        for verb in ("identify", "capture", "tune-servo"):
+            self.assertRegex(found, rf"(?m)^ +{verb}\b")
+            own = self.python(verb, "--help")
+            self.assertEqual(own.returncode, 0, own.stderr)
+            self.assertRegex(own.stdout, f"^usage: python -m servo_id {verb} ")
+        self.assertIn("--position-unit", self.python("identify", "--help").stdout)
+
+    def test_a_negative_number_is_a_value(self):
+        options = servo_id.__main__.options(["identify", "axis.csv", "--command-scale", "-1e-3"])
+        self.assertEqual(float(options.command_scale), -1e-3)
 
     def test_wrong_words_are_a_sentence(self):
         for words in [["identify", "none.db3"], ["identify", LOG, "--colour", "red"], ["identify", LOG, "--colour"], ["tune", LOG]]:

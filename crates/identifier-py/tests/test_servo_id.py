@@ -96,7 +96,7 @@ class OnLine(unittest.TestCase):
         for sample, said in [
             ((math.nan, 0.0), "position = NaN"),
             (([0.0, 1e-3], [0.0, math.nan]), "sample 1: command = NaN"),
-            (([0.0, 1e-3], [0.0]), "same number of samples"),
+            (([0.0, 1e-3], [0.0]), "cut them to the same length"),
         ]:
             with self.assertRaises(ValueError) as raised:
                 identifier.learn(*sample)
@@ -114,6 +114,60 @@ class Identification(unittest.TestCase):
             self.assertAlmostEqual(of_file.estimates[name], of_columns.estimates[name], delta=1e-12 * abs(of_file.estimates[name]))
             self.assertAlmostEqual(of_file.std_errors[name], of_columns.std_errors[name], delta=1e-9 * of_file.std_errors[name])
         self.assertAlmostEqual(of_file.estimates["b"], 257.7, delta=2 * of_file.std_errors["b"])
+
+    def test_arrays_of_every_order_and_shape_are_the_same_log(self):
+        log = servo_id.read_log(LOG)
+        t, q, u = (log[name] for name in ("time", "position", "command"))
+        of_file = servo_id.identify(LOG)
+        even = {"sample_time": 1e-3}
+        for arrays, stated in [
+            ((q, u), even),
+            ((u, q), even),
+            ((list(q), u[:, None]), even),
+            ((t, q, u), {}),
+            (([u, q, t],), {}),
+            ((np.stack([t, q, u], axis=1),), {}),
+            ((np.stack([t, q, u]),), {}),
+            ((np.stack([t, q, u], axis=1).tolist(),), {"position": 2, "command": 3}),
+            ((np.stack([q, u], axis=1), t), {"time": 3}),
+            (((t * 1e9).round().astype("M8[ns]"), q, u), {}),
+            ((np.rec.fromarrays([t, q, u], names="t,q,u"),), {}),
+            (([{"t": row[0], "q": row[1], "u": row[2]} for row in zip(t, q, u)],), {}),
+            (({"name": ["axis"] * len(q), "one": q, "other": u},), {"position": 2, "command": 3, **even}),
+        ]:
+            with self.subTest(arrays=[type(one).__name__ for one in arrays], **stated):
+                found = servo_id.identify(*arrays, **stated)
+                self.assertTrue(found.converged, found.reason)
+                self.assertAlmostEqual(found.estimates["b"], of_file.estimates["b"], delta=1e-3)
+        again = servo_id.identify(q[:4000], u[:4000], **even).predict([q[4000:], u[4000:]])
+        self.assertLess(again.relative, 0.01)
+
+    def test_an_index_of_a_table_is_its_time_unless_it_counts_rows(self):
+        try:
+            import pandas
+        except ImportError:
+            self.skipTest("pandas is not installed")
+        log = servo_id.read_log(LOG)
+        frame = pandas.DataFrame({"q": log["position"], "u": log["command"]})
+        seconds = frame.set_index(pandas.Index(log["time"], name="time_s"))
+        ms = frame.set_index(pandas.Index(np.arange(0, 8000), name="t [ms]"))
+        for table in [
+            (seconds,),
+            (seconds["q"], seconds["u"]),
+            (frame.set_index(pandas.Index(log["time"])),),
+            (ms,),
+            (ms.rename(columns={"q": "position", "u": "command"}),),
+        ]:
+            found = servo_id.identify(*table)
+            self.assertAlmostEqual(found.estimates["b"], 257.7, delta=0.1)
+        for table in [frame, frame.iloc[::2], frame[frame.index % 50 != 3], frame.set_index(pandas.Index(1.0 * frame.index))]:
+            with self.assertRaisesRegex(ValueError, "no time column: state"):
+                servo_id.identify(table)
+
+    def test_several_files_are_logs_of_one_servo(self):
+        found = servo_id.identify(LOG, LOG)
+        self.assertEqual([read["samples"] for read in found.json["logs"]], [8000, 8000])
+        self.assertTrue(found.converged, found.reason)
 
     def test_the_surest_time_scale_has_the_gain_of_the_fit(self):
         found = servo_id.identify(LOG)
@@ -263,6 +317,16 @@ class Identification(unittest.TestCase):
             (log, {"sample_time": -1e-3}, "sample_time"),
             ({name: column[:5] for name, column in log.items()}, {"sample_time": 1e-3}, "5 samples"),
             ("nothing.csv", {}, "nothing.csv: the log cannot be read"),
+            (list(log.values()), {}, "sample_time is missing"),
+            ([*log.values(), 1e-3], {}, "0.001 is no column: pass columns of position and command, and one of times or sample_time="),
+            ([log["position"], log["command"][1:]], {"sample_time": 1e-3}, "array 2 has 7999 samples"),
+            ([log["position"], log["command"].astype(str)], {"sample_time": 1e-3}, "array 2 has the type <U32"),
+            ([log["position"]], {"sample_time": 1e-3}, "one column: pass position and command"),
+            (np.zeros((3, 3, 3)), {}, "shape (3, 3, 3) is no column: pass"),
+            (None, {}, "None is no column: pass"),
+            (dict(log, position=log["position"] * np.nan), {"sample_time": 1e-3}, "position is empty: it has no number; leave it out"),
+            ({"q": log["position"], "tau": log["command"] * 0}, {"sample_time": 1e-3}, "column tau is constant"),
+            ({"q": log["position"], "tau": log["command"] * np.nan}, {"sample_time": 1e-3}, "column tau is empty"),
             (LOG, {"position": "angle"}, "angle"),
         ]:
             with self.subTest(said), self.assertRaisesRegex(ValueError, re.escape(said)):
@@ -501,6 +565,31 @@ class OtherVerbs(unittest.TestCase):
 
 
 class Presentation(unittest.TestCase):
+    def test_a_result_says_how_its_log_was_read(self):
+        log = servo_id.read_log(LOG)
+        own = {"t_ms": 1e3 * log["time"], "q_deg": np.degrees(log["position"]), "u": -log["command"], "i_A": 0 * log["time"]}
+        result = servo_id.identify({**own, "speed": np.nan * log["time"]})
+        reading = result.json["reading"]
+        self.assertEqual([reading[name]["unit"] for name in ("time", "position")], ["ms", "deg"])
+        # What was found is not what was stated: tune asks for the direction that nobody stated.
+        self.assertEqual(reading["command"]["sign"], "inferred")
+        with self.assertRaisesRegex(ValueError, "command_sign"):
+            servo_id.tune(result)
+        for text in (repr(result), result._repr_html_()):
+            for part in ["t_ms", "in ms (by name)", "q_deg", "in deg (by name)", "inverted", "i_A is constant, column speed is empty"]:
+                self.assertIn(part, text)
+        kept = repr(servo_id.Result(result.text))
+        self.assertIn("column q_deg, in deg (by name; unit by name)", kept)
+        self.assertIn("inverted because the motion goes against it", kept)
+        self.assertNotIn("column", repr(servo_id.simulate(SERVO)))
+
+    def test_gains_in_a_form_are_the_parameters_of_that_form(self):
+        gains = servo_id.tune(servo_id.simulate(SERVO), form="vesc", command_unit="A", max_current=60.0, resonance=float("inf"))
+        first, *rows = repr(gains).splitlines()
+        self.assertEqual(first, "vesc:")
+        self.assertEqual([row.split()[0] for row in rows], [one["name"] for one in gains.form["parameters"]])
+        self.assertIn(f"p_pid_kp = {gains.form['parameters'][0]['value']:.6g}", rows[0])
+
     def test_text_and_table(self):
         result = servo_id.identify(LOG)
         self.assertIn("converged", repr(result))

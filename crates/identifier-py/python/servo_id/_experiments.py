@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Path: TypeAlias = str | PathLike[str]
-Log: TypeAlias = "Path | Mapping[str, npt.ArrayLike] | DataFrame"
-"""A file, or columns by name: position, command or goal, and time where the samples are not ``sample_time`` apart."""
+Log: TypeAlias = "Path | Mapping[str, npt.ArrayLike] | DataFrame | npt.ArrayLike | Sequence[Any]"
+"""A file or several; or columns: position, command or goal, and time where the samples are not ``sample_time`` apart."""
 
 Law: TypeAlias = Literal["fit", "gauss-newton", "gradient"]
 
@@ -38,7 +38,7 @@ _BATCH = 200
 @keywords
 def identify(
     log: Log,
-    *,
+    *logs: Log,
     joint: str | int | None = None,
     scenario: Scenario | None = None,
     law: Law | str | None = None,
@@ -49,9 +49,11 @@ def identify(
     """The servo behind a log of position and command.
 
     ``log`` is a file as :func:`read_log` takes it, of which ``joint`` is identified, or a data frame or mapping of columns:
-    ``position`` and ``command``, the total that acted, with ``time`` (s) or ``sample_time=``. Columns of other names are
-    recognised as those of a file. The units of either are found; ``result.findings`` says how. What a log does not
-    show is asked for by a ``ValueError`` that names the keyword.
+    ``position`` and ``command``, the total that acted, with ``time`` (s) or ``sample_time=``. Columns of other names, or of none, as
+    in ``identify(q, u, sample_time=1e-3)`` and an array of rows and columns, are recognised as those of a file. The units of either
+    are found; ``result.findings`` says how. What a log does not show is asked for by a ``ValueError`` that names the keyword.
+
+    Several files are logs of one servo.
 
     A servo that closes its own loop has a ``goal`` in place of a command, and that loop is ``kp``, ``kd``, ``limit``,
     ``loop_time``, ``integrator`` and ``cutoff``; a column ``velocity`` is the one it acts on.
@@ -61,21 +63,19 @@ def identify(
 
     With a ``scenario``, its ``[log]`` names the columns and nothing else may be stated.
     """
+    log = (log, *logs) if logs else log
     estimator = estimator_of(law or "fit", identifier) if law or identifier else {}
     if scenario is not None:
         stated = [*options, *estimator]
         if stated:
             raise ValueError(f"{', '.join(stated)}: not allowed together with a scenario: state it there")
-        text, findings = _scenario.read(scenario), ()
-        source = _source(log, joint, {})
-    elif _has_roles(log, joint, options):
-        _check_roles(log, options)
-        source = _in_memory(log)
-        text, findings = _recognised(source, {role: role for role in log} | options, estimator)
+        text, reading, findings = _scenario.read(scenario), None, ()
+        # It has the sample time, wherever that is.
+        sources, _ = _sources(log, joint, {"sample_time": None, **tomllib.loads(text[1]).get("log", {})})
     else:
-        source = _source(log, joint, options)
-        text, findings = _recognised(source, options, estimator)
-    found, samples, picture, servo = _native.identify_log(*text, source, trace=trace)
+        sources, options = _sources(log, joint, options)
+        text, reading, findings = _recognised(sources, options, estimator)
+    found, samples, picture, servo = _native.identify_log(*text, sources, reading, trace=trace)
     return Result(found, columns(samples), findings, picture, text, servo)
 
 
@@ -83,8 +83,8 @@ def predict(result: Result, log: Log, *, joint: str | int | None = None) -> Pred
     """The motion of an identified servo over another log with the same columns, driven by that log's commands alone."""
     if result.servo is None:
         raise ValueError("there is no servo that could predict: identify a log, until the verdict is not aborted or unexplained")
-    source = _in_memory(log) if _has_roles(log, joint, {}) else _source(log, joint, tomllib.loads(result.scenario[1])["log"])
-    return Prediction(*_native.predict(*result.scenario, result.servo, source))
+    sources, _ = _sources(log, joint, tomllib.loads(result.scenario[1])["log"])
+    return Prediction(*_native.predict(*result.scenario, result.servo, sources))
 
 
 @keywords
@@ -137,15 +137,16 @@ def read_log(
     list of records or an object of lists. Its columns are found or stated as for :func:`identify`; of several joints one
     is stated, by its name or number.
     """
-    source = _source(log, joint, options)
-    text = _recognised(source, options)[0] if scenario is None else _scenario.read(scenario)
-    return columns(_native.read_log(*text, source))
+    sources, options = _sources(log, joint, options)
+    text = _recognised(sources, options)[0] if scenario is None else _scenario.read(scenario)
+    return columns(_native.read_log(*text, sources))
 
 
 @keywords
 def page(log: Log, *, joint: str | int | None = None, width: int = 100, **options: Unpack[LogOptions]) -> str:
     """The page that the program ``servo-id identify`` prints."""
-    return _native.page(_source(log, joint, options), _as_options(options), width)
+    sources, options = _sources(log, joint, options)
+    return _native.page(sources, _as_options(options), width)
 
 
 def estimator_of(law: str, identifier: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -154,29 +155,32 @@ def estimator_of(law: str, identifier: Mapping[str, Any] | None) -> dict[str, An
     return {"law": law, **every, **(identifier or {})}
 
 
-def _has_roles(log: Log, joint: str | int | None, options: Mapping[str, Any]) -> bool:
-    """True for columns in memory that have the names of their quantities. A table whose clock is its index has another."""
-    if isinstance(log, (str, PathLike)) or joint is not None or not set(log) <= set(_ROLES):
-        return False
-    has_clock = getattr(getattr(log, "index", None), "dtype", np.dtype(object)).kind in "mM" and "time" not in log
-    return not has_clock and not set(options) & set(_ROLES)
-
-
-def _in_memory(log: Mapping[str, Any], name: str = "log") -> tuple[str, list[tuple[str, npt.NDArray[np.float64]]]]:
-    return name, list(float_columns(log).items())
-
-
-def _source(log: Log, joint: str | int | None, stated: Mapping[str, Any]) -> Any:
-    """A log as the native half takes it: a text, or a name and columns."""
-    named = [str(stated[name]) for name in _ROLES if name in stated]
-    if not isinstance(log, (str, PathLike)):
-        return _in_memory(_read.columns_of(log, joint, named))
-    path = fspath(log)
-    if not _read.is_text(File(path)):
-        return _in_memory(_read.columns_of(File(path), joint, named), path)
-    if joint is not None:
-        raise ValueError(f"{path}: joint: a text log has no joints: state the columns position and command")
-    return path
+def _sources(log: Log, joint: str | int | None, options: Mapping[str, Any]) -> tuple[list[Any], Mapping[str, Any]]:
+    """The recordings of a log as the native half takes them, each a text, or a name and columns. And what is stated of them, with the
+    quantities that columns in memory are named by."""
+    named = [str(options[role]) for role in _ROLES if role in options]
+    if isinstance(log, (str, PathLike)):
+        path = fspath(log)
+        if not _read.is_text(File(path)):
+            return [(path, list(part.items())) for part in _read.columns_of(File(path), joint, named)], options
+        if joint is not None:
+            raise ValueError(f"{path}: joint: a text log has no joints: state the columns position and command")
+        return [path], options
+    if isinstance(log, (list, tuple)) and log and all(isinstance(one, (str, PathLike)) for one in log):
+        return [source for one in log for source in _sources(one, joint, options)[0]], options
+    found = _read.shaped(log)
+    names = [name for name, _ in found]
+    if joint is None and set(names) <= set(_ROLES) and not named:
+        _check_roles(names, options)
+        return [("log", _read.float_columns(found))], {role: role for role in names} | options
+    if joint is None and "" in names:
+        if len(found) < 2:
+            raise ValueError("log: it has one column: pass position and command, as in identify(q, u, sample_time=0.001)")
+        return [("log", _read.float_columns(found))], options
+    # By name: columns without numbers are left out.
+    numbered = {role: options[role] for role in _ROLES if isinstance(options.get(role), int)}
+    by_name = {role: names[number - 1] for role, number in numbered.items() if str(number) not in names and 0 < number <= len(names)}
+    return [("log", list(part.items())) for part in _read.columns_of(dict(found), joint, named)], {**options, **by_name}
 
 
 def _as_options(stated: Mapping[str, Any]) -> dict[str, str]:
@@ -184,18 +188,19 @@ def _as_options(stated: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _recognised(
-    source: Any, options: Mapping[str, Any], estimator: Mapping[str, Any] | None = None
-) -> tuple[tuple[str, str], tuple[tuple[str, str], ...]]:
-    """The scenario of a log without one, its name and its text, and how the log is taken."""
+    sources: list[Any], options: Mapping[str, Any], estimator: Mapping[str, Any] | None = None
+) -> tuple[tuple[str, str], str, tuple[tuple[str, str], ...]]:
+    """The scenario of a log without one, its name and its text, and how the log is taken, as JSON and as sentences."""
     lists = {name: value for name, value in options.items() if name in ("bridge_gaps", "cut")}
     named = {name: value for name, value in options.items() if name not in lists}
-    text, found = _native.recognise_log(source, _as_options(named))
+    text, reading, found = _native.recognise_log(sources, _as_options(named))
     if lists or estimator:
         tables = tomllib.loads(text)
         tables["log"] |= lists
         tables["identifier"] |= estimator or {}
         text = _scenario.read(tables)[1]
-    return (f"the scenario of {source if isinstance(source, str) else source[0]}", text), tuple(found)
+    first = sources[0]
+    return (f"the scenario of {first if isinstance(first, str) else first[0]}", text), reading, tuple(found)
 
 
 def simulate(scenario: Scenario, *, trace: bool = True) -> Result:
@@ -287,18 +292,3 @@ def _of_joint(stated: Mapping[str, Any], number: int, count: int) -> dict[str, A
 
     own = ("torque_constant", "inertia", "kp", "kd", "limit")
     return {name: one(name, value) if name in own else value for name, value in stated.items()}
-
-
-def float_columns(log: Mapping[str, Any]) -> dict[str, npt.NDArray[np.float64]]:
-    """The columns as contiguous float64, without a copy where they are."""
-    arrays = {}
-    for name, column in log.items():
-        array = np.asarray(column)
-        if array.ndim != 1:
-            raise ValueError(
-                f"{name} has the shape {array.shape}: a column has one number per sample; use identify_joints for several joints"
-            )
-        if array.dtype.kind not in "fiu":
-            raise ValueError(f"{name} has the type {array.dtype}: a column must have numbers")
-        arrays[name] = np.ascontiguousarray(array, dtype=np.float64)
-    return arrays

@@ -1,5 +1,6 @@
 """Frames of robot-learning data sets as logs of position and goal."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -24,15 +25,15 @@ def log_of(frames: Any) -> tuple[dict[str, npt.NDArray[np.float64]], list[list[f
     A frame has the action that is given when its state has been seen.
     """
     for name in (GOAL, TIME):
-        if name not in _names(frames):
-            raise ValueError(f"the frames have no {name}: they have {', '.join(_names(frames))}")
+        if name not in names(frames):
+            raise ValueError(f"the frames have no {name}: they have {', '.join(names(frames))}")
     position, goal = _wide(frames[POSITION]), _wide(frames[GOAL])
     if position.shape != goal.shape:
         raise ValueError(
             f"{POSITION} has the shape {position.shape} but {GOAL} has {goal.shape}: pass the columns of the joints only"
         )
     time = np.array(frames[TIME], dtype=np.float64)
-    episode = np.array(frames[_EPISODE]) if _EPISODE in _names(frames) else np.zeros(len(time))
+    episode = np.array(frames[_EPISODE]) if _EPISODE in names(frames) else np.zeros(len(time))
     cut = []
     for begin in np.flatnonzero(np.diff(episode)) + 1:
         last = time[begin - 1]
@@ -43,14 +44,15 @@ def log_of(frames: Any) -> tuple[dict[str, npt.NDArray[np.float64]], list[list[f
     return {"time": time, "position": position, "goal": goal}, cut
 
 
-def _names(frames: Any) -> list[str]:
-    """The columns of a mapping or a data frame, or of a data set that lists them."""
-    return list(getattr(frames, "column_names", frames))
+def names(table: Any) -> list[Any]:
+    """The columns of a mapping, a structured array, or a table that lists them. None of anything else."""
+    listed = getattr(table, "column_names", getattr(table, "columns", getattr(getattr(table, "dtype", None), "names", None)))
+    return list(table if listed is None and isinstance(table, Mapping) else () if listed is None else listed)
 
 
 def is_frames(log: Any) -> bool:
     """True for frames, whose positions have another name than a log's."""
-    return POSITION in _names(log)
+    return POSITION in names(log)
 
 
 def _wide(column: Any) -> npt.NDArray[np.float64]:

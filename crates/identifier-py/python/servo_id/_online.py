@@ -6,8 +6,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from . import _native, _scenario
-from ._experiments import estimator_of, float_columns
+from . import _native, _read, _scenario
+from ._experiments import estimator_of
 from ._keywords import PositionUnit
 
 
@@ -51,11 +51,8 @@ class Identifier:
         if np.ndim(position) == 0 == np.ndim(command):
             self._native.learn(float(position), float(command))
             return
-        arrays = float_columns({"position": position, "command": command})
-        if len(arrays["position"]) != len(arrays["command"]):
-            lengths = {name: len(array) for name, array in arrays.items()}
-            raise ValueError(f"position and command must have the same number of samples, but these have {lengths}")
-        self._native.learn_columns(arrays["position"], arrays["command"])
+        arrays = _read.float_columns([("position", position), ("command", command)])
+        self._native.learn_columns(*(array for _, array in arrays))
 
     def resume(self) -> None:
         """Joins the motion anew behind a gap between samples; the estimates are kept."""

@@ -3,7 +3,7 @@
 import json
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -46,6 +46,8 @@ class Series(NamedTuple):
     stamps: npt.NDArray[np.int64] | None
     """ns; none where the rows are the samples."""
     values: npt.NDArray[np.float64]
+    part: str = ""
+    """The recording that it is of, where a file has several of the servo."""
 
 
 def is_text(path: Path) -> bool:
@@ -53,14 +55,58 @@ def is_text(path: Path) -> bool:
     return path.suffix.lower() not in _KINDS and not path.is_dir()
 
 
-def columns_of(log: Any, joint: str | int | None, stated: Collection[str]) -> Columns:
-    """The columns of a file, a data frame or a mapping: those of one joint, and of the ``stated`` names alone where a position
-    and its command are among them. A row has the numbers of one moment, and NaN for a series that has none then."""
+def columns_of(log: Any, joint: str | int | None, stated: Collection[str]) -> list[Columns]:
+    """The columns of each recording of a file, or of columns by name: those of one joint, and of the ``stated`` names alone where a
+    position and its command are among them. A row has the numbers of one moment, and NaN for a series that has none then."""
     try:
-        series = _of_file(log) if isinstance(log, Path) else _table(log)
-        return _joined(series, joint, stated)
+        parts = defaultdict(list)
+        for series in _of_file(log) if isinstance(log, Path) else _table(log):
+            parts[series.part].append(series)
+        return [_joined(part, joint, stated) for part in parts.values() or [[]]]
     except Fault as fault:
         raise ValueError(f"{log if isinstance(log, Path) else 'log'}: {fault}") from fault.__cause__
+
+
+def shaped(log: Any) -> list[tuple[str, Any]]:
+    """The columns of a log in memory with their names, which those of plain arrays have not: of a table or a mapping, a structured
+    array, an array whose longer side is its rows, a sequence of these, or records."""
+    if isinstance(log, (list, tuple)) and log:
+        if all(isinstance(row, Mapping) for row in log):
+            return shaped({name: [row.get(name) for row in log] for name in dict.fromkeys(name for row in log for name in row)})
+        if any(map(np.ndim, log)):
+            columns: list[tuple[str, Any]] = []
+            for name, column in (column for one in log for column in shaped(one)):
+                # Series of one table have one index.
+                if not name or not any(name == other and np.array_equal(column, of) for other, of in columns):
+                    columns.append((name, column))
+            lengths = {len(column) for _, column in columns}
+            if any(name for name, _ in columns) or len(lengths) > 1 or len(columns) <= max(lengths):
+                return columns
+            log = [column for _, column in columns]
+    if names := _frames.names(log):
+        return [(str(name), log[name]) for name in names] + _clock(log, names)
+    array, name = np.asarray(log), getattr(log, "name", None)
+    if array.ndim not in (1, 2):
+        what = f"an array of the shape {array.shape}" if array.ndim else f"{log!r:.60}"
+        raise ValueError(f"log: {what} is no column: pass columns of position and command, and one of times or sample_time=")
+    unnamed = TIME if array.dtype.kind in "mM" else ""
+    columns = [(unnamed, column) for column in (array.T if len(array) > len(array.T) else np.atleast_2d(array))]
+    return columns if name is None else [(str(name), array), *_clock(log, [name])]
+
+
+def _clock(table: Any, names: Collection[Any]) -> list[tuple[str, Any]]:
+    """The index of a data frame, or of its column, that is the time of its rows, and not their number."""
+    index = getattr(table, "index", None) if hasattr(table, "iloc") else None
+    times = _array(index)
+    if times is None or times.shape[1] > 1 or len(times) < 2:
+        return []
+    steps = np.diff(times[:, 0])
+    is_stamp = index.dtype.kind in "mM"
+    counts_rows = hasattr(index, "step") or bool(np.all(steps % 1.0 == 0.0) and np.min(np.abs(steps)) == 1.0)
+    if not np.median(steps) > 0.0 or (counts_rows and index.name is None and not is_stamp):
+        return []
+    name = TIME if is_stamp else "time" if index.name is None else str(index.name)
+    return [] if name in names else [(name, times[:, 0])]
 
 
 def _of_file(path: Path) -> list[Series]:
@@ -115,13 +161,9 @@ def _moves(values: npt.NDArray[np.float64]) -> bool:
     return known.size > 0 and bool(np.ptp(known) > 0.0)
 
 
-def _table(columns: Any) -> list[Series]:
+def _table(columns: Mapping[str, Any]) -> list[Series]:
     """The series of columns by name, of which most are as long. Matrices of one width have a column for each joint."""
-    found = {str(name): columns[name] for name in columns}
-    index = getattr(columns, "index", None)
-    if getattr(index, "dtype", np.dtype(object)).kind in "mM":
-        found = {TIME: index, **found}
-    arrays = {name: array for name, column in found.items() if (array := _array(column)) is not None}
+    arrays = {name: array for name, column in columns.items() if (array := _array(column)) is not None}
     lengths = Counter(len(array) for array in arrays.values() for _ in range(array.shape[1]))
     rows = max((length for length, count in lengths.items() if count > 1), default=0)
     if rows < 2:
@@ -136,6 +178,27 @@ def _table(columns: Any) -> list[Series]:
             one = name if len(array.T) == 1 or of_joint else f"{name}[{number}]"
             series.append(Series("", one, of_joint, None, np.ascontiguousarray(values)))
     return series
+
+
+def float_columns(columns: Iterable[tuple[str, Any]]) -> list[tuple[str, npt.NDArray[np.float64]]]:
+    """Columns of one number per sample as contiguous float64."""
+    arrays = []
+    for number, (name, column) in enumerate(columns, 1):
+        called, array = name or f"array {number}", _array(column)
+        if array is None:
+            raise ValueError(f"{called} has the type {np.asarray(column).dtype}: a column must have numbers")
+        if array.shape[1] != 1:
+            raise ValueError(
+                f"{called} has the shape {array.shape}: a column has one number per sample; use identify_joints for several joints"
+            )
+        if not np.isfinite(array).any():
+            raise ValueError(f"{called} is empty: it has no number; leave it out, or record it")
+        if arrays and len(array) != len(arrays[0][1]):
+            raise ValueError(
+                f"{called} has {len(array)} samples, but the first column has {len(arrays[0][1])}: cut them to the same length"
+            )
+        arrays.append((name, np.ascontiguousarray(array[:, 0])))
+    return arrays
 
 
 def _array(column: Any) -> npt.NDArray[np.float64] | None:
@@ -308,19 +371,37 @@ def _hdf5(path: Path) -> tuple[dict[str, Any], dict[str, bool]]:
 
 def _npz(path: Path) -> list[Series]:
     with np.load(path) as file:
-        return _table(file)
+        return _table(dict(file))
 
 
 def _json(path: Path) -> list[Series]:
     read = json.loads(path.read_text(encoding="utf-8"))
-    if isinstance(read, list) and all(isinstance(row, dict) for row in read):
-        names = dict.fromkeys(name for row in read for name in row)
-        read = {name: [row.get(name) for row in read] for name in names}
     if isinstance(read, dict) and {"law", "status"} <= read.keys():
         raise Fault("this is a result, not a log: Result(text) has it again")
-    if not isinstance(read, dict):
+    if isinstance(read, dict) and any(test in read for test in _SYSID_TESTS):
+        return [series for test in _SYSID_TESTS if read.get(test) for series in _sysid(read, test)]
+    if not isinstance(read, dict) and not (isinstance(read, list) and all(isinstance(row, dict) for row in read)):
         raise Fault("it is neither a list of records nor an object of lists: write one of these, with one record per sample")
-    return _table(read)
+    return _table(dict(shaped(read)) if read else {})
+
+
+def _sysid(read: dict[str, Any], test: str) -> Iterator[Series]:
+    """The series of a test of WPILib's SysId: positions are turns, times the units of a turn. A drivetrain has two sides."""
+    rows = _array(read[test])
+    sides = None if rows is None else {4: (None,), 9: ("left", "right")}.get(rows.shape[1])
+    if sides is None:
+        raise Fault(f"{test} is no table of SysId: write 4 numbers a row, time, voltage, position and velocity, or 9 of a drivetrain")
+    unit = str(read.get("units", "Rotations")).lower()
+    unit = _SYSID_UNITS.get(unit, unit)
+    scales = [1.0, *[float(read.get("unitsPerRotation", 1.0))] * 2]
+    yield Series("", TIME, None, None, rows[:, 0], test)
+    for place, (field, scale) in enumerate(zip(("voltage_V", f"position_{unit}", f"velocity_{unit}_per_s"), scales)):
+        for number, side in enumerate(sides):
+            yield Series("", field, side, None, scale * rows[:, 1 + len(sides) * place + number], test)
+
+
+_SYSID_TESTS = ("slow-forward", "slow-backward", "fast-forward", "fast-backward")
+_SYSID_UNITS = {"meters": "m", "feet": "ft", "inches": "inch", "radians": "rad", "rotations": "turns", "degrees": "deg"}
 
 
 _KINDS: dict[str, tuple[Callable[[Path], Iterable[Series]], str]] = {

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from . import _native
+
 if TYPE_CHECKING:
     from pandas import DataFrame
 
@@ -166,9 +168,13 @@ class Result:
         known += [(name, *one) for name, one in (self.physical | self.voltage_gains).items()]
         return [(name, f"{value:.6g}", f"{_SIDES * error:.2g}", unit) for name, value, error, unit in known]
 
+    def _read_as(self) -> list[str]:
+        """How the log was read, in lines: its columns, their units and signs, each with its evidence."""
+        return [f"{about}: {text}" for about, text in self.findings] or _native.reading(self.text)
+
     def __repr__(self) -> str:
         rows = [f"  {name} = {value} ± {error} {unit}" for name, value, error, unit in self._rows()]
-        return "\n".join([f"{self.verdict}: {self.reason}", *rows])
+        return "\n".join([f"{self.verdict}: {self.reason}", *rows, *(f"  {line}" for line in self._read_as())])
 
     def _repr_html_(self) -> str:
         cells = lambda tag, row: "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in row)
@@ -177,6 +183,7 @@ class Result:
         return (
             f"<p><b>{html.escape(self.verdict)}</b>: {html.escape(self.reason)}</p>"
             f"<table><tr>{heading}</tr>{rows}</table>"
+            f"<p>{'<br>'.join(map(html.escape, self._read_as()))}</p>"
             + _image(self.picture)
         )
 
@@ -311,7 +318,10 @@ class Gains:
         return self.json.get("form")
 
     def __repr__(self) -> str:
-        return ", ".join(f"{name} = {value:.5g}" for name, value in self.gains.items())
+        if self.form is None:
+            return ", ".join(f"{name} = {value:.5g}" for name, value in self.gains.items())
+        rows = [f"  {one['name']} = {one['value']:.6g} {one['unit']}".rstrip() for one in self.form["parameters"]]
+        return "\n".join([f"{self.form['name']}:", *rows])
 
 
 @dataclass(frozen=True)
