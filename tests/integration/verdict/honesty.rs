@@ -167,6 +167,45 @@ fn exact_servos_that_move_are_converged_and_their_standard_errors_cover() {
 }
 
 #[test]
+fn standard_errors_of_a_fit_are_the_scatter() {
+    const RUNS: usize = 8;
+    let kind = Kind {
+        duration: 1.0,
+        ..KINDS[0]
+    };
+    let plant = "load = 8.0\nresonance = 900.0\nresonance_damping = 0.05\ninertia_ratio = 0.4";
+    for (plant, on_load) in [("load = 8.0", false), (plant, true)] {
+        let runs: Vec<Scenario> = (1..)
+            .take(RUNS)
+            .map(|seed| {
+                let mut scenario = kind.run(seed, plant, "", "law = \"fit\"");
+                scenario.effects.encoder_on_load = on_load;
+                scenario
+            })
+            .collect();
+        let found = in_parallel(&runs, run);
+        // The error of a also holds what so short a log leaves open.
+        for parameter in [Parameter::B, Parameter::Coulomb, Parameter::Load] {
+            let squares = found.iter().map(|summary| {
+                let estimate = summary.estimate(parameter).expect("estimated");
+                let off = estimate.value - summary.truth.expect("known").get(parameter);
+                [off, estimate.std_error.expect("known")].map(|x| x * x)
+            });
+            let [scatter, own] =
+                squares.fold([0.0; 2], |[x, y], [more, further]| [x + more, y + further]);
+            let ratio = (own / scatter).sqrt();
+            println!("on load {on_load}, {}: {ratio:.2}", parameter.name());
+            // Of eight runs a scatter is known to a quarter, and an interval holds more than chance.
+            assert!(
+                (0.5..6.0).contains(&ratio),
+                "on load {on_load}, {}: {ratio}",
+                parameter.name()
+            );
+        }
+    }
+}
+
+#[test]
 fn encoder_errors_alone_raise_no_alarm() {
     let mut random = Random::new(11);
     let runs: Vec<(Kind, &str, Scenario)> = (0..6 * factor::<u32>())
