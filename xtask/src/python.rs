@@ -66,9 +66,14 @@ fn installs(environment: &Path) -> Result<(), String> {
     let texts = pages
         .iter()
         .filter_map(|page| fs::read_to_string(page).ok());
-    let lines = texts.flat_map(|text| text.lines().map(str::to_owned).collect::<Vec<_>>());
-    let lines: BTreeSet<_> = lines
-        .filter(|line| line.starts_with("pip install"))
+    let lines: BTreeSet<String> = texts
+        .flat_map(|text| {
+            let code = text.lines().filter_map(|line| line.split(" #").next());
+            let installs = code.filter(|line| line.starts_with("pip install"));
+            installs
+                .map(|line| line.trim_end().to_owned())
+                .collect::<Vec<_>>()
+        })
         .collect();
     if lines.is_empty() {
         return Err("no page says how the package is installed".to_owned());
