@@ -9,6 +9,7 @@ use super::inner::Inner;
 use super::row::{Row, rows};
 use super::wrap::{Jumps, Period, Unwrap};
 use super::{Jitter, LogError, Table};
+use crate::motion_unit::{AxisKind, MotionUnit};
 use crate::scenario::{LogQuantity, LogSettings, PositionUnit};
 
 /// A recorded log.
@@ -50,8 +51,8 @@ pub struct Found {
     pub separator: Option<&'static str>,
     /// True for numbers with decimal commas.
     pub decimal_commas: bool,
-    /// The row of units below the heading.
-    pub units_row: Option<String>,
+    /// How the text was read, where that is not plain.
+    pub notes: Vec<String>,
     /// The period after which its positions begin again, where they do.
     pub wrapped: Option<f64>,
 }
@@ -162,7 +163,7 @@ impl Log {
                 damaged: table.damaged,
                 separator: table.separator,
                 decimal_commas: table.decimal_commas,
-                units_row: table.units_row.clone(),
+                notes: table.notes.clone(),
                 wrapped,
                 ..Found::default()
             },
@@ -179,7 +180,30 @@ impl Log {
                  a servo that moves"
             )));
         }
+        log.check_speed().map_err(in_file)?;
         Ok(log)
+    }
+
+    /// Checks by its mean speed that the units of position and time can be.
+    fn check_speed(&self) -> Result<(), String> {
+        let (most, unit) = match self.settings.motion_unit() {
+            MotionUnit::Stated(AxisKind::Rotary) => (1e6, "rad/s"),
+            MotionUnit::Stated(AxisKind::Linear) => (1e5, "m/s"),
+            _ => return Ok(()),
+        };
+        let steps = self.rows.windows(2);
+        let way = steps.map(|pair| (pair[1].position - pair[0].position).abs());
+        let speed = way.sum::<f64>() / self.duration();
+        if speed <= most {
+            return Ok(());
+        }
+        let units = &self.settings.units;
+        Err(format!(
+            "its mean speed is {speed:.1e} {unit}, which nothing reaches: state another log.position_unit than \"{}\" or \
+             another log.time_unit than \"{}\"",
+            units.position.name(),
+            units.time.name()
+        ))
     }
 
     /// Finds its segments, computes the commands of an inner loop in each, and adds known torques.

@@ -1,7 +1,7 @@
 //! The bytes of a log.
 
 use std::fs::File;
-use std::io::{self, BufReader, Cursor, Read};
+use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
@@ -12,6 +12,18 @@ use crate::nearest;
 
 /// The name of standard input on a command line, and in messages.
 pub(super) const STANDARD_INPUT: [&str; 2] = ["-", "standard input"];
+
+/// What is packed, with the remedy of a file that was not copied whole.
+struct Packed<R>(MultiGzDecoder<R>);
+
+impl<R: BufRead> Read for Packed<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.0.read(buffer).map_err(|error| {
+            let fault = format!("the packed log ends early or is damaged ({error}): copy it again");
+            io::Error::new(error.kind(), fault)
+        })
+    }
+}
 
 /// The bytes of a file, of a pipe or, for the name `-`, of standard input, unpacked if they are packed with gzip; and
 /// the fingerprint that they have when all are read.
@@ -45,7 +57,7 @@ pub(super) fn open(path: &Path) -> Result<(Box<dyn Read>, Fingerprint), LogError
     let is_packed = first == PACKED;
     let whole = Cursor::new(first).chain(bytes);
     let text: Box<dyn Read> = match is_packed {
-        true => Box::new(MultiGzDecoder::new(BufReader::new(whole))),
+        true => Box::new(Packed(MultiGzDecoder::new(BufReader::new(whole)))),
         false => Box::new(whole),
     };
     Ok((text, fingerprint))

@@ -33,8 +33,8 @@ pub struct LogReading {
     pub separator: Option<&'static str>,
     /// True if its numbers have decimal commas.
     pub decimal_commas: bool,
-    /// Content of the row of units below the heading.
-    pub units_row: Option<String>,
+    /// How the text was read, where that is not plain.
+    pub notes: Vec<String>,
     /// The unit of its positions as they are read.
     pub unit: MotionUnit,
     /// Smallest change of its positions, in that unit, and no finer than 2⁻²³ of their range.
@@ -73,7 +73,7 @@ impl LogReading {
             damaged_lines: found.damaged,
             separator: found.separator,
             decimal_commas: found.decimal_commas,
-            units_row: found.units_row.clone(),
+            notes: found.notes.clone(),
             unit: log.settings().motion_unit(),
             resolution: log.resolution(),
             largest_command: log.largest_command(),

@@ -75,10 +75,10 @@ impl fmt::Display for Sentence<'_, LogReading> {
                 self.0.unit.name()
             )?;
         }
-        if let Some(units) = &self.0.units_row {
-            write!(f, "; the row below the heading holds units ({units})")?;
-        }
-        Ok(())
+        self.0
+            .notes
+            .iter()
+            .try_for_each(|note| write!(f, "; {note}"))
     }
 }
 

@@ -61,10 +61,24 @@ fn with_comma(text: &str) -> Option<f64> {
     format!("{whole}.{decimals}").parse().ok()
 }
 
-/// True for a number, with a decimal point or comma, for a time stamp, and for a missing number by its name, as NaN.
+/// True for a number, with a decimal point or comma, for a missing number by its name, as NaN, for a time stamp, and for a list
+/// of numbers.
 pub(super) fn is_value(cell: &[u8]) -> bool {
-    let is_missing = !cell.trim_ascii().is_empty() && is_missing(cell);
-    is_missing || Decimals::default().number(cell, 1).is_ok() || stamp::seconds(cell).is_some()
+    is_number(cell.trim_ascii()) || stamp::seconds(cell).is_some() || list(cell).is_some()
+}
+
+fn is_number(cell: &[u8]) -> bool {
+    (!cell.is_empty() && is_missing(cell)) || Decimals::default().number(cell, 1).is_ok()
+}
+
+/// The elements of a list of numbers: `[0.1, 0.2]`, `(0.1, 0.2)` or `[0.1 0.2]`.
+pub(super) fn list(cell: &[u8]) -> Option<Vec<&[u8]>> {
+    let ([b'[', inside @ .., b']'] | [b'(', inside @ .., b')']) = cell.trim_ascii() else {
+        return None;
+    };
+    let elements = inside.split(|byte| b", ;\t\n".contains(byte));
+    let elements: Vec<_> = elements.filter(|element| !element.is_empty()).collect();
+    (!elements.is_empty() && elements.iter().all(|element| is_number(element))).then_some(elements)
 }
 
 /// True for a cell of a quantity that was not measured: nothing, or a word for it.

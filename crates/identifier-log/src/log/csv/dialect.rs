@@ -60,11 +60,16 @@ impl Dialect {
     fn in_text(beginning: &[u8]) -> Self {
         /// Lines that are examined.
         const LINES: usize = 400;
-        let mut lines: Vec<_> = (beginning.split(|&byte| byte == b'\n').zip(1..))
-            .map(|(line, number)| (uncommented(line), number))
-            .filter(|(line, _)| !line.is_empty())
-            .take(LINES)
-            .collect();
+        let mut lines: Vec<(Vec<u8>, u64)> = Vec::new();
+        let all = beginning.split(|&byte| byte == b'\n').map(uncommented);
+        for (line, number) in all.zip(1..).filter(|(line, _)| !line.is_empty()) {
+            let count = lines.len();
+            match lines.last_mut().filter(|(last, _)| is_within_list(last)) {
+                Some((last, _)) => last.extend([b" ", line].concat()),
+                None if count == LINES => break,
+                None => lines.push((line.to_vec(), number)),
+            }
+        }
         // Where the beginning ends may be in the middle of a row.
         if lines.len() > 2 && beginning.len() as u64 >= Self::EXAMINED {
             lines.pop();
@@ -95,6 +100,12 @@ impl Dialect {
             best.1 = heading
                 .filter(|heading| *heading < best.1)
                 .unwrap_or(best.1);
+            // Nor does a heading with a name more or fewer than the rows have cells end the table.
+            if let Some(above) = best.1.checked_sub(1)
+                && cells[above].is_heading_of(cells[best.1])
+            {
+                best.1 = above;
+            }
             (separator, best)
         });
         let most = found.iter().map(|(_, (numbers, _))| *numbers).max();
@@ -112,7 +123,7 @@ impl Dialect {
     }
 
     /// The separator that divides the first line most, for a text without a number.
-    fn without_numbers(lines: &[(&[u8], u64)]) -> Self {
+    fn without_numbers(lines: &[(Vec<u8>, u64)]) -> Self {
         let first = lines.first().map_or(&[][..], |(line, _)| line);
         let named = [b';', b'\t', b','];
         let most = |separator: &u8| Cells::of(first, *separator).all;
@@ -136,6 +147,13 @@ impl Dialect {
             .copied()
             .map(name_of)
     }
+}
+
+/// True for a line that ends within a list in quotation marks, which goes on in the next, as numpy writes one of many numbers.
+fn is_within_list(line: &[u8]) -> bool {
+    let mut pieces = line.rsplit(|&byte| byte == b'"');
+    let begins = |piece: &[u8]| piece.starts_with(b"[") || piece.starts_with(b"(");
+    pieces.next().is_some_and(begins) && pieces.count() % 2 == 1
 }
 
 fn name_of(separator: u8) -> &'static str {
@@ -186,6 +204,12 @@ impl Cells {
             }
         }
         cells
+    }
+
+    /// True for words above numbers, one more or fewer.
+    fn is_heading_of(self, row: Self) -> bool {
+        let [names, cells] = [self, row].map(|line| line.all - usize::from(line.ends_empty));
+        self.numbers == 0 && row.numbers > 0 && names > 1 && names.abs_diff(cells) == 1
     }
 
     /// True for lines of one table: a row may have an empty cell behind its last.

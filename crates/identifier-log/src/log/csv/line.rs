@@ -10,7 +10,7 @@ pub(super) fn uncommented(line: &[u8]) -> &[u8] {
 }
 
 /// A row without surrounding quotation marks and without the brackets of a matrix. `[` counts at the beginning, perhaps
-/// behind `name =`, and before a number. `]` and `;` count at the end.
+/// behind `name =`, and before a number, unless its `]` is within the row. `]` and `;` count at the end.
 pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
     let quoted = line
         .strip_prefix(b"\"")
@@ -23,7 +23,11 @@ pub(super) fn bare(line: &[u8], separator: u8) -> &[u8] {
     let opened = memchr::memchr(b'[', line)
         .filter(|place| is_name(line[..*place].trim_ascii()))
         .map(|place| line[place + 1..].trim_ascii_start())
-        .filter(|rest| rest.first().is_some_and(is_of_number));
+        .filter(|rest| rest.first().is_some_and(is_of_number))
+        .filter(|rest| {
+            let closed = memchr::memchr(b']', rest).unwrap_or(rest.len());
+            rest[closed..].iter().all(|byte| b"]; ".contains(byte))
+        });
     let mut bare = opened.unwrap_or(line);
     while let Some((b']' | b';', rest)) = bare.split_last().map(|(last, rest)| (*last, rest)) {
         if separator == b';' && bare.last() == Some(&b';') {

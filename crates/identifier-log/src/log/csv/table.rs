@@ -8,7 +8,7 @@ use super::super::LogError;
 use super::super::error::shortened;
 #[cfg(feature = "files")]
 use super::super::source;
-use super::cell::Decimals;
+use super::cell::{Decimals, is_missing, is_value, list, name_and_value};
 use super::dialect::Dialect;
 use super::{stamp, text};
 use crate::scenario::{Column, MAX_COLUMNS};
@@ -30,8 +30,8 @@ pub struct Table {
     pub has_heading: bool,
     /// True for numbers with decimal commas.
     pub decimal_commas: bool,
-    /// The row of units below the heading.
-    pub units_row: Option<String>,
+    /// How the text was read, where that is not plain.
+    pub notes: Vec<String>,
     /// The rows at which a file begins, besides the first.
     pub begins: Vec<usize>,
     /// Lines of numbers that were left out: few, and of another width than all others.
@@ -279,6 +279,14 @@ struct Reader<'a> {
     dialect: Dialect,
     decimals: Decimals,
     table: Table,
+    /// The rows of words above the numbers, with their lines.
+    heading: Vec<(u64, csv::ByteRecord)>,
+    /// The fault of a heading without a name for the first column, unless that names the rows.
+    unnamed: Option<LogError>,
+    /// The numbers in each cell of a row; 0 of a cell that is no list.
+    lists: Vec<usize>,
+    /// Lines that may be a signal each: the first few, of many cells without names.
+    signals: Option<Vec<(u64, csv::ByteRecord)>>,
     /// The first line of another width, what is wrong with it, and the rows that are narrower than the others.
     damaged: Option<LogError>,
     narrow: Vec<usize>,
@@ -296,6 +304,10 @@ impl<'a> Reader<'a> {
             dialect,
             decimals: Decimals::default(),
             table,
+            heading: Vec::new(),
+            unnamed: None,
+            lists: Vec::new(),
+            signals: None,
             damaged: None,
             narrow: Vec::new(),
         }
@@ -311,7 +323,6 @@ impl<'a> Reader<'a> {
             .delimiter(self.dialect.separator)
             .from_reader(text);
         let mut row = csv::ByteRecord::new();
-        let mut heading = Vec::new();
         loop {
             allowance.renew();
             let line = reader.position().line();
@@ -324,22 +335,80 @@ impl<'a> Reader<'a> {
             }
             // Every line ends with a line feed, so the reader stands on the next one.
             let line = reader.position().line().saturating_sub(1);
-            if !row.iter().any(super::cell::is_value) {
-                // Of several rows of words above the numbers the first as wide has the names, the next the units.
-                if self.table.lines.is_empty() && line >= self.dialect.heading {
-                    heading.push(row.clone());
-                }
-                continue;
-            }
-            if self.table.lines.is_empty() {
-                self.begin(&row, &heading, line)?;
-            }
-            self.add(&row, line)?;
+            self.take(&row, line)?;
         }
+        match self.signals.take() {
+            Some(signals) => self.turned(&signals),
+            None => self.finish(),
+        }
+    }
+
+    /// Takes the next row of text.
+    fn take(&mut self, row: &csv::ByteRecord, line: u64) -> Result<(), LogError> {
+        /// The most lines of a signal each.
+        const MAX_SIGNALS: usize = 20;
+        let is_above = self.table.columns.is_empty();
+        if !row.iter().any(is_value) {
+            // Of several rows of words above the numbers the first as wide has the names, the next the units.
+            if is_above && line >= self.dialect.heading {
+                self.heading.push((line, row.clone()));
+            }
+            return Ok(());
+        }
+        if is_above {
+            self.begin(row, line)?;
+        }
+        match self.signals.take() {
+            Some(mut signals) if signals.len() < MAX_SIGNALS => {
+                signals.push((line, row.clone()));
+                self.signals = Some(signals);
+                return Ok(());
+            }
+            Some(signals) => {
+                self.check_width(line)?;
+                for (line, row) in &signals {
+                    self.add(row, *line)?;
+                }
+            }
+            None => {}
+        }
+        self.add(row, line)
+    }
+
+    /// The table of lines that are a signal each.
+    fn turned(&self, signals: &[(u64, csv::ByteRecord)]) -> Result<Table, LogError> {
+        let samples = bare(&signals[0].1);
+        if let Some((line, row)) = signals.iter().find(|(_, row)| bare(row) != samples) {
+            let fault = format!(
+                "it has {} cells where the first line has {samples}: lines of a signal each must be of one length",
+                bare(row)
+            );
+            return Err(self.fault(*line, fault));
+        }
+        let dialect = Dialect {
+            heading: 1,
+            ..self.dialect
+        };
+        let mut turned = Self::new(self.name, dialect);
+        turned.table.notes = vec!["a signal a line".to_owned()];
+        for (at, line) in (0..samples).zip(1..) {
+            turned.take(&signals.iter().map(|(_, row)| &row[at]).collect(), line)?;
+        }
+        turned.finish()
+    }
+
+    fn finish(mut self) -> Result<Table, LogError> {
         self.leave_out_damaged()?;
+        if let Some(fault) = self.unnamed {
+            if !self.table.columns[0].names_rows() {
+                return Err(fault);
+            }
+            let note = "the first column has no name and names the rows";
+            self.table.notes.push(note.to_owned());
+        }
         self.table.name_pairs()?;
         if self.table.lines.is_empty() {
-            let fault = match heading.len() {
+            let fault = match self.heading.len() {
                 0 => "the file is empty: a log has a row of column names and one row per sample",
                 1 => "the log has a heading and no samples: record the motion of the servo",
                 _ => {
@@ -356,62 +425,127 @@ impl<'a> Reader<'a> {
         LogError::at_line(self.name, line, None, fault)
     }
 
-    /// Takes the names of the columns from the text above the first row of numbers, or from its own cells.
-    fn begin(
-        &mut self,
-        row: &csv::ByteRecord,
-        heading: &[csv::ByteRecord],
-        line: u64,
-    ) -> Result<(), LogError> {
-        // Either may end with a separator behind its last cell.
-        let bare = |row: &csv::ByteRecord| {
-            let last = row.iter().next_back();
-            row.len() - usize::from(last.is_some_and(|cell| cell.trim_ascii().is_empty()))
-        };
-        let is_as_wide = |names: &&csv::ByteRecord| {
-            names.len() == row.len() || [names.len(), bare(names)].contains(&bare(row))
-        };
-        let mut words = heading.iter().rev().filter(is_as_wide);
-        let (units, names) = match (words.next(), words.next()) {
-            (Some(units), Some(names)) => (Some(units), Some(names)),
-            (only, _) => (None, only),
-        };
-        let width = names.map_or(row.len(), |names| names.len().min(row.len()));
+    /// # Errors
+    /// More columns than are allowed.
+    fn check_width(&self, line: u64) -> Result<(), LogError> {
+        let width = self.table.columns.len();
         if width > MAX_COLUMNS as usize {
             let fault = format!("the log has {width} columns: at most {MAX_COLUMNS} are allowed");
             return Err(self.fault(line, fault));
         }
-        let text = |cell: &[u8]| decoded(cell.trim_ascii());
-        let table = &mut self.table;
-        table.columns = vec![TableColumn::default(); width];
-        table.has_heading = names.is_some();
-        if let Some(names) = names {
-            for (column, name) in table.columns.iter_mut().zip(names) {
-                column.name = text(name);
+        Ok(())
+    }
+
+    /// Takes the names of the columns from the text above the first row of numbers, or from its own cells.
+    fn begin(&mut self, row: &csv::ByteRecord, line: u64) -> Result<(), LogError> {
+        /// The fewest cells of a line that may be a signal.
+        const MIN_SAMPLES: usize = 100;
+        let heading = std::mem::take(&mut self.heading);
+        let is_as_wide = |(_, names): &&(u64, csv::ByteRecord)| {
+            names.len() == row.len() || [names.len(), bare(names)].contains(&bare(row))
+        };
+        let mut words = heading.iter().rev().filter(is_as_wide);
+        let (units, mut names) = match (words.next(), words.next()) {
+            (Some(units), Some(names)) => (Some(units), Some(names)),
+            (only, _) => (None, only),
+        };
+        // A name less: R and pandas have none for the names of the rows.
+        let mut unnamed = 0;
+        if let (None, Some(last)) = (names, heading.last())
+            && bare(&last.1).abs_diff(bare(row)) == 1
+        {
+            let fault = format!(
+                "this heading has {} names, but line {line} has {} cells: name each column, or delete this line and state \
+                 the columns by number",
+                bare(&last.1),
+                bare(row)
+            );
+            let fault = self.fault(last.0, fault);
+            if bare(&last.1) > bare(row) {
+                return Err(fault);
             }
-            if let Some(units) = units {
-                let cells: Vec<_> = units.iter().map(text).collect();
-                table.units_row = Some(shortened(&cells.join(", ")));
-                for (column, unit) in table.columns.iter_mut().zip(cells) {
-                    column.unit = unit;
+            (names, unnamed, self.unnamed) = (Some(last), 1, Some(fault));
+        }
+        let text = |cell: &[u8]| decoded(cell.trim_ascii());
+        let texts = |words: &(u64, csv::ByteRecord)| words.1.iter().map(text).collect();
+        let mut name: Vec<String> = vec![String::new(); unnamed];
+        let mut width = row.len();
+        self.table.has_heading = true;
+        if let Some(names) = names {
+            name.extend::<Vec<_>>(texts(names));
+            width = width.min(name.len());
+        } else if row.iter().all(|cell| name_and_value(cell).is_some()) {
+            name.extend(
+                row.iter()
+                    .filter_map(|cell| Some(text(name_and_value(cell)?.0))),
+            );
+        } else {
+            self.table.has_heading = false;
+        }
+        let unit: Vec<String> = units.map_or(Vec::new(), texts);
+        if units.is_some() {
+            let units = shortened(&unit.join(", "));
+            let note = format!("the row below the heading holds units ({units})");
+            self.table.notes.push(note);
+        }
+        for (at, cell) in row.iter().enumerate().take(width) {
+            let [name, unit] = [&name, &unit].map(|of| of.get(at).cloned().unwrap_or_default());
+            let numbers = list(cell).map_or(0, |list| list.len());
+            self.lists.push(numbers);
+            self.table
+                .columns
+                .extend((0..numbers.max(1)).map(|element| TableColumn {
+                    name: match numbers {
+                        0 => name.clone(),
+                        _ => of_element(&name, element),
+                    },
+                    unit: unit.clone(),
+                    ..TableColumn::default()
+                }));
+        }
+        if width >= MIN_SAMPLES && !self.table.has_heading {
+            self.signals = Some(Vec::new());
+            return Ok(());
+        }
+        self.check_width(line)
+    }
+
+    /// A row with a cell for each number of its lists.
+    ///
+    /// # Errors
+    /// A list of another length than in the first row.
+    fn unlisted<'r>(
+        &self,
+        row: &'r csv::ByteRecord,
+        line: u64,
+    ) -> Result<Cow<'r, csv::ByteRecord>, LogError> {
+        if self.lists.iter().all(|numbers| *numbers == 0) {
+            return Ok(Cow::Borrowed(row));
+        }
+        let mut cells = csv::ByteRecord::new();
+        let lengths = self.lists.iter().copied().chain(std::iter::repeat(0));
+        for (cell, length) in row.iter().zip(lengths) {
+            let found = list(cell).filter(|_| length > 0).unwrap_or_default();
+            match length {
+                0 => cells.push_field(cell),
+                _ if found.len() == length => cells.extend(found),
+                _ if is_missing(cell) => cells.extend(std::iter::repeat_n("", length)),
+                _ => {
+                    let fault = format!(
+                        "\"{}\" is no list of {length} numbers as in the first row: write lists of one length",
+                        shortened(&decoded(cell))
+                    );
+                    return Err(self.fault(line, fault));
                 }
             }
-        } else if row
-            .iter()
-            .all(|cell| super::cell::name_and_value(cell).is_some())
-        {
-            table.has_heading = true;
-            for (column, cell) in table.columns.iter_mut().zip(row) {
-                column.name =
-                    super::cell::name_and_value(cell).map_or(String::new(), |(name, _)| text(name));
-            }
         }
-        Ok(())
+        Ok(Cow::Owned(cells))
     }
 
     fn add(&mut self, row: &csv::ByteRecord, line: u64) -> Result<(), LogError> {
         /// Cells of a column that are no numbers which are kept.
         const MAX_OTHERS: usize = 1024;
+        let row = self.unlisted(row, line)?;
         let (width, found) = (self.table.columns.len(), row.len());
         let ends_empty = row
             .get(width)
@@ -419,7 +553,7 @@ impl<'a> Reader<'a> {
         if found > width && !(found == width + 1 && ends_empty) {
             self.table.damaged += 1;
             if self.damaged.is_none() {
-                self.damaged = Some(self.fault(line, self.too_wide(row)));
+                self.damaged = Some(self.fault(line, self.too_wide(&row)));
             }
             return Ok(());
         }
@@ -436,7 +570,7 @@ impl<'a> Reader<'a> {
             .push(u32::try_from(line).unwrap_or(u32::MAX));
         for (at, column) in self.table.columns.iter_mut().enumerate() {
             let cell = row.get(at).unwrap_or_default();
-            let value = if super::cell::is_missing(cell) {
+            let value = if is_missing(cell) {
                 f64::NAN
             } else {
                 match self.decimals.number(cell, line) {
@@ -509,6 +643,37 @@ impl<'a> Reader<'a> {
         }
         fault
     }
+}
+
+impl TableColumn {
+    /// True for text in all cells, and for the numbers of the rows, from 0 or 1.
+    fn names_rows(&self) -> bool {
+        let are_words = self.values.iter().all(|value| value.is_nan()) && !self.others.is_empty();
+        let first = *self.values.first().unwrap_or(&f64::NAN);
+        let mut counted = self.values.iter().zip(0_u32..);
+        let counts = [0.0, 1.0].contains(&first)
+            && counted.all(|(value, row)| (value - first).total_cmp(&f64::from(row)).is_eq());
+        are_words || counts || self.stamps == self.values.len()
+    }
+}
+
+/// The name of a column that has one element of each list. Its unit stays at the end.
+fn of_element(name: &str, element: usize) -> String {
+    let unit = match name.ends_with([']', ')']) {
+        true => name.rfind(['[', '(']),
+        false => None,
+    };
+    match (name, unit) {
+        ("", _) => String::new(),
+        (_, Some(place)) => format!("{}[{element}] {}", name[..place].trim_end(), &name[place..]),
+        (_, None) => format!("{name}[{element}]"),
+    }
+}
+
+/// The cells of a row but for an empty one behind its last.
+fn bare(row: &csv::ByteRecord) -> usize {
+    let last = row.iter().next_back();
+    row.len() - usize::from(last.is_some_and(|cell| cell.trim_ascii().is_empty()))
 }
 
 /// Takes some rows, in their order, out of a column.
@@ -597,6 +762,91 @@ mod tests {
             panic!("{blank:?}");
         };
         assert!(first.is_nan() && second.is_nan() && (third - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_heading_that_does_not_fit_names_the_rows_or_is_refused() {
+        for text in [
+            "t,q,u,\n0,1,2\n0.1,2,3\n",
+            "t,q,u\n0,1,2,\n0.1,2,3,\n",
+            "\nt;q;u;\n0;1;2\n0,1;2;3\n",
+        ] {
+            assert_eq!(names(&table(text)), ["t", "q", "u"], "{text}");
+        }
+        for text in [
+            "\"t\",\"q\"\n\"1\",0.5,3\n\"2\",0.6,4\n",
+            "\tt\tq\n0\t0.5\t3\n1\t0.6\t4\n",
+            "t,q\nfirst,0.5,3\nsecond,0.6,4\n",
+            "t,q\n06:00:00,0.5,3\n06:00:02,0.6,4\n",
+        ] {
+            let found = table(text);
+            assert_eq!(names(&found), ["", "t", "q"], "{text}");
+            assert_eq!(values(&found)[1..], [[0.5, 0.6], [3.0, 4.0]], "{text}");
+            assert!(found.notes[0].contains("no name"), "{text}");
+        }
+        for (text, names) in [
+            ("gain 5\nt,q,u,x\n0,1,2\n1,2,3\n", 4),
+            ("gain 5\nt,q\n0,1,2\n0.1,2,3\n", 2),
+            ("gain 5\nt,q\n2,1,2\n3,2,3\n", 2),
+        ] {
+            let refused = read(text.as_bytes()).expect_err(text);
+            let wrong =
+                format!("log.csv:2: this heading has {names} names, but line 3 has 3 cells");
+            assert!(refused.starts_with(&wrong), "{refused}");
+        }
+    }
+
+    #[test]
+    fn each_element_of_a_list_is_a_column() {
+        for text in [
+            "t,q [rad],u\n0,\"[0.1, 0.2]\",[3]\n1,,[4]\n2,\"[0.5, nan]\",[5]\n",
+            "t;q [rad];u\n0;(0.1, 0.2);[3]\n1;nan;[4]\n2;(0.5, nan);[5]\n",
+            "t\tq [rad]\tu\n0\t[ 0.1 0.2]\t[3.]\n1\t\t[4.]\n2\t[ 0.5  nan]\t[5.]\n",
+        ] {
+            let found = table(text);
+            assert_eq!(names(&found), ["t", "q[0] [rad]", "q[1] [rad]", "u[0]"]);
+            assert_eq!(values(&found)[3], [3.0, 4.0, 5.0], "{text}");
+            let first = &found.columns[1].values;
+            assert!(first[1].is_nan() && first[2] > 0.4, "{first:?}");
+        }
+        let text = "t,q,u\n0,\"[0.1\n 0.2]\",\"[1\n 2]\"\n1,\"[0.3\n 0.4]\",\"[3\n 4]\"\n";
+        let found = table(text);
+        assert_eq!(names(&found), ["t", "q[0]", "q[1]", "u[0]", "u[1]"]);
+        assert_eq!(
+            (values(&found)[4], &found.lines[..]),
+            (&[2.0, 4.0][..], &[4, 7][..])
+        );
+        let found = table("[0.1 0.2],7\n[0.3 0.4],8\n");
+        assert_eq!(values(&found), [[0.1, 0.3], [0.2, 0.4], [7.0, 8.0]]);
+        let refused = read(b"t,q\n0,[1 2]\n1,[3]\n").expect_err("shorter");
+        assert!(
+            refused.starts_with("log.csv:3: \"[3]\" is no list of 2"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn few_lines_of_many_numbers_are_a_signal_each() {
+        let line = |name: &str, from: usize, samples: usize| {
+            let numbers = (from..from + samples).map(|k| format!(",{}", k as f64 / 8.0));
+            format!("{name}{}\n", numbers.collect::<String>())
+        };
+        let found = table(&(line("t", 0, 5000) + &line("q", 1, 5000)));
+        assert_eq!((names(&found), found.rows()), (vec!["t", "q"], 5000));
+        assert_eq!(found.columns[1].values[4998..], [624.875, 625.0]);
+        assert_eq!(found.notes, ["a signal a line"]);
+        let found = table(&(line("0", 0, 100) + &line("1", 1, 100)));
+        assert_eq!((found.rows(), found.has_heading), (101, false));
+        let refused = read((line("t", 0, 500) + &line("q", 1, 499)).as_bytes());
+        let refused = refused.expect_err("shorter");
+        assert!(
+            refused.starts_with("log.csv:2: it has 500 cells"),
+            "{refused}"
+        );
+        let many = line("0", 0, 1000).repeat(21);
+        let refused = read(many.as_bytes()).expect_err("wide");
+        assert!(refused.contains("1001 columns: at most 1000"), "{refused}");
+        assert_eq!(table(&line("0", 0, 999).repeat(21)).rows(), 21);
     }
 
     /// A table of many rows with some lines in the middle.

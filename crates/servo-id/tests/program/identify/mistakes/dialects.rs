@@ -62,6 +62,30 @@ impl Cases {
             ("u_V", &of.command, 5),
         ]);
         self.right("two positions", two);
+        self.named(
+            "a name too many",
+            columns("t_s,q_rad,u_V,x"),
+            "log.csv:1: this",
+        );
+        let numbered = |(k, line): (usize, &str)| match k {
+            0 => format!("{line}\n"),
+            _ => format!("\"{k}\",{line}\n"),
+        };
+        let row_names = plain.lines().enumerate().map(numbered);
+        self.right("row names of R", row_names.collect::<String>());
+        let list = |line: &str| match line.split(',').collect::<Vec<_>>()[..] {
+            [t, q, u] => format!("{t},\"[{q}, 0.5]\",\"[{u}, 0.1]\"\n"),
+            _ => String::new(),
+        };
+        let lists: String = plain.lines().skip(1).map(list).collect();
+        self.right("lists in cells", format!("t_s,q [rad],u [V]\n{lists}"));
+        let signal = |name: &str, values: &[f64]| {
+            let values: String = values.iter().map(|value| format!(",{value:.6}")).collect();
+            format!("{name}{values}\n")
+        };
+        let signals = [("t_s", &of.time), ("q_rad", position), ("u_V", &of.command)];
+        let signals = signals.map(|(name, values)| signal(name, values));
+        self.right("a signal a line", signals.concat());
         self.right("preamble", format!("Drive 7\nrecorded by hand\n{plain}"));
     }
 }

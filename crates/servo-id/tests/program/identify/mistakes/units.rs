@@ -48,6 +48,8 @@ impl Cases {
         self.gain("rad called degrees", called, GAIN.to_radians());
         let called = placed("q_rad", &counts, 0);
         self.gain("counts called rad", called, GAIN * COUNTS / TAU);
+        let called = placed("q_rad", &map(q, |q| 1e6 * q), 0);
+        self.named("microradians called rad", called, "which nothing reaches");
         self.right("millimetres", placed("pos_mm", &map(q, |q| 1e3 * q), 3));
         let wrapped = |period: f64, from: f64, positions: &[f64]| {
             map(positions, |q| {
