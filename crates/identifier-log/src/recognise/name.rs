@@ -92,8 +92,9 @@ const OTHERS: &[&str] = &[
 /// True for words of which one is in a table.
 fn is_among(words: &[String], table: &[&str]) -> bool {
     words.iter().any(|word| {
-        let is_it = |of: &&str| *word == **of || (!of.is_ascii() && word.contains(of));
-        table.iter().any(|of| is_it(&of))
+        table
+            .iter()
+            .any(|of| word == of || (!of.is_ascii() && word.contains(of)))
     })
 }
 

@@ -365,7 +365,7 @@ impl<'a> Reader<'a> {
                 return Ok(());
             }
             Some(signals) => {
-                self.check_width(line)?;
+                self.check_width(signals[0].0)?;
                 for (line, row) in &signals {
                     self.add(row, *line)?;
                 }
