@@ -13,6 +13,9 @@ from ._experiments import page
 from ._native import LOG_OPTIONS
 from .servos import _commands
 
+ALL_COLUMNS = 65_535
+"""Characters to a line in a file or a pipe, which have all columns of a table."""
+
 
 def options(words: Sequence[str]) -> Namespace:
     """The verb of a command line, and its options."""
@@ -37,7 +40,7 @@ def main() -> int:
         return _commands.main(stated)
     keywords = {name: value.strip() for name, value in vars(stated).items() if name != "verb" and value is not None}
     try:
-        text = page(keywords.pop("file"), width=shutil.get_terminal_size((100, 24)).columns, **keywords)
+        text = page(keywords.pop("file"), width=shutil.get_terminal_size((ALL_COLUMNS, 24)).columns, **keywords)
     except (ValueError, TypeError, ImportError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
