@@ -57,6 +57,7 @@ pub fn identify(
     options.check_terms_of_fit()?;
     let options = options.clone().fitted(logs, false);
     let (recorded, agreement, outcome) = with_velocity!(options, f64 => record(&options, logs))?;
+    let options = options.along(&recorded.samples);
     let fitted = recorded.fit(&options, &outcome, goes_on);
     let found = fitted.1.as_ref().map(WholeRecord::found);
     let predicted = predict_logs(&options, found.as_ref(), logs, predictions)?;

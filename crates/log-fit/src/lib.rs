@@ -12,6 +12,6 @@ pub use cause::Cause;
 pub use fit::GoesOn;
 pub use identify::{
     Course, Entered, Estimated, Examined, FreeRun, Identified, Lacking, Logged, MAX_SAMPLES,
-    ModelDemand, Recording, SEPARATED, SecondMode, effects, examine, free_run, identify,
+    ModelDemand, Recording, SEPARATED, SecondMode, Way, effects, examine, free_run, identify,
 };
 pub use scales::{Predicted, TimeScale, predicted, scales_of, surest};

@@ -2,7 +2,7 @@
 
 use identifier_core::reason::Reason;
 use log_fit::fit::Values;
-use log_fit::{Cause, Logged, ModelDemand, Recording, identify};
+use log_fit::{Cause, Logged, ModelDemand, Recording, Way, identify};
 
 use super::Sample;
 use crate::scenario::Scenario;
@@ -70,10 +70,10 @@ impl Recorded {
         if !is_unexplained {
             return Vec::new();
         }
-        let revolution = scenario.stated.identifier.terms.revolution;
+        let way = Way::Turn(scenario.stated.identifier.terms.revolution);
         let recording = match self.block_resolution {
-            None => Recording::new(&self.samples, 1.0 / scenario.stated.resolution, revolution),
-            Some(resolution) => Recording::of_halves(&self.samples, 1.0 / resolution, revolution),
+            None => Recording::new(&self.samples, 1.0 / scenario.stated.resolution, way),
+            Some(resolution) => Recording::of_halves(&self.samples, 1.0 / resolution, way),
         };
         let demand = ModelDemand {
             known: Values::NONE,

@@ -2,6 +2,7 @@
 
 pub(crate) mod campaign;
 mod effects;
+mod gravity;
 mod honesty;
 mod logs;
 mod misdeclared;

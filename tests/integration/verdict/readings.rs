@@ -11,6 +11,7 @@ use std::fmt::Write as _;
 use identifier_log::identify;
 use identifier_log::log::{Log, Table};
 use identifier_log::recognise::{LogOptions, recognise};
+use identifier_log::result::{Reading, Summary};
 use identifier_log::verdict::Status;
 use integration_tests::logs::{RecordedLog, exact};
 use integration_tests::{Random, environment, in_parallel};
@@ -241,20 +242,10 @@ impl Kind {
         setup.counts_per_rev = counts;
         let log = setup.record();
         let text = self.text(&log, &mut Random::new(seed ^ number));
-        let read = Table::of_text("log.csv".as_ref(), std::io::Cursor::new(text));
-        let table = read.expect("a table");
-        let recognised = match recognise(&table, &LogOptions::default()) {
-            Ok(recognised) => recognised,
-            Err(error) => return End::Asked(error.to_string()),
+        let (summary, reading) = match as_a_stranger(text) {
+            Ok(found) => found,
+            Err(asked) => return End::Asked(asked),
         };
-        let options = recognised.options().expect("allowed");
-        let read = Log::new(&table, &options.log_columns(), options.log_sample_time());
-        let log_of = match read {
-            Ok(read) => read,
-            Err(error) => return End::Asked(error.to_string()),
-        };
-        let found = identify(&[log_of], &[], &options, &|| true).expect("a fit");
-        let (summary, reading) = (found.summary, recognised.reading);
         let [per_rad, per_unit] = self.written;
         let of_position = match summary.position_unit.axis() {
             Ok(_) => 1.0,
@@ -277,6 +268,22 @@ impl Kind {
             _ => End::Open(text),
         }
     }
+}
+
+/// Identifies the text of a log as one does who states nothing.
+///
+/// # Errors
+/// The question, or the refusal.
+pub(super) fn as_a_stranger(text: String) -> Result<(Summary, Reading), String> {
+    let read = Table::of_text("log.csv".as_ref(), std::io::Cursor::new(text));
+    let table = read.map_err(|error| error.to_string())?;
+    let recognised =
+        recognise(&table, &LogOptions::default()).map_err(|error| error.to_string())?;
+    let options = recognised.options().map_err(|error| error.to_string())?;
+    let log = Log::new(&table, &options.log_columns(), options.log_sample_time());
+    let log = log.map_err(|error| error.to_string())?;
+    let found = identify(&[log], &[], &options, &|| true).map_err(|error| error.to_string())?;
+    Ok((found.summary, recognised.reading))
 }
 
 /// The logs of each kind that are right, open, asked for and wrong.

@@ -1,8 +1,10 @@
-//! Controllers as users have them: PID, cascade, relay; in SI, and apart from the core's.
+//! Controllers as users have them: none, PID, cascade, relay; in SI, and apart from the core's.
 
 /// The structure and gains of a controller, which takes the position and gives the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Controller {
+    /// None: the reference is the command.
+    Open,
     /// u = kp e + ki ∫e − kd v.
     Pid {
         /// Proportional gain, 1/rad of the limit's unit.
@@ -80,6 +82,7 @@ impl ControlLoop {
         self.time += self.sample_time;
         let (error, velocity) = (reference - position, self.velocity);
         match self.controller {
+            Controller::Open => reference.clamp(-self.limit, self.limit),
             Controller::Pid { kp, ki, kd } => {
                 self.integrate(kp * error - kd * velocity, ki * error)
             }

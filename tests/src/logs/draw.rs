@@ -88,6 +88,82 @@ pub fn two_masses(campaign: u32, number: u32, masses: Masses) -> RecordedLog {
     }
 }
 
+/// The log of a number in the campaign of a seed: a pendulum, an arm or a gimbal, which gravity holds or throws over, in a
+/// motion from a tenth to ten times its own frequency, in a loop or driven openly.
+///
+/// # Panics
+/// If a controller has no servo that it suits.
+#[must_use]
+pub fn under_gravity(campaign: u32, number: u32) -> RecordedLog {
+    const MIN_COUNTS: f64 = 100.0;
+    let mut random = Random::new(distinct_seed(campaign, number));
+    let random = &mut random;
+    loop {
+        let own = random.log_uniform(2.0, 12.0);
+        let motion = own * random.log_uniform(0.1, 10.0);
+        let (faster, period) = (own.max(motion), TAU / motion);
+        let sample_time = 1.0 / random.log_uniform((8.0 * faster).max(100.0), 2000.0);
+        let duration = (20.0 * period).clamp(10.0, 60.0);
+        let swing = random.log_uniform(0.2, 1.5);
+        let limit = random.log_uniform(0.5, 50.0);
+        let a = own * random.log_uniform(0.02, 0.5);
+        let is_open = random.chance(0.3);
+        let needed = if is_open {
+            swing * (own * own - motion * motion).abs().max(a * motion)
+        } else {
+            1.5 * own * own + 2.0 * swing * motion * motion
+        };
+        let authority = needed * random.uniform(1.0, 3.0);
+        let b = authority / limit;
+        let bandwidth = (3.0 * faster).min(0.12 / sample_time);
+        let (controller, amplitude) = if is_open {
+            (Controller::Open, limit * needed / authority)
+        } else {
+            (controller_for(random, b, bandwidth, limit, swing), swing)
+        };
+        if matches!(controller, Controller::Relay { .. }) {
+            continue;
+        }
+        let reference = if random.chance(0.1) {
+            Reference::Chirp {
+                amplitude,
+                frequencies: [motion; 2],
+                sweep: duration,
+            }
+        } else {
+            reference_for(random, amplitude, motion, duration)
+        };
+        let angle = random.uniform(-PI, PI);
+        let setup = LoopSetup {
+            servo: ServoParameters {
+                a,
+                b,
+                coulomb: needed * random.log_uniform(0.002, 0.05),
+                load: 0.0,
+            },
+            effects: Effects {
+                gravity: [own * own * angle.sin(), own * own * angle.cos()],
+                ..Effects::NONE
+            },
+            counts_per_rev: random.log_uniform(2000.0, 65_536.0).round(),
+            sample_time,
+            samples: (duration / sample_time) as usize,
+            skipped: (3.0 / sample_time) as usize,
+            limit,
+            controller,
+            cutoff: (8.0 * bandwidth).min(1.0 / sample_time),
+            bandwidth,
+            reference,
+            present: vec![Effect::Gravity],
+            ..exact_setup(random, [1000.0, 1000.0])
+        };
+        let log = setup.record();
+        if log.range > MIN_COUNTS * TAU / setup.counts_per_rev && log.limited < 0.3 {
+            return log;
+        }
+    }
+}
+
 /// The masses of a drawn servo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Masses {

@@ -248,7 +248,7 @@ mod tests {
             }
         }
         let best = Contest::of(&signals, trials).0[0];
-        (best, signals.is_reversed(&best.trial))
+        (best, signals.is_reversed(&best.trial, 0.0))
     }
 
     #[test]

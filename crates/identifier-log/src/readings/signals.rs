@@ -126,10 +126,16 @@ impl Signals {
         }
     }
 
-    /// True if the command of a trial goes against the motion, by its time scales.
-    pub(crate) fn is_reversed(&self, trial: &Trial) -> bool {
+    /// True if the command of a trial goes against the motion, by its time scales. `radian` are the column's units of a rad;
+    /// zero where it is no angle.
+    pub(crate) fn is_reversed(&self, trial: &Trial, radian: f64) -> bool {
         const ROWS: usize = 4000;
-        let scales = self.thinned(ROWS).motion(trial, log_fit::scales_of);
+        let radian = radian / self.cells[trial.measured];
+        let scales = self
+            .thinned(ROWS)
+            .motion(trial, |positions, commands, begins| {
+                log_fit::scales_of(positions, commands, begins, radian)
+            });
         log_fit::surest(&scales)
             .is_some_and(|scale| scale.values.get(log_fit::fit::Effect::B) < 0.0)
     }

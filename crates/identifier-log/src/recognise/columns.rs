@@ -1,6 +1,7 @@
 //! Finds the quantity of each column. Readings of the columns compete, and names weigh against them.
 
 use super::name::{Named, Quantity, is_role, of_column, words};
+use super::position;
 use super::unit::Unit;
 use super::{log_options::LogOptions, question::Question};
 use crate::log::{Table, TableColumn, extremes, usual_steps};
@@ -579,7 +580,7 @@ impl<'a> Candidates<'a> {
             questions.collect::<Vec<_>>()
         };
         let best = self.chosen_reading(&contest).ok_or_else(none)?;
-        let is_reversed = signals.is_reversed(&best.trial);
+        let is_reversed = signals.is_reversed(&best.trial, self.radian(&best.trial, stated));
         if pushes.is_none() {
             self.must_push(&best.trial, is_reversed, stated)?;
         }
@@ -657,6 +658,25 @@ impl<'a> Candidates<'a> {
             is_reversed,
             next: (!said.is_empty()).then(|| said.join("; ")),
         })
+    }
+
+    /// The units of a trial's measured column to a rad; zero where it is no angle.
+    fn radian(&self, trial: &Trial, stated: &LogOptions) -> f64 {
+        let chosen = self.chosen(trial.measured, "");
+        let is_velocity = trial.order == Order::Velocity;
+        let column = &self.table.columns[trial.measured];
+        let read = position::read(column, &chosen, is_velocity, stated);
+        let units = LogUnits {
+            counts_per_rev: read.counts_per_rev,
+            ..LogUnits::SI
+        };
+        let is_angle = match read.unit {
+            PositionUnit::Radian | PositionUnit::Degree | PositionUnit::Turn => true,
+            PositionUnit::Count => read.counts_per_rev.is_some(),
+            PositionUnit::Metre | PositionUnit::Millimetre | PositionUnit::Own => false,
+        };
+        let per_rad = 1.0 / (units.radians(read.unit) * read.scale);
+        if is_angle { per_rad } else { 0.0 }
     }
 
     /// A command by its name that cannot have acted, beside a goal, or one without a name whose sign is that of a goal.

@@ -1,5 +1,7 @@
 //! The keys of `[physical]`: the scale of torques, and the unit of the command.
 
+use log_fit::{Logged, Way};
+
 use super::Options;
 use super::error::Fault;
 use super::log_units::PositionUnit;
@@ -96,12 +98,27 @@ impl Options {
         }
     }
 
-    /// The travel of a revolution, rad (m); zero where nothing is known of the angle.
-    pub(crate) fn revolution(&self) -> f64 {
+    /// How forces go with the position.
+    pub(crate) fn way(&self) -> Way {
         match self.motion_unit().axis() {
-            Ok(_) => self.stated.identifier.terms.revolution,
-            Err(_) => 0.0,
+            Ok(_) => Way::Turn(self.stated.identifier.terms.revolution),
+            Err(_) => Way::Path {
+                length: self.stated.identifier.terms.revolution,
+            },
         }
+    }
+
+    /// These options with the way of a record whose positions are in a unit that nobody knows.
+    pub(crate) fn along(mut self, samples: &[Logged]) -> Self {
+        if self.motion_unit().axis().is_err() {
+            let positions = || samples.iter().map(|sample| sample.position);
+            let length = positions().fold(f64::NEG_INFINITY, f64::max)
+                - positions().fold(f64::INFINITY, f64::min);
+            if length > 0.0 {
+                self.stated.identifier.terms.revolution = length;
+            }
+        }
+        self
     }
 }
 

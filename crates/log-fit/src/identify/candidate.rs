@@ -40,8 +40,9 @@ const MAX_FIRST_DELAY: f64 = 3.0;
 pub(super) struct Range {
     /// A large velocity, counts/sample.
     pub(super) velocity: f64,
-    /// Distance between the ends of the motion, rad; zero on an axis without angle.
+    /// Distance between the ends of the motion, rad, and whether forces may repeat with it.
     pub(super) angle: f64,
+    pub(super) turns: bool,
     /// The means of sin and cos over the motion.
     pub(super) mean_wave: [f64; 2],
     /// A large command.
@@ -67,6 +68,7 @@ impl Range {
         Self {
             velocity: statistics.velocity,
             angle: recording.span(),
+            turns: recording.turns(),
             mean_wave: recording.mean_wave(1.0),
             peak,
             levels: levels.into_iter().filter(|level| *level > small).collect(),
@@ -160,19 +162,21 @@ impl Candidate {
         }
         // Over a short way only the odd part of a wave shows beside a constant, over a long one both do.
         let [short, long] = SEPARABLE;
-        if range.angle > 0.0 && range.angle < long {
+        if range.angle < long {
             all.push(Self::plain(Cause::Gravity, &[E::GravitySine]));
-            all.push(Self::at(Cause::VaryingInertia, &[E::InertiaSine], 1.0));
         }
         if range.angle > short {
             let gravity = [E::GravitySine, E::GravityCosine];
             all.push(Self::plain(Cause::Gravity, &gravity));
         }
-        if range.angle > long {
+        if range.turns && range.angle < long {
+            all.push(Self::at(Cause::VaryingInertia, &[E::InertiaSine], 1.0));
+        }
+        if range.turns && range.angle > long {
             let eccentricity = [E::EccentricitySine, E::EccentricityCosine];
             all.push(Self::plain(Cause::Eccentricity, &eccentricity));
         }
-        let seen = |order: &f64| range.angle * order >= long;
+        let seen = |order: &f64| range.turns && range.angle * order >= long;
         for order in INERTIA_ORDERS.into_iter().filter(seen) {
             let inertia = [E::InertiaSine, E::InertiaCosine];
             all.push(Self::at(Cause::VaryingInertia, &inertia, order));
@@ -418,7 +422,7 @@ impl Answer {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Logged;
+    use super::super::{Logged, Way};
     use super::*;
 
     #[test]
@@ -436,7 +440,10 @@ mod tests {
                 command: large,
                 bandwidth: 0.1,
             };
-            Range::new(&Recording::new(&samples, 100.0, TAU), &statistics)
+            Range::new(
+                &Recording::new(&samples, 100.0, Way::Turn(TAU)),
+                &statistics,
+            )
         };
         let levels = range(2.0, 5.0).levels;
         let between = levels.iter().filter(|level| (2.0..5.0).contains(*level));

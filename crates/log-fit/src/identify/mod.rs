@@ -43,7 +43,7 @@ pub use candidate::effects;
 pub use course::{Course, FreeRun};
 pub use examine::{Estimated, Examined, Lacking, examine};
 pub use free_run::free_run;
-pub use recording::{Logged, MAX_SAMPLES, Recording};
+pub use recording::{Logged, MAX_SAMPLES, Recording, Way};
 pub use shown::SecondMode;
 use uncertainty::Profile;
 pub use uncertainty::SEPARATED;

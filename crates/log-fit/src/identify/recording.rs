@@ -22,9 +22,9 @@ pub struct Recording<'a> {
     /// Samples of the log to one of the record.
     pub block: f64,
     stride: usize,
-    /// Distance between the ends of the motion, rad; zero on an axis without angle.
+    /// Distance between the ends of the motion, rad of the angle.
     span: f64,
-    /// Counts to a rad of the angle; zero on an axis without angle.
+    /// Counts to a rad of the angle.
     radian: f64,
     /// The mean angle, rad, from which angles count. Around it sin varies with the angle and cos barely. Over a short
     /// distance a wave is then one unknown and a constant.
@@ -59,26 +59,36 @@ impl Logged {
     }
 }
 
+/// How forces go with the position.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Way {
+    /// They repeat after a distance, rad.
+    Turn(f64),
+    /// Nothing is known of an angle: they change over such a motion as over a quarter of a turn.
+    Path {
+        /// From end to end, rad.
+        length: f64,
+    },
+}
+
+impl Way {
+    /// Angle to a rad.
+    fn angle(self) -> f64 {
+        /// The angle that a path is taken for: a wave is nearly a line over it, and its other part a parabola.
+        const PATH: f64 = 1.5;
+        match self {
+            Self::Turn(after) => TAU / after,
+            Self::Path { length } => PATH / length.max(f64::MIN_POSITIVE),
+        }
+    }
+}
+
 /// The units of positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Axis {
     /// Counts to a rad.
     per_rad: f64,
-    /// Angle to a rad; zero on an axis without angle.
-    per_travel: f64,
-}
-
-impl Axis {
-    fn new(per_rad: f64, revolution: f64) -> Self {
-        Self {
-            per_rad,
-            per_travel: if revolution > 0.0 {
-                TAU / revolution
-            } else {
-                0.0
-            },
-        }
-    }
+    way: Way,
 }
 
 /// The most samples of a record: those of a longer log are taken together in blocks.
@@ -91,30 +101,28 @@ const MAX_JUDGED: usize = 1 << 16;
 const PIECE: usize = 1 << 13;
 
 impl<'a> Recording<'a> {
-    /// A recording from the samples of a log, with the counts per rad. The argument `revolution` is the distance after
-    /// which angle-dependent forces repeat, rad; zero for an axis without angle.
+    /// A recording from the samples of a log, with the counts per rad.
     #[must_use]
-    pub fn new(samples: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
+    pub fn new(samples: &'a [Logged], per_rad: f64, way: Way) -> Self {
         let block = match samples.len().min(MAX_TAKEN) {
             count if count <= MAX_SAMPLES => 1,
             // Two samples of the record to a block.
             count => (2 * count).div_ceil(MAX_SAMPLES).max(2),
         };
         let most = if block > 1 { MAX_TAKEN } else { usize::MAX };
-        Self::of(samples, block, most, Axis::new(per_rad, revolution), None)
+        Self::of(samples, block, most, Axis { per_rad, way }, None)
     }
 
     /// The same of every sample, however long the log is.
     #[must_use]
-    pub fn of_every_sample(samples: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
-        let axis = Axis::new(per_rad, revolution);
-        Self::of(samples, 1, usize::MAX, axis, None)
+    pub fn of_every_sample(samples: &'a [Logged], per_rad: f64, way: Way) -> Self {
+        Self::of(samples, 1, usize::MAX, Axis { per_rad, way }, None)
     }
 
     /// A recording from the [halves](Logged::halves) of blocks: only the first half of each has a measured position.
     #[must_use]
-    pub fn of_halves(halves: &'a [Logged], per_rad: f64, revolution: f64) -> Self {
-        let mut recording = Self::new(halves, per_rad, revolution);
+    pub fn of_halves(halves: &'a [Logged], per_rad: f64, way: Way) -> Self {
+        let mut recording = Self::new(halves, per_rad, way);
         recording.stride = 2;
         recording.recorded = recording.commands.clone();
         recording
@@ -144,7 +152,7 @@ impl<'a> Recording<'a> {
         axis: Axis,
         middle: Option<f64>,
     ) -> Self {
-        let turns = axis.per_travel > 0.0;
+        let per_travel = axis.way.angle();
         let mut recording = Self {
             samples,
             axis,
@@ -157,14 +165,10 @@ impl<'a> Recording<'a> {
             block: if block > 1 { 0.5 * block as f64 } else { 1.0 },
             stride: if block > 1 { 2 } else { 1 },
             span: 0.0,
-            radian: if turns {
-                axis.per_rad / axis.per_travel
-            } else {
-                0.0
-            },
+            radian: axis.per_rad / per_travel,
             middle: middle.unwrap_or_else(|| {
                 let sum: f64 = samples.iter().map(|one| one.position).sum();
-                axis.per_travel * sum / samples.len().max(1) as f64
+                per_travel * sum / samples.len().max(1) as f64
             }),
         };
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
@@ -178,7 +182,7 @@ impl<'a> Recording<'a> {
                 (recording.recorded).extend(whole.map(|sample| sample.command));
             }
         }
-        recording.span = axis.per_travel * (ends[1] - ends[0]).max(0.0);
+        recording.span = per_travel * (ends[1] - ends[0]).max(0.0);
         recording
     }
 
@@ -190,18 +194,16 @@ impl<'a> Recording<'a> {
         };
         self.begins.push(self.positions.len());
         self.rows.push(row);
-        let (per_rad, per_travel) = (self.axis.per_rad, self.axis.per_travel);
+        let (per_rad, per_travel) = (self.axis.per_rad, self.axis.way.angle());
         for (k, sample) in motion.iter().enumerate() {
             let position = sample.position;
             self.positions.push((position - origin) * per_rad);
             self.commands.push(sample.command);
             *ends = [ends[0].min(position), ends[1].max(position)];
-            if per_travel > 0.0 {
-                let next = motion.get(k + 1).map_or(position, |next| next.position);
-                let angle = 0.5 * (position + next) * per_travel - self.middle;
-                let (sine, cosine) = angle.sin_cos();
-                self.angles.push([sine, cosine]);
-            }
+            let next = motion.get(k + 1).map_or(position, |next| next.position);
+            let angle = 0.5 * (position + next) * per_travel - self.middle;
+            let (sine, cosine) = angle.sin_cos();
+            self.angles.push([sine, cosine]);
         }
     }
 
@@ -234,9 +236,14 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// Distance between the ends of the motion, rad; zero on an axis without angle.
+    /// Distance between the ends of the motion, rad of the angle.
     pub(super) fn span(&self) -> f64 {
         self.span
+    }
+
+    /// True if forces may repeat with the angle.
+    pub(super) fn turns(&self) -> bool {
+        matches!(self.axis.way, Way::Turn(_))
     }
 
     /// The means of sin Nq and cos Nq over the motion, for a whole N.
@@ -437,7 +444,7 @@ mod tests {
         const PITCH: f64 = 0.03;
         let [samples, further] = [moved(0.0, 1e-4), moved(PITCH / 3.0, 1e-4)];
         let [recording, further] =
-            [&samples, &further].map(|samples| Recording::new(samples, 1e6, PITCH));
+            [&samples, &further].map(|samples| Recording::new(samples, 1e6, Way::Turn(PITCH)));
         assert!((recording.span() - TAU * 0.0099 / PITCH).abs() < 1e-9);
         // A third of the pitch on, a wave about zero is a third of a turn on.
         let values = Values::NONE.with(Effect::GravitySine, 1.0);
@@ -453,7 +460,7 @@ mod tests {
     #[test]
     fn waves_about_zero_are_those_from_the_middle() {
         let samples = moved(0.9, 0.004);
-        let recording = Recording::new(&samples, 100.0, TAU);
+        let recording = Recording::new(&samples, 100.0, Way::Turn(TAU));
         let waves = [
             ([Effect::GravitySine, Effect::GravityCosine], 1.0),
             ([Effect::TorqueRippleSine, Effect::TorqueRippleCosine], 3.0),

@@ -34,10 +34,23 @@ pub struct TimeScale {
 }
 
 /// The answers of positions, counts, under the command from each to the next, with the places at which a motion begins.
+/// `radian` are the counts of a rad; zero where positions are no angles.
 #[must_use]
-pub fn scales_of(positions: &[f64], commands: &[f64], begins: &[usize]) -> Vec<TimeScale> {
+pub fn scales_of(
+    positions: &[f64],
+    commands: &[f64],
+    begins: &[usize],
+    radian: f64,
+) -> Vec<TimeScale> {
+    let angles = positions.windows(2).map(|ends| {
+        let (sine, cosine) = (0.5 * (ends[0] + ends[1]) / radian).sin_cos();
+        [sine, cosine]
+    });
+    let angles: Vec<[f64; 2]> = angles.filter(|_| radian > 0.0).collect();
     let record = Record {
         begins,
+        angles: &angles,
+        radian,
         ..Record::of(positions, commands)
     };
     scales(&record, 0.0)
@@ -154,8 +167,6 @@ impl TimeScale {
         const AS_WELL: [f64; 2] = [1.1, 1e-4];
         /// Correlation of what is missed with a cause that is known, deviation.
         const CORRELATION: f64 = 0.25;
-        /// The part of what is missed without a spring that is missed at most with one.
-        const SPRING: f64 = 0.5;
         let [plain, held] = [false, true].map(|held| Blocks::new(bins, count, noise, held));
         let solved = MODELS.iter().filter_map(|model| {
             let blocks = if model.is_held { &held } else { &plain };
@@ -166,21 +177,9 @@ impl TimeScale {
             let asked = solved.iter().filter(|one| is_asked(one));
             asked.min_by(|one, other| one.missed.total_cmp(&other.missed))
         };
-        let without = best(&|one| !one.has(Column::Spring));
-        let is_possible = |one: &Solution| {
-            !one.has(Column::Spring)
-                || without.is_some_and(|without| {
-                    one.missed < SPRING * without.missed
-                        && one.value(Column::Command) * without.value(Column::Command) > 0.0
-                })
-        };
-        let chosen = best(&is_possible)?;
+        let chosen = best(&|_| true)?;
         let most = AS_WELL[0] * chosen.missed + AS_WELL[1];
-        let rivals = || {
-            solved
-                .iter()
-                .filter(|one| is_possible(one) && one.missed < most)
-        };
+        let rivals = || solved.iter().filter(|one| one.missed < most);
         let mut std_errors = Values::NONE;
         for (column, effect) in PARAMETERS.into_iter().enumerate() {
             let off = rivals().map(|rival| (rival.values[column] - chosen.values[column]).abs());
