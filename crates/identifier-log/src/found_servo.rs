@@ -66,7 +66,7 @@ impl FoundServo {
     /// The measured position minus that of this servo for every sample, rad. The commands alone drive it. See [`free_run`].
     pub(crate) fn free_run(&self, scenario: &Options, samples: &[Logged]) -> Option<Vec<f64>> {
         let units = scenario.units();
-        let recording = Recording::of_every_sample(samples, units.position(), scenario.way());
+        let recording = Recording::of_every_sample(samples, scenario.axis());
         let scale = Scale {
             unit: scenario.motion_unit(),
             time: units.sample_time(),

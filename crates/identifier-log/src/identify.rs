@@ -59,7 +59,12 @@ pub fn identify(
     let (recorded, agreement, outcome) = with_velocity!(options, f64 => record(&options, logs))?;
     let options = options.along(&recorded.samples);
     let fitted = recorded.fit(&options, &outcome, goes_on);
-    let found = fitted.1.as_ref().map(WholeRecord::found);
+    let whole = fitted.1.as_ref();
+    let options = Options {
+        between: whole.map_or(options.between, WholeRecord::between),
+        ..options
+    };
+    let found = whole.map(WholeRecord::found);
     let predicted = predict_logs(&options, found.as_ref(), logs, predictions)?;
     let notes = ReplayNotes {
         agreement,

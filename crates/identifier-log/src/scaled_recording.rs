@@ -19,7 +19,7 @@ impl<'a> ScaledRecording<'a> {
     /// Scales the samples of a scenario's servo.
     pub(crate) fn new(scenario: &Options, samples: &'a [Logged]) -> Self {
         let units = scenario.units();
-        let recording = Recording::new(samples, units.position(), scenario.way());
+        let recording = Recording::new(samples, scenario.axis());
         let scale = Scale {
             unit: scenario.motion_unit(),
             time: units.sample_time() * recording.block,

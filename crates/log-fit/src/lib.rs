@@ -11,7 +11,8 @@ mod scales;
 pub use cause::Cause;
 pub use fit::GoesOn;
 pub use identify::{
-    Course, Entered, Estimated, Examined, FreeRun, Identified, Lacking, Logged, MAX_SAMPLES,
-    ModelDemand, Recording, SEPARATED, SecondMode, Way, effects, examine, free_run, identify,
+    Axis, Between, Course, Entered, Estimated, Examined, FreeRun, Identified, Lacking, Logged,
+    MAX_SAMPLES, ModelDemand, Recording, SEPARATED, SecondMode, Way, effects, examine, free_run,
+    identify,
 };
 pub use scales::{Predicted, TimeScale, predicted, scales_of, surest};

@@ -2,7 +2,7 @@
 
 use identifier_core::reason::Reason;
 use log_fit::fit::Values;
-use log_fit::{Cause, Logged, ModelDemand, Recording, Way, identify};
+use log_fit::{Axis, Cause, Logged, ModelDemand, Recording, Way, identify};
 
 use super::Sample;
 use crate::scenario::Scenario;
@@ -71,9 +71,10 @@ impl Recorded {
             return Vec::new();
         }
         let way = Way::Turn(scenario.stated.identifier.terms.revolution);
+        let axis = |resolution: f64| Axis::new(1.0 / resolution, way);
         let recording = match self.block_resolution {
-            None => Recording::new(&self.samples, 1.0 / scenario.stated.resolution, way),
-            Some(resolution) => Recording::of_halves(&self.samples, 1.0 / resolution, way),
+            None => Recording::new(&self.samples, axis(scenario.stated.resolution)),
+            Some(resolution) => Recording::of_halves(&self.samples, axis(resolution)),
         };
         let demand = ModelDemand {
             known: Values::NONE,

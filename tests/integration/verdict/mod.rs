@@ -1,5 +1,6 @@
 //! Reliability of the verdict and of the named causes, over many runs.
 
+mod between_rows;
 pub(crate) mod campaign;
 mod effects;
 mod gravity;
@@ -8,3 +9,4 @@ mod logs;
 mod misdeclared;
 mod naming;
 mod readings;
+mod stranger;

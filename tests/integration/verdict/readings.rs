@@ -8,13 +8,11 @@
 
 use std::fmt::Write as _;
 
-use identifier_log::identify;
-use identifier_log::log::{Log, Table};
-use identifier_log::recognise::{LogOptions, recognise};
-use identifier_log::result::{Reading, Summary};
 use identifier_log::verdict::Status;
 use integration_tests::logs::{RecordedLog, exact};
 use integration_tests::{Random, environment, in_parallel};
+
+use super::stranger::as_a_stranger;
 
 /// How a log is written.
 struct Kind {
@@ -268,22 +266,6 @@ impl Kind {
             _ => End::Open(text),
         }
     }
-}
-
-/// Identifies the text of a log as one does who states nothing.
-///
-/// # Errors
-/// The question, or the refusal.
-pub(super) fn as_a_stranger(text: String) -> Result<(Summary, Reading), String> {
-    let read = Table::of_text("log.csv".as_ref(), std::io::Cursor::new(text));
-    let table = read.map_err(|error| error.to_string())?;
-    let recognised =
-        recognise(&table, &LogOptions::default()).map_err(|error| error.to_string())?;
-    let options = recognised.options().map_err(|error| error.to_string())?;
-    let log = Log::new(&table, &options.log_columns(), options.log_sample_time());
-    let log = log.map_err(|error| error.to_string())?;
-    let found = identify(&[log], &[], &options, &|| true).map_err(|error| error.to_string())?;
-    Ok((found.summary, recognised.reading))
 }
 
 /// The logs of each kind that are right, open, asked for and wrong.

@@ -172,6 +172,7 @@ impl Assessment {
                 reverses: true,
                 delay_at_bound: false,
                 was_stopped: false,
+                is_explained: true,
             }),
             scales: scale.scales(&found.statistics, command.deviation()?),
             covariance: ErrorCovariance::new(&found.estimated, &found.covariance, &scale),

@@ -2,7 +2,7 @@
 
 use identifier_core::parameters::{PerQuantity, ServoParameters, Terms, Unknown};
 use log_fit::fit::Effect;
-use log_fit::{GoesOn, Identified, Logged, ModelDemand, identify};
+use log_fit::{Between, GoesOn, Identified, Logged, ModelDemand, identify};
 
 use super::rough::RoughAnswer;
 use crate::experiment::TermEstimate;
@@ -48,6 +48,11 @@ impl WholeRecord {
     #[must_use]
     pub fn found(&self) -> FoundServo {
         self.all
+    }
+
+    /// What acted between the rows.
+    pub(crate) fn between(&self) -> Between {
+        self.found.between
     }
 
     /// The standard error of an unknown, infinite for one that was not estimated.
@@ -184,12 +189,14 @@ impl Scale {
                 reverses: found.reverses,
                 delay_at_bound: found.delay_at_bound,
                 was_stopped: found.was_stopped,
+                is_explained: found.is_explained,
             },
             needs_more_amplitudes: found.needs_more_amplitudes.clone(),
             noise: found.noise,
             notes: FitNotes {
                 samples,
                 command_recorded_late: found.lateness,
+                command_between_rows: found.between.name(),
                 braking: found.braking.map(|[value, std_error]| BrakingForce {
                     value: value * self.of(Effect::Load),
                     std_error: std_error * self.of(Effect::Load),

@@ -662,10 +662,9 @@ impl<'a> Candidates<'a> {
 
     /// The units of a trial's measured column to a rad; zero where it is no angle.
     fn radian(&self, trial: &Trial, stated: &LogOptions) -> f64 {
-        let chosen = self.chosen(trial.measured, "");
         let is_velocity = trial.order == Order::Velocity;
         let column = &self.table.columns[trial.measured];
-        let read = position::read(column, &chosen, is_velocity, stated);
+        let read = position::read(column, &self.named[trial.measured], is_velocity, stated);
         let units = LogUnits {
             counts_per_rev: read.counts_per_rev,
             ..LogUnits::SI

@@ -122,7 +122,12 @@ pub fn recognise(table: &Table, stated: &LogOptions) -> Result<Recognised, Unrec
         settings.units.command_scale = sign * columns.command_part(stated.command_unit);
     }
     let measured = &table.columns[columns.position.index];
-    let position = position::read(measured, &columns.position, columns.is_velocity, stated);
+    let position = position::read(
+        measured,
+        &columns.position.named,
+        columns.is_velocity,
+        stated,
+    );
     settings.units.position = position.unit;
     settings.units.position_scale *= position.scale;
     let counts_per_rev = position.counts_per_rev;

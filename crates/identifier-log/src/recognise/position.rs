@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::LogOptions;
-use super::columns::Chosen;
+use super::name::Named;
 use super::unit::Unit;
 use crate::log::{Jumps, Period, TableColumn};
 use crate::readings::{Positions, held, is_usual, is_whole};
@@ -50,13 +50,13 @@ const fn open(named: Option<Unit>) -> &'static str {
 /// Reads the unit of a column. A unit that neither name nor content shows is the column's own.
 pub(super) fn read(
     column: &TableColumn,
-    chosen: &Chosen,
+    named: &Named,
     is_velocity: bool,
     stated: &LogOptions,
 ) -> PositionReading {
     let counts_per_rev = stated.counts_per_rev.filter(|counts| *counts != 0.0);
     if is_velocity && stated.position_unit.is_none() {
-        let (unit, scale, evidence) = match chosen.named.unit {
+        let (unit, scale, evidence) = match named.unit {
             Some(Unit::Rate(unit, scale)) => (unit, scale, BY_NAME),
             of => (PositionUnit::Own, 1.0, open(of)),
         };
@@ -73,9 +73,9 @@ pub(super) fn read(
     let step = Positions::of(values.clone()).and_then(|of| of.step());
     let of_encoder = step.filter(|step| !is_rounding(values, *step));
     let period = period(column, stated);
-    let found = unit(chosen, stated, of_encoder, period);
-    let (unit, evidence) = found.unwrap_or((PositionUnit::Own, open(chosen.named.unit)));
-    let part = match chosen.named.unit {
+    let found = unit(named, stated, of_encoder, period);
+    let (unit, evidence) = found.unwrap_or((PositionUnit::Own, open(named.unit)));
+    let part = match named.unit {
         Some(Unit::Position(_, part)) if evidence == BY_NAME => part,
         _ => 1.0,
     };
@@ -132,7 +132,7 @@ impl PositionReading {
 
 /// The unit with its evidence; none where nothing shows it.
 fn unit(
-    chosen: &Chosen,
+    named: &Named,
     stated: &LogOptions,
     step: Option<f64>,
     period: Option<(PositionUnit, f64)>,
@@ -140,7 +140,7 @@ fn unit(
     if let Some(unit) = stated.position_unit {
         return Some((unit, "as stated"));
     }
-    if let Some(Unit::Position(unit, _)) = chosen.named.unit {
+    if let Some(Unit::Position(unit, _)) = named.unit {
         return Some((unit, BY_NAME));
     }
     if let Some((unit, _)) = period {
@@ -175,8 +175,7 @@ fn unit(
             PositionUnit::Degree => is_usual(counts) && counts.round() % 9.0 != 0.0,
             // Shares of a range have steps of one over a power of two.
             PositionUnit::Turn => {
-                is_usual(counts)
-                    && (chosen.named.turns || !(counts.round() as u64).is_power_of_two())
+                is_usual(counts) && (named.turns || !(counts.round() as u64).is_power_of_two())
             }
             _ => is_usual(counts),
         }

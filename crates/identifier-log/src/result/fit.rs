@@ -10,6 +10,8 @@ pub struct FitNotes {
     /// Samples by which the command was recorded late, in a row after the one from which it acted. None if it was not.
     /// The estimates are those with the command where it acted.
     pub command_recorded_late: Option<f64>,
+    /// `sampled` or `averaged` where the command changed between the rows, whose loop is faster than the log.
+    pub command_between_rows: Option<&'static str>,
     /// The braking force of a motion in one direction, friction and load together, rad/s². The two are one force then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub braking: Option<BrakingForce>,

@@ -43,6 +43,7 @@ use identifier_core::parameters::{Parameter, PerParameter};
 use identifier_core::settings::{ControllerSettings, GainError, SettingsError};
 use identifier_core::stability::CertificateError;
 use identifier_core::units::Units;
+use log_fit::Between;
 
 use crate::column_reading::Reading;
 use names::named;
@@ -100,6 +101,8 @@ pub struct Options {
     pub physical: PhysicalSettings,
     /// How the columns of the log were recognised, which no text states.
     pub reading: Option<Reading>,
+    /// What acted between the rows of the log, which its fit says.
+    pub between: Between,
 }
 
 named! {
@@ -170,6 +173,7 @@ impl Options {
             inner: None,
             physical: PhysicalSettings::NONE,
             reading: None,
+            between: Between::Held,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The keys of `[physical]`: the scale of torques, and the unit of the command.
 
-use log_fit::{Logged, Way};
+use log_fit::{Axis, Logged, Way};
 
 use super::Options;
 use super::error::Fault;
@@ -98,13 +98,17 @@ impl Options {
         }
     }
 
-    /// How forces go with the position.
-    pub(crate) fn way(&self) -> Way {
-        match self.motion_unit().axis() {
+    /// What is known of the rows of its logs.
+    pub(crate) fn axis(&self) -> Axis {
+        let way = match self.motion_unit().axis() {
             Ok(_) => Way::Turn(self.stated.identifier.terms.revolution),
             Err(_) => Way::Path {
                 length: self.stated.identifier.terms.revolution,
             },
+        };
+        Axis {
+            between: self.between,
+            ..Axis::new(self.units().position(), way)
         }
     }
 

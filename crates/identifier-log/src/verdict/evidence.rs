@@ -51,6 +51,8 @@ pub struct FitEvidence {
     pub delay_at_bound: bool,
     /// True if it was stopped before its end.
     pub was_stopped: bool,
+    /// True if it explains the record down to the noise of its sensor.
+    pub is_explained: bool,
 }
 
 /// The servo's motion.

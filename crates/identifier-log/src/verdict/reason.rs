@@ -11,6 +11,11 @@ use crate::motion_unit::MotionUnit;
 pub enum VerdictReason {
     /// No rejection reason.
     Explained,
+    /// Estimates are within tolerance, with the errors of what the model leaves of the motion.
+    Left {
+        /// What it leaves from one sample to the next over the sensor's noise.
+        ratio: f64,
+    },
     /// The run ended early.
     EndedEarly,
     /// There is no estimate.
@@ -132,12 +137,13 @@ impl VerdictReason {
     /// The number of [`VerdictReason::Rough`].
     pub(crate) const ROUGH: u8 = 50;
 
-    /// Its number in results, the same in every version. 0 is converged; from 10 aborted, from 20 no information, from
+    /// Its number in results, the same in every version. 0 and 1 are converged; from 10 aborted, from 20 no information, from
     /// 30 moving, from 40 unexplained, 50 rough, 51 assumed.
     ///
     /// | code | reason |
     /// |---|---|
     /// | 0 | no rejection reason |
+    /// | 1 | the same, and the model leaves more of the motion than the sensor's noise |
     /// | 10 | the run ended early |
     /// | 20 | there is no estimate |
     /// | 21 | too few samples |
@@ -163,6 +169,7 @@ impl VerdictReason {
     pub const fn code(&self) -> u8 {
         match self {
             Self::Explained => 0,
+            Self::Left { .. } => 1,
             Self::EndedEarly => 10,
             Self::NoEstimate { .. } => 20,
             Self::TooShort { .. } => 21,
@@ -231,6 +238,11 @@ impl VerdictReason {
         match self {
             Self::Explained => f.write_str(
                 "all estimates are within tolerance and settled; no missing effect was found",
+            ),
+            Self::Left { ratio } => write!(
+                f,
+                "all estimates are within tolerance and settled; from one sample to the next the model leaves {ratio:.1} times the \
+                 sensor's noise, which is in the errors"
             ),
             Self::EndedEarly => f.write_str("the run ended early"),
             Self::Assumed => f.write_str(

@@ -122,7 +122,7 @@ impl Verdict {
             .or_else(|| one_direction(evidence))
             .or_else(|| not_excited(evidence))
             .or_else(|| assumed(evidence))
-            .unwrap_or((Status::Converged, VerdictReason::Explained));
+            .unwrap_or((Status::Converged, explained(evidence)));
         Self { status, reason }
     }
 }
@@ -333,6 +333,16 @@ fn scales_differ(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
 /// No number holds whose unit nothing shows.
 fn assumed(evidence: &Evidence) -> Option<(Status, VerdictReason)> {
     (evidence.is_assumed).then_some((Status::Partial, VerdictReason::Assumed))
+}
+
+/// The reason of a verdict that nothing speaks against.
+fn explained(evidence: &Evidence) -> VerdictReason {
+    match (evidence.fit, evidence.innovation) {
+        (Some(fit), Some(left)) if !fit.is_explained => VerdictReason::Left {
+            ratio: left.rms / left.resolution_rms,
+        },
+        _ => VerdictReason::Explained,
+    }
 }
 
 fn moving(evidence: &Evidence) -> Option<(Status, VerdictReason)> {

@@ -422,7 +422,7 @@ impl Answer {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Logged, Way};
+    use super::super::{Axis, Logged, Way};
     use super::*;
 
     #[test]
@@ -441,7 +441,7 @@ mod tests {
                 bandwidth: 0.1,
             };
             Range::new(
-                &Recording::new(&samples, 100.0, Way::Turn(TAU)),
+                &Recording::new(&samples, Axis::new(100.0, Way::Turn(TAU))),
                 &statistics,
             )
         };

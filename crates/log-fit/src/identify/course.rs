@@ -1,6 +1,6 @@
 //! A record beside the model that was identified.
 
-use crate::fit::{Horizon, Record, RecordFitter};
+use crate::fit::{Effect, Horizon, Record, RecordFitter};
 
 use super::every_sample::of_samples;
 use super::{Identified, Recording};
@@ -34,6 +34,26 @@ const HORIZONS: f64 = 30.0;
 const KNOWN: f64 = 1.5;
 
 impl Identified {
+    /// With what its model leaves of the record in the errors: where that is more than the sensor's noise, b may be off by its
+    /// difference to the equation of motion at the surest time scale, beyond that one's own error.
+    pub(super) fn with_the_rest(mut self, recording: &Recording<'_>) -> Self {
+        /// Deviations of the sensor's noise, and the correlation from sample to sample, beyond which it is more.
+        const MORE: [f64; 2] = [1.5, 0.5];
+        let course = self.course(recording);
+        self.is_explained = course.is_none_or(|course| {
+            course.innovation < MORE[0] * self.statistics.noise || course.correlation < MORE[1]
+        });
+        let mut estimated = self.estimated.iter();
+        let gain = estimated.position(|(effect, _)| *effect == Effect::B);
+        if let Some((scale, gain)) = self.acting.zip(gain).filter(|_| !self.is_explained) {
+            let off = scale.values.get(Effect::B) - self.values.get(Effect::B);
+            let own = scale.std_errors.get(Effect::B);
+            self.covariance[gain][gain] += (off * off - own * own).max(0.0);
+            self.estimated[gain].1 = self.covariance[gain][gain].sqrt();
+        }
+        self
+    }
+
     /// The course of the recording beside its model; none if the model diverges in it.
     #[must_use]
     pub fn course(&self, recording: &Recording<'_>) -> Option<Course> {

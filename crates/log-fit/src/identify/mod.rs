@@ -1,5 +1,6 @@
 //! Identification of a whole record at once: the fit, and the effects that it needs.
 
+mod between;
 mod candidate;
 mod course;
 mod effect_selection;
@@ -39,11 +40,12 @@ use crate::scales::{TimeScale, scales, surest};
 
 pub use model::Entered;
 
+pub use between::Between;
 pub use candidate::effects;
 pub use course::{Course, FreeRun};
 pub use examine::{Estimated, Examined, Lacking, examine};
 pub use free_run::free_run;
-pub use recording::{Logged, MAX_SAMPLES, Recording, Way};
+pub use recording::{Axis, Logged, MAX_SAMPLES, Recording, Way};
 pub use shown::SecondMode;
 use uncertainty::Profile;
 pub use uncertainty::SEPARATED;
@@ -71,6 +73,8 @@ pub struct Identified {
     pub lateness: Option<f64>,
     /// Gain in −2 ln L over b fixed at 0.8 and 1.25 of itself.
     pub profile: [f64; 2],
+    /// What acted between two rows.
+    pub between: Between,
     /// True if the delay is the longest that is looked for.
     pub delay_at_bound: bool,
     /// Figures of the record.
@@ -86,6 +90,8 @@ pub struct Identified {
     pub acting: Option<TimeScale>,
     /// What the record says of a second mode beside this model, by its frequency.
     pub second_modes: Vec<SecondMode>,
+    /// True if the model explains the record down to the noise of its sensor.
+    pub is_explained: bool,
     /// True if it was stopped before its end: this is what was known then.
     pub was_stopped: bool,
 }
@@ -130,6 +136,12 @@ pub fn identify(
                 demand.required.push(effect);
             }
         }
+    }
+    let between = recording.axis().between;
+    if between == Between::Held
+        && let Some(acted) = recording.between_rows(&values)
+    {
+        return identify(&acted, &acted.scales(), &demand, goes_on);
     }
     let range = Range::new(recording, &earliest.statistics);
     let on_time = RecordFitter {
@@ -243,7 +255,7 @@ pub fn identify(
         .min(innovations.max(QUANTISATION_SIGMA));
     let (found, estimated, covariance) =
         recording.about_zero(&values.with(Effect::Load, load), &model.free, &covariance);
-    Some(Identified {
+    let found = Identified {
         values: found,
         estimated,
         covariance,
@@ -254,6 +266,7 @@ pub fn identify(
         jitter: jitter.map(|jitter| jitter.deviation),
         lateness: (fitter.earliest < 0.0).then(|| -values.get(Effect::Delay) * recording.block),
         profile: profile.increases,
+        between,
         delay_at_bound,
         statistics: fitter.statistics,
         horizon: model.fitted.horizon,
@@ -262,7 +275,9 @@ pub fn identify(
         acting: acting(&record, fitter.statistics.noise, values),
         second_modes,
         was_stopped: !goes_on(),
-    })
+        is_explained: true,
+    };
+    Some(found.with_the_rest(recording))
 }
 
 /// The surest time scale of a record with the command that acted by a model, and without the forces that it knows.

@@ -1,9 +1,12 @@
 //! A run or a log as the fit takes it: counts, commands, angles.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-use crate::fit::{Effect, Matrix, Record, RecordStatistics, Values};
+use crate::fit::{Effect, Matrix, Record, RecordFitter, RecordStatistics, Values};
 use crate::scales::{TimeScale, scales};
+
+use super::between::Between;
 
 /// A recorded motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,12 +86,28 @@ impl Way {
     }
 }
 
-/// The units of positions.
+/// What is known of the rows of a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Axis {
+pub struct Axis {
     /// Counts to a rad.
-    per_rad: f64,
-    way: Way,
+    pub per_rad: f64,
+    /// How forces go with the position.
+    pub way: Way,
+    /// What acted between two rows.
+    pub between: Between,
+}
+
+impl Axis {
+    /// One whose commands are held.
+    #[must_use]
+    pub const fn new(per_rad: f64, way: Way) -> Self {
+        let between = Between::Held;
+        Self {
+            per_rad,
+            way,
+            between,
+        }
+    }
 }
 
 /// The most samples of a record: those of a longer log are taken together in blocks.
@@ -101,28 +120,28 @@ const MAX_JUDGED: usize = 1 << 16;
 const PIECE: usize = 1 << 13;
 
 impl<'a> Recording<'a> {
-    /// A recording from the samples of a log, with the counts per rad.
+    /// A recording from the samples of a log.
     #[must_use]
-    pub fn new(samples: &'a [Logged], per_rad: f64, way: Way) -> Self {
+    pub fn new(samples: &'a [Logged], axis: Axis) -> Self {
         let block = match samples.len().min(MAX_TAKEN) {
             count if count <= MAX_SAMPLES => 1,
             // Two samples of the record to a block.
             count => (2 * count).div_ceil(MAX_SAMPLES).max(2),
         };
         let most = if block > 1 { MAX_TAKEN } else { usize::MAX };
-        Self::of(samples, block, most, Axis { per_rad, way }, None)
+        Self::of(samples, block, most, axis, None)
     }
 
     /// The same of every sample, however long the log is.
     #[must_use]
-    pub fn of_every_sample(samples: &'a [Logged], per_rad: f64, way: Way) -> Self {
-        Self::of(samples, 1, usize::MAX, Axis { per_rad, way }, None)
+    pub fn of_every_sample(samples: &'a [Logged], axis: Axis) -> Self {
+        Self::of(samples, 1, usize::MAX, axis, None)
     }
 
     /// A recording from the [halves](Logged::halves) of blocks: only the first half of each has a measured position.
     #[must_use]
-    pub fn of_halves(halves: &'a [Logged], per_rad: f64, way: Way) -> Self {
-        let mut recording = Self::new(halves, per_rad, way);
+    pub fn of_halves(halves: &'a [Logged], axis: Axis) -> Self {
+        let mut recording = Self::new(halves, axis);
         recording.stride = 2;
         recording.recorded = recording.commands.clone();
         recording
@@ -173,6 +192,7 @@ impl<'a> Recording<'a> {
         };
         let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
         for (row, motion) in motions(samples, most) {
+            let motion = &acted(motion, axis.between)[..];
             if block == 1 {
                 recording.add(row, motion, &mut ends);
             } else {
@@ -239,6 +259,39 @@ impl<'a> Recording<'a> {
     /// Distance between the ends of the motion, rad of the angle.
     pub(super) fn span(&self) -> f64 {
         self.span
+    }
+
+    /// What is known of its rows.
+    pub(super) const fn axis(&self) -> Axis {
+        self.axis
+    }
+
+    /// The same rows with other knowledge of them; none of the halves of blocks, whose commands acted.
+    pub(super) fn with(&self, axis: Axis) -> Option<Self> {
+        let has_rows = self.block > 1.0 || self.stride == 1;
+        has_rows.then(|| Self::new(self.samples, axis))
+    }
+
+    /// The same with what acted between the rows, where another than a held command explains the positions clearly better.
+    pub(super) fn between_rows(&self, values: &Values) -> Option<Self> {
+        /// The increase of −2 ln L in independent rows by which another than a held command must be better.
+        const CLEARLY: f64 = 20.0;
+        let lateness = |recording: &Self| {
+            let record = recording.record();
+            RecordFitter::new(&record)?.lateness(values)
+        };
+        let held = lateness(self)?;
+        let others = [Between::Sampled, Between::Averaged].map(|between| {
+            let axis = Axis {
+                between,
+                ..self.axis
+            };
+            let other = self.with(axis)?;
+            Some((lateness(&other)?.unexplained, other))
+        });
+        let best = (others.into_iter().flatten()).min_by(|one, other| one.0.total_cmp(&other.0));
+        best.filter(|(of, _)| held.unexplained - of > CLEARLY * held.rows_per_row)
+            .map(|(_, other)| other)
     }
 
     /// True if forces may repeat with the angle.
@@ -376,6 +429,18 @@ impl<'a> Recording<'a> {
     }
 }
 
+/// A motion with the commands that acted.
+fn acted(motion: &[Logged], between: Between) -> Cow<'_, [Logged]> {
+    if between == Between::Held {
+        return motion.into();
+    }
+    let commands: Vec<f64> = motion.iter().map(|sample| sample.command).collect();
+    let acted = between.acted(&commands).into_iter();
+    let rows = motion.iter().zip(acted);
+    rows.map(|(sample, command)| Logged { command, ..*sample })
+        .collect()
+}
+
 /// The motions of a log, each with its first sample. For a log of more than the most samples they are those of some pieces.
 fn motions(samples: &[Logged], most: usize) -> impl Iterator<Item = (usize, &[Logged])> {
     let count = samples.len();
@@ -443,8 +508,8 @@ mod tests {
     fn a_force_that_goes_with_the_way_of_a_linear_axis_repeats_after_its_pole_pitch() {
         const PITCH: f64 = 0.03;
         let [samples, further] = [moved(0.0, 1e-4), moved(PITCH / 3.0, 1e-4)];
-        let [recording, further] =
-            [&samples, &further].map(|samples| Recording::new(samples, 1e6, Way::Turn(PITCH)));
+        let [recording, further] = [&samples, &further]
+            .map(|samples| Recording::new(samples, Axis::new(1e6, Way::Turn(PITCH))));
         assert!((recording.span() - TAU * 0.0099 / PITCH).abs() < 1e-9);
         // A third of the pitch on, a wave about zero is a third of a turn on.
         let values = Values::NONE.with(Effect::GravitySine, 1.0);
@@ -460,7 +525,7 @@ mod tests {
     #[test]
     fn waves_about_zero_are_those_from_the_middle() {
         let samples = moved(0.9, 0.004);
-        let recording = Recording::new(&samples, 100.0, Way::Turn(TAU));
+        let recording = Recording::new(&samples, Axis::new(100.0, Way::Turn(TAU)));
         let waves = [
             ([Effect::GravitySine, Effect::GravityCosine], 1.0),
             ([Effect::TorqueRippleSine, Effect::TorqueRippleCosine], 3.0),

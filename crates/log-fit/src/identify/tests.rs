@@ -58,7 +58,10 @@ fn controlled(
 }
 
 fn identified(samples: &[Logged]) -> Identified {
-    identified_with(4, &Recording::new(samples, 1.0, Way::Turn(10_000.0)))
+    identified_with(
+        4,
+        &Recording::new(samples, Axis::new(1.0, Way::Turn(10_000.0))),
+    )
 }
 
 fn identified_with(max_effects: usize, recording: &Recording<'_>) -> Identified {
@@ -111,7 +114,7 @@ fn of_a_command_of_one_size_gain_friction_and_load_need_others() {
 fn a_fit_that_is_stopped_has_what_it_knew_then() {
     let ripple = |_, q: f64, _| 0.05 * (TAU * 7.0 * q / 10_000.0).sin();
     let samples = recorded(COULOMB, ripple, 400.0);
-    let recording = Recording::new(&samples, 1.0, Way::Turn(10_000.0));
+    let recording = Recording::new(&samples, Axis::new(1.0, Way::Turn(10_000.0)));
     let after = |most: usize| {
         let steps = AtomicUsize::new(0);
         let goes_on = || steps.fetch_add(1, Ordering::Relaxed) < most;
@@ -186,7 +189,7 @@ fn of_a_longer_log_no_less_is_known() {
     let pushed = |k: usize| f64::from(mixed(k / 7)) / 65536.0 - 0.5;
     let law = |k, error: f64, v: f64| pushed(k) + 2e-3 * error - 0.1 * v;
     let samples = controlled(132_000, law, COULOMB, |_, _, _| 0.0, 400.0);
-    let recording = Recording::new(&samples, 1.0, Way::Turn(10_000.0));
+    let recording = Recording::new(&samples, Axis::new(1.0, Way::Turn(10_000.0)));
     let found = identified_with(0, &recording);
     let per_block = recording.block.powi(Effect::Coulomb.unit()[1]);
     let off = found.values.get(Effect::Coulomb) * per_block / COULOMB - 1.0;
@@ -219,7 +222,7 @@ fn pushed_longer(coulomb: f64) -> [(Identified, f64); 2] {
         for (k, sample) in samples.iter_mut().enumerate() {
             sample.position += (5.0 * random(k + 1_000_000)).round();
         }
-        let recording = Recording::new(&samples, 1.0, Way::Turn(10_000.0));
+        let recording = Recording::new(&samples, Axis::new(1.0, Way::Turn(10_000.0)));
         (identified_with(4, &recording), recording.block)
     })
 }
@@ -312,7 +315,7 @@ fn the_scales_of_what_acted_have_the_gain_that_those_of_the_recorded_command_mis
     for sample in &mut samples {
         sample.command += band * sample.command.signum();
     }
-    let recording = Recording::new(&samples, 1.0, Way::Turn(10_000.0));
+    let recording = Recording::new(&samples, Axis::new(1.0, Way::Turn(10_000.0)));
     let found = identified_with(4, &recording);
     let off = |scale: &TimeScale| (scale.values.get(Effect::B) / GAIN - 1.0).abs();
     let acting = found.acting.as_ref().expect("a gain");

@@ -373,7 +373,7 @@ fn increase(fitter: &RecordFitter<'_>, model: &Model, factor: f64) -> (f64, Opti
 #[cfg(test)]
 mod tests {
     use super::super::candidate::Candidate;
-    use super::super::{Logged, Recording, Way};
+    use super::super::{Axis, Logged, Recording, Way};
     use super::*;
 
     /// A record leaves a size open that it barely shows. The same holds for one that equals the model's own but for
@@ -386,7 +386,7 @@ mod tests {
             begins: k == 0,
         };
         let samples: Vec<Logged> = (0..500).map(sample).collect();
-        let recording = Recording::new(&samples, 1000.0, Way::Path { length: 2.0 });
+        let recording = Recording::new(&samples, Axis::new(1000.0, Way::Path { length: 2.0 }));
         let record = recording.record();
         let fitter = RecordFitter::new(&record).expect("a motion");
         let usual = TypicalMagnitudes::new(&fitter, &Values::NONE.with(Effect::B, 0.4));

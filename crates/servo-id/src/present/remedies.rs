@@ -41,7 +41,7 @@ pub(super) fn remedies(summary: &Summary) -> Vec<String> {
 /// Those of a reason, for every estimator.
 fn own_remedies(reason: &VerdictReason) -> Vec<String> {
     match *reason {
-        VerdictReason::Explained => Vec::new(),
+        VerdictReason::Explained | VerdictReason::Left { .. } => Vec::new(),
         VerdictReason::EndedEarly => vec![
             "Correct the cause named above: results after it are not reliable.".to_owned(),
         ],

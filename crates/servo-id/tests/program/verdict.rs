@@ -59,6 +59,7 @@ fn fitted(change: impl Fn(&mut FitEvidence)) -> Evidence {
         reverses: true,
         delay_at_bound: false,
         was_stopped: false,
+        is_explained: true,
     };
     change(&mut fit);
     let mut evidence = known();

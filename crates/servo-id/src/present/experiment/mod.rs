@@ -221,6 +221,11 @@ fn fit_notes(fit: &FitNotes, unit: MotionUnit) -> Vec<Block> {
             fixed(late, 2)
         ));
     }
+    if let Some(between) = fit.command_between_rows {
+        lines.push(format!(
+            "The loop is faster than the log: its command is {between}, and runs on smoothly between the rows."
+        ));
+    }
     if let Some(BrakingForce { value, std_error }) = fit.braking {
         lines.push(format!(
             "Friction and load together brake the motion with {} {}.",
