@@ -179,7 +179,9 @@ impl TimeScale {
         };
         let chosen = best(&|_| true)?;
         let most = AS_WELL[0] * chosen.missed + AS_WELL[1];
-        let rivals = || solved.iter().filter(|one| one.missed < most);
+        // A spring that the motion does not tell predicts worse, and b is as open as its size.
+        let is_rival = |one: &&Solution| one.missed < most || one.has(Column::Spring);
+        let rivals = || solved.iter().filter(is_rival);
         let mut std_errors = Values::NONE;
         for (column, effect) in PARAMETERS.into_iter().enumerate() {
             let off = rivals().map(|rival| (rival.values[column] - chosen.values[column]).abs());
