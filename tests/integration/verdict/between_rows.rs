@@ -10,7 +10,7 @@ use integration_tests::Random;
 use integration_tests::logs::{RecordedLog, exact};
 use virtual_servo::distinct_seed;
 
-use super::stranger::{End, campaign, judged};
+use super::stranger::{End, assert_right, campaign, judged};
 
 /// How the command of a row came to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +55,11 @@ fn text(log: &RecordedLog, each: usize, row: Row) -> String {
         writeln!(text, "{time},{position},{command}").expect("a String takes all");
     }
     text
+}
+
+#[test]
+fn a_few_logs_slower_than_their_loops_are_right_or_open() {
+    assert_right([21, 12, 9], of_log);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use integration_tests::logs::{Controller, RecordedLog, under_gravity};
 
-use super::stranger::{End, campaign, judged};
+use super::stranger::{End, assert_right, campaign, judged};
 
 /// Identifies the log of a number: its command has either sign, its positions are radians or counts.
 fn of_log(seed: u32, number: u32) -> (End, String) {
@@ -48,6 +48,11 @@ fn text(log: &RecordedLog, is_turned: bool, is_in_counts: bool) -> String {
         writeln!(text, "{time},{position},{}", sign * command).expect("a String takes all");
     }
     text
+}
+
+#[test]
+fn a_few_servos_under_gravity_are_right_or_open() {
+    assert_right([2027, 12, 10], of_log);
 }
 
 #[test]

@@ -66,10 +66,27 @@ pub(super) fn judged(text: String, gain: f64) -> (End, String) {
     )
 }
 
-/// Judges the logs of a campaign, prints those that are not right and the counts, and returns the ends.
-pub(super) fn campaign(usual: u32, judged: impl Fn(u32, u32) -> (End, String) + Sync) -> Vec<End> {
+/// Judges the logs of a campaign on demand: `SEED=7 LOGS=100`.
+pub(super) fn campaign(usual: u32, judged: impl Fn(u32, u32) -> (End, String) + Sync) {
     let [seed, logs] =
         [("SEED", 1), ("LOGS", usual)].map(|(of, usual)| environment(of).unwrap_or(usual));
+    ends(seed, logs, judged);
+}
+
+/// Asserts that of some logs of a seed none converges wrongly, and as many are right as ever.
+pub(super) fn assert_right(
+    [seed, logs, least]: [u32; 3],
+    judged: impl Fn(u32, u32) -> (End, String) + Sync,
+) {
+    let ends = ends(seed, logs, judged);
+    let right = ends.iter().filter(|end| matches!(end, End::Right { .. }));
+    let right = right.count() as u32;
+    assert!(right >= least, "{right} of {logs} are right");
+    assert!(!ends.contains(&End::Wrong { is_converged: true }));
+}
+
+/// The ends of the logs of a seed, which are printed with their counts.
+fn ends(seed: u32, logs: u32, judged: impl Fn(u32, u32) -> (End, String) + Sync) -> Vec<End> {
     let numbers: Vec<u32> = (0..logs).collect();
     let all = in_parallel(&numbers, |&number| judged(seed, number));
     for (number, (end, words)) in all.iter().enumerate() {

@@ -44,6 +44,15 @@ fn is_gain(error: f64) -> bool {
     error > 0.0 && error <= MAX_ERROR
 }
 
+/// True of a position that moves towards its command as on a spring: that is a goal, and its gain is the loop's.
+fn follows(found: &TimeScale, scale: &Scale) -> bool {
+    /// Part of the way by which a goal may be missed.
+    const OFF: f64 = 0.1;
+    let gain = found.values.get(Effect::B) * scale.of(Effect::B);
+    let spring = found.spring / scale.time.powi(2);
+    (gain - spring).abs() < OFF * spring
+}
+
 impl RoughAnswer {
     /// That of the time scales of a record, and of the surest of those of the command that acted by its fit. A command that
     /// was computed has none of the limits that nobody stated: it `was_measured`, or there is no answer.
@@ -72,7 +81,8 @@ impl RoughAnswer {
             }
         };
         let recorded = surest(found);
-        let surest = acting.or(recorded).filter(|_| was_measured);
+        let surest = acting.or(recorded);
+        let surest = surest.filter(|of| was_measured && !follows(of, scale));
         Self {
             scales: scales.collect(),
             recorded: recorded.map(|of| rough(of).servo.b),

@@ -16,7 +16,7 @@ impl RecordFitter<'_> {
     ) -> Option<Fitted> {
         /// Logarithm of a standard error within which two horizons are as good.
         const AS_GOOD: f64 = 0.25;
-        /// By which a walking load must be better than a constant one.
+        /// By which a walking load must be better than a constant one; it must be likelier, too.
         const WALK_MUST_GAIN: f64 = 0.4;
         let mut best: [Option<Fitted>; 2] = [None; 2];
         let mut least = [f64::INFINITY; 2];
@@ -44,8 +44,12 @@ impl RecordFitter<'_> {
                 scores[family] = score;
             }
         }
-        let walks = least[1] < least[0] - WALK_MUST_GAIN;
+        let unexplained = best.each_ref().map(|best| {
+            let likelihood = |fitted: &Fitted| fitted.sums.minus_two_log_likelihood();
+            best.as_ref().map_or(f64::INFINITY, likelihood)
+        });
         let [constant, walking] = best;
+        let walks = least[1] < least[0] - WALK_MUST_GAIN && unexplained[1] < unexplained[0];
         if walks {
             walking.or(constant)
         } else {

@@ -39,3 +39,37 @@ impl Between {
         (0..commands.len()).map(of_row).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Between;
+
+    /// Second differences of a mass under cos ωt, in rows of time 1, beside those under the commands that stand in for it: of held
+    /// commands they are ½ (u₋ + u).
+    #[test]
+    fn what_stands_in_for_a_command_between_rows_moves_a_mass_as_that_does() {
+        for omega in [0.1_f64, 0.3, 0.6] {
+            let time = |row: usize| row as f64 + 0.2;
+            let samples: Vec<f64> = (0..40).map(|row| (omega * time(row)).cos()).collect();
+            let mean = |row: usize| {
+                ((omega * time(row)).sin() - (omega * (time(row) - 1.0)).sin()) / omega
+            };
+            let means: Vec<f64> = (0..40).map(mean).collect();
+            let half = 0.5 * omega;
+            let moved = (half.sin() / half).powi(2);
+            let off = |between: Between, commands: &[f64]| {
+                let acted = between.acted(commands);
+                let rows = 5..35;
+                let errors = rows.map(|row| {
+                    let true_change = moved * (omega * time(row)).cos();
+                    (0.5 * (acted[row - 1] + acted[row]) - true_change).abs()
+                });
+                errors.fold(0.0, f64::max)
+            };
+            let fourth = omega.powi(4) / 25.0;
+            assert!(off(Between::Sampled, &samples) < fourth, "{omega}");
+            assert!(off(Between::Averaged, &means) < fourth, "{omega}");
+            assert!(off(Between::Held, &samples) > 0.3 * omega, "{omega}");
+        }
+    }
+}

@@ -25,6 +25,8 @@ pub struct TimeScale {
     pub values: Values,
     /// Standard errors of a, b, c and d: chance, the next scales and other models that predict as well.
     pub std_errors: Values,
+    /// The force towards the middle with which it predicts best, of a count, samples⁻²; zero without.
+    pub spring: f64,
     /// The part of the acceleration that it predicts of blocks that were left out, at most 1.
     pub explained: f64,
     /// The best of a servo without gravity and with it, and the part that it explains.
@@ -201,6 +203,7 @@ impl TimeScale {
             span: (4 * count * bins.samples) as f64,
             values: chosen.servo(),
             std_errors,
+            spring: chosen.value(Column::Spring),
             explained: 1.0 - chosen.missed,
             starts: [false, true].map(start),
             chance: chosen.std_errors[Column::Command as usize],

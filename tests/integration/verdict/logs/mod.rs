@@ -100,7 +100,7 @@ fn a_log_that_the_fit_knows_is_not_refused() {
     for (seed, numbers) in [(31_415, &[8, 118, 125][..]), (14_352_099, &[216])] {
         let judged = judge(&[FIT], numbers, |&number| drawn(seed, number));
         for judgement in &judged[0] {
-            assert!(judgement.is_converged, "{}", judgement.reason);
+            assert!(judgement.is_right(), "{}", judgement.reason);
         }
     }
 }
