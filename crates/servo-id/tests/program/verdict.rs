@@ -197,6 +197,24 @@ fn unseen_data_must_be_predicted_where_the_error_exceeds_the_encoders() {
     ]);
 }
 
+/// What a fit leaves beyond its sensor's noise is said, and not that no effect is missing.
+#[test]
+fn a_fit_that_leaves_more_than_noise_says_so() {
+    let left = |is_explained| {
+        let mut evidence = fitted(|fit| fit.is_explained = is_explained);
+        evidence.innovation = Some(Residual {
+            rms: 4.0,
+            resolution_rms: 1.0,
+            correlation: 0.9,
+        });
+        evidence
+    };
+    assert_verdicts([
+        (left(true), Converged, 0, None),
+        (left(false), Converged, 1, None),
+    ]);
+}
+
 /// A lack is found where the data would have the estimates, and not where these are on their way.
 #[test]
 fn a_lack_precedes_movement() {

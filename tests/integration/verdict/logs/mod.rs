@@ -97,12 +97,16 @@ fn of_forty_drawn_logs_as_many_are_right_as_ever() {
 #[test]
 fn a_log_that_the_fit_knows_is_not_refused() {
     // The last needs a ripple, which is no loop that follows its goal.
+    let mut converged = 0;
     for (seed, numbers) in [(31_415, &[8, 118, 125][..]), (14_352_099, &[216])] {
         let judged = judge(&[FIT], numbers, |&number| drawn(seed, number));
         for judgement in &judged[0] {
             assert!(judgement.is_right(), "{}", judgement.reason);
+            converged += usize::from(judgement.is_converged);
         }
     }
+    // The load of one walks or does not: that is open.
+    assert!(converged >= 3, "{converged} are converged");
 }
 
 /// A log of so many rows is fitted in blocks: the delay is reported in rows all the same.
