@@ -27,6 +27,7 @@ use crate::fit::{
     Values, acting_commands,
 };
 
+use between::Rival;
 use candidate::Range;
 use effect_selection::EffectSelection;
 use jitter::Jitter;
@@ -137,12 +138,6 @@ pub fn identify(
             }
         }
     }
-    let between = recording.axis().between;
-    if between == Between::Held
-        && let Some(acted) = recording.between_rows(&values)
-    {
-        return identify(&acted, &acted.scales(), &demand, goes_on);
-    }
     let range = Range::new(recording, &earliest.statistics);
     let on_time = RecordFitter {
         earliest: 0.0,
@@ -183,6 +178,15 @@ pub fn identify(
         (Some((judge, judged)), Some(some)) => (judge, judged.clone(), some, recording.block),
         _ => (&fitter, model.clone(), recording, 1.0),
     };
+    let between = recording.axis().between;
+    // The halves of blocks have commands that acted.
+    let has_rows = log.block == 1.0 && log.record().stride == 1;
+    let rival = has_rows.then(|| Rival::find(judge, &judged, log)).flatten();
+    let winner = rival.as_ref().and_then(|rival| rival.wins(&judged));
+    if let Some(axis) = winner.filter(|_| between == Between::Held) {
+        let acted = Recording::new(recording.samples(), axis);
+        return identify(&acted, &acted.scales(), &demand, goes_on);
+    }
     let range = Range::new(log, &judge.statistics);
     let effect_selection = EffectSelection {
         fitter: judge,
@@ -216,6 +220,9 @@ pub fn identify(
         uncertainty::covariance(judge, &judged, load_error, &answers, beyond);
     let profile = Profile::new(judge, &judged);
     profile.widen(&judged, &mut covariance);
+    if let Some(rival) = rival {
+        rival.widen(judge, &judged, log, &mut covariance);
+    }
     let direction = recording.direction();
     let braking = direction.and_then(|direction| braking(&fitter, &model, direction));
     let mut load = load;

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-use crate::fit::{Effect, Matrix, Record, RecordFitter, RecordStatistics, Values};
+use crate::fit::{Effect, Matrix, Record, RecordStatistics, Values};
 use crate::scales::{TimeScale, scales};
 
 use super::between::Between;
@@ -266,32 +266,22 @@ impl<'a> Recording<'a> {
         self.axis
     }
 
-    /// The same rows with other knowledge of them; none of the halves of blocks, whose commands acted.
-    pub(super) fn with(&self, axis: Axis) -> Option<Self> {
-        let has_rows = self.block > 1.0 || self.stride == 1;
-        has_rows.then(|| Self::new(self.samples, axis))
+    /// Other rows of the same log.
+    pub(super) fn of_rows<'b>(&self, rows: &'b [Logged], axis: Axis) -> Recording<'b> {
+        Recording::of(rows, 1, MAX_JUDGED, axis, Some(self.middle))
     }
 
-    /// The same with what acted between the rows, where another than a held command explains the positions clearly better.
-    pub(super) fn between_rows(&self, values: &Values) -> Option<Self> {
-        /// The increase of −2 ln L in independent rows by which another than a held command must be better.
-        const CLEARLY: f64 = 20.0;
-        let lateness = |recording: &Self| {
-            let record = recording.record();
-            RecordFitter::new(&record)?.lateness(values)
-        };
-        let held = lateness(self)?;
-        let others = [Between::Sampled, Between::Averaged].map(|between| {
-            let axis = Axis {
-                between,
-                ..self.axis
-            };
-            let other = self.with(axis)?;
-            Some((lateness(&other)?.unexplained, other))
-        });
-        let best = (others.into_iter().flatten()).min_by(|one, other| one.0.total_cmp(&other.0));
-        best.filter(|(of, _)| held.unexplained - of > CLEARLY * held.rows_per_row)
-            .map(|(_, other)| other)
+    /// The rows of the log.
+    pub(super) const fn samples(&self) -> &'a [Logged] {
+        self.samples
+    }
+
+    /// Every second row of each motion.
+    pub(super) fn every_second(&self) -> Vec<Logged> {
+        let motions = self.samples.chunk_by(|_, next| !next.begins);
+        motions
+            .flat_map(|motion| motion.iter().step_by(2).copied())
+            .collect()
     }
 
     /// True if forces may repeat with the angle.

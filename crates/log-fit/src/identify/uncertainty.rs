@@ -252,35 +252,38 @@ fn spread(fitter: &RecordFitter<'_>, model: &Model) -> Vec<f64> {
             ..at
         }),
     };
-    let own = model.fitted.std_errors();
     let load = |fitted: &Fitted| fitter.load(fitted, &model.free).0;
     let fits = parallel::map(&others, |&horizon| {
         fitter.fit(&model.fitted.values, &model.free, horizon, SEARCH)
     });
-    let shifts = fits.map(|other| {
-        let Some(other) = other else {
-            return vec![0.0; own.len()];
-        };
-        let errors = other.std_errors();
-        let free = model.free.iter().enumerate();
-        let shift = |(i, effect): (usize, &Effect)| {
-            let of = |fitted: &Fitted| fitted.values.get(*effect);
-            let shift = match effect {
-                Effect::Load => load(&other) - load(&model.fitted),
-                _ => of(&other) - of(&model.fitted),
-            };
-            let chance = if errors[i].is_finite() && own[i].is_finite() {
-                (errors[i] * errors[i] - own[i] * own[i]).abs()
-            } else if *effect == Effect::Load {
-                0.0
-            } else {
-                f64::INFINITY
-            };
-            (shift * shift - chance).max(0.0).sqrt().copysign(shift)
-        };
-        free.map(shift).collect()
+    let shifts = fits.map(|other| match other {
+        Some(other) => {
+            let load = load(&other) - load(&model.fitted);
+            beyond_chance(&model.free, [&model.fitted, &other], load)
+        }
+        None => vec![0.0; model.free.len()],
     });
     farther(shifts)
+}
+
+/// From a fit to another of the same effects, the shift of each beyond chance; `load` is that of the load.
+pub(super) fn beyond_chance(free: &[Effect], [from, to]: [&Fitted; 2], load: f64) -> Vec<f64> {
+    let [own, errors] = [from, to].map(Fitted::std_errors);
+    let shift = |(i, effect): (usize, &Effect)| {
+        let shift = match effect {
+            Effect::Load => load,
+            _ => to.values.get(*effect) - from.values.get(*effect),
+        };
+        let chance = if errors[i].is_finite() && own[i].is_finite() {
+            (errors[i] * errors[i] - own[i] * own[i]).abs()
+        } else if *effect == Effect::Load {
+            0.0
+        } else {
+            f64::INFINITY
+        };
+        (shift * shift - chance).max(0.0).sqrt().copysign(shift)
+    };
+    free.iter().enumerate().map(shift).collect()
 }
 
 /// Of the shifts to two opposite sides the larger of each unknown, as one direction.
