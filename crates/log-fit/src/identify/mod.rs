@@ -180,7 +180,7 @@ pub fn identify(
     };
     let between = recording.axis().between;
     // The halves of blocks have commands that acted.
-    let has_rows = log.block == 1.0 && log.record().stride == 1;
+    let has_rows = log.record().stride == 1;
     let rival = has_rows.then(|| Rival::find(judge, &judged, log)).flatten();
     let winner = rival.as_ref().and_then(|rival| rival.wins(&judged));
     if let Some(axis) = winner.filter(|_| between == Between::Held) {
