@@ -82,9 +82,9 @@ impl Rival {
         (judged.gain_over(&self.fitted) < -CLEARLY).then_some(self.axis)
     }
 
-    /// Adds to the covariance of a model what the rows do not tell of the time between them. With this rival the estimates are
-    /// others: it counts by its probability. And they go on to change where every second row is left out: about as much as by
-    /// what the log's own rows leave out, if those leave out enough.
+    /// Adds to the covariance of a model what the rows do not tell of the time between them, if they leave out enough to show.
+    /// With this rival the estimates are others: it counts by its probability. And they go on to change where every second row
+    /// is left out: about as much as by what the log's own rows leave out.
     pub(super) fn widen(
         &self,
         judge: &RecordFitter<'_>,
@@ -106,21 +106,15 @@ impl Rival {
             let [load, other] = [from, to].map(|of| of.values.get(Effect::Load));
             beyond_chance(&judged.free, [from, to], other - load)
         };
-        add(
-            covariance,
-            &shift(&judged.fitted, &self.fitted),
-            probability,
-        );
         let rows = log.every_second();
-        if let Some(fewer) = fit(judge, judged, &log.of_rows(&rows, self.axis), 2.0) {
-            let part = 2.0 * self.fitted.sums.noise() / fewer.sums.noise();
-            if part > SHOWS {
-                add(
-                    covariance,
-                    &shift(&self.fitted, &fewer),
-                    not_held * part.min(1.0),
-                );
-            }
+        let Some(fewer) = fit(judge, judged, &log.of_rows(&rows, self.axis), 2.0) else {
+            return;
+        };
+        let part = 2.0 * self.fitted.sums.noise() / fewer.sums.noise();
+        if part > SHOWS {
+            let [own, other] = [&judged.fitted, &self.fitted];
+            add(covariance, &shift(own, other), probability);
+            add(covariance, &shift(other, &fewer), not_held * part.min(1.0));
         }
     }
 }
