@@ -14,6 +14,7 @@ mod model;
 mod normal_blocks;
 mod partial_regression;
 mod recording;
+mod rival;
 mod scan;
 mod shown;
 mod start;
@@ -27,12 +28,12 @@ use crate::fit::{
     Values, acting_commands,
 };
 
-use between::Rival;
 use candidate::Range;
 use effect_selection::EffectSelection;
 use jitter::Jitter;
 use load_steps::LoadSteps;
 use model::Model;
+use rival::Rival;
 use start::start;
 
 use crate::cause::Cause;
