@@ -10,7 +10,7 @@ mod pid;
 mod relay;
 
 #[cfg(feature = "experiments")]
-pub(crate) use fixed::{FixedIdentifier, FixedLoop};
+pub(crate) use fixed::{FixedIdentifier, FixedLoop, known};
 pub(crate) use identifier::{DynIdentifier, Running, WholeRecord};
 pub(crate) use pid::PidLoop;
 #[cfg(feature = "experiments")]

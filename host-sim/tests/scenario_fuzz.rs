@@ -45,7 +45,7 @@ impl Dice {
             |[\"a\", \"b\", \"coulomb\", \"load\"]|[\"load\", \"a\"]|\"f64\"|\"fixed\"|'''\nx\n'''|1_000.0\
             |+1.0||\"|[|{|1.|.5";
         const NAMES: &str = "band-limited-white-noise|prbs|multisine|chirp|square|steps|none|gradient|gauss-newton\
-            |pd-gradient|relay-least-squares|low-pass|averaged-difference";
+            |paper|pd-gradient|relay-least-squares|low-pass|averaged-difference";
         match self.below(12) {
             0 => format!("\"{}\"", self.letters(3000)),
             which @ 1..=2 => {

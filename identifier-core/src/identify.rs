@@ -135,6 +135,9 @@ pub struct Report {
     /// Standard deviation of the position's noise in motion, position units, by the last accepted first fit. If it is
     /// not clearly more than in the settings, it is that of the settings, rounding alone.
     pub noise: Option<f64>,
+    /// The delay from a command to its acceleration besides the hold's, s, where the identifier finds it beside its
+    /// unknowns. Its error is among the standard errors.
+    pub delay: Option<f64>,
 }
 
 impl Default for Report {
@@ -147,6 +150,7 @@ impl Default for Report {
             bandwidth: None,
             rejection_reason: None,
             noise: None,
+            delay: None,
         }
     }
 }

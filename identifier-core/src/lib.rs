@@ -47,6 +47,7 @@ pub mod model;
 mod recursive;
 mod servo_loop;
 mod unrolled;
+mod windows;
 
 use control::Unshaped;
 use identifier::{GaussNewtonIdentifier, GradientIdentifier, Identify, ServoLoop, ServoLoopState};

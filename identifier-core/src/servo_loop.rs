@@ -165,6 +165,12 @@ where
             .update(&mut state.identification, sample.increment, sample.command)
     }
 
+    /// The identifier's work in the background: see [`Identify::work`].
+    #[inline]
+    pub fn work(&self, state: &mut ServoLoopState<N, V::State, I::State, S::State>, budget: u32) {
+        self.identifier.work(&mut state.identification, budget);
+    }
+
     /// The same if the command that acts differs from the controller's. Something was added to it, or a later stage
     /// limits it.
     ///

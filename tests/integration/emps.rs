@@ -295,7 +295,7 @@ fn both_published_protocols_give_errors_like_the_published_values() {
 #[test]
 fn the_recorded_command_needs_neither_controller_nor_reference() {
     let Some(log) = log() else { return };
-    let law = "law = \"gradient\"\nmu = 40.0\ngamma = [55.0, 0.075, 7.5, 7.5]";
+    let law = "law = \"paper\"\nmu = 40.0\ngamma = [55.0, 0.075, 7.5, 7.5]";
     let declared = scenario(law, [1.0; 4]);
     let mut listening = declared.clone();
     let controller = listening.stated.controller.take().expect("it is declared");

@@ -7,10 +7,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use commissioning::{Decision, RecordEvent};
 use drive_link::InterruptCycles;
 use heapless::spsc::{Consumer, Producer, Queue};
-use identifier_core::identifier::NumberedBlock;
 
 use crate::built::Part;
-use crate::closed_loop::Fitted;
+use crate::closed_loop::{Learning, MotionPart};
 use crate::messages::{Event, Order};
 
 /// Orders and events that may be pending at once, and one more. They are powers of two, so that a queue masks and does
@@ -27,8 +26,8 @@ const SOLUTIONS: usize = 2;
 /// A piece of the record of a motion.
 #[derive(Debug)]
 pub(crate) enum Recorded {
-    /// A block for Gauss–Newton's first fit.
-    Block(NumberedBlock<f32>),
+    /// A part of the motion of a run.
+    Motion(MotionPart),
     /// An event of a commissioning's record.
     Event(RecordEvent<f32>),
 }
@@ -43,8 +42,8 @@ pub(crate) enum Recorded {
     )
 )]
 pub(crate) enum Solution {
-    /// Gauss–Newton's first fit.
-    Fit(Fitted),
+    /// What a run's estimator continues from.
+    Run(Learning),
     /// A decision of a commissioning's solver.
     Decision(Part<Decision<f32>>),
 }

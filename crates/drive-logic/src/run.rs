@@ -8,7 +8,7 @@ use drive_link::{
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
 use identifier_core::error::Allowed;
-use identifier_core::identifier::{ExpectedMotion, NumberedBlock, Update};
+use identifier_core::identifier::{ExpectedMotion, Update};
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::settings::ControllerSettings;
 use identifier_core::units::Units;
@@ -17,7 +17,7 @@ use crate::background_watch::DRIVEN_PATIENCE;
 use crate::brake::BrakeTimes;
 use crate::chip::{Chip, Lines, OutputStage};
 use crate::closed_loop::{
-    self, AT_REST, ClosedLoop, Fitted, Handover, Settled, StepMonitor, StepResult,
+    self, AT_REST, ClosedLoop, Handover, Learning, MotionPart, Settled, StepMonitor, StepResult,
 };
 use crate::conversion;
 use crate::ending::{Course, Ending};
@@ -331,12 +331,12 @@ impl Run {
         &self.closed_loop
     }
 
-    /// Hands on the block that was recorded, if one is complete, and takes over the fit that has come back. True if there
-    /// was a block.
+    /// Hands on the part of the motion that is complete, if one is, and takes over what has come back. True if there was
+    /// one.
     #[inline]
     pub(crate) fn exchange<'a>(
         &mut self,
-        hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
+        hand_on: impl FnOnce(MotionPart) -> Option<&'a Learning>,
     ) -> bool {
         self.closed_loop.exchange(hand_on)
     }

@@ -98,11 +98,11 @@ impl<'a> Sampler<'a> {
         match run.step(lines, sensor, output) {
             Ok((control, update)) => {
                 let channel = &mut self.channel;
-                let has_exchanged = run.exchange(|block| {
-                    // A fit notices a block that is lost.
-                    channel.record(Recorded::Block(block));
+                let has_exchanged = run.exchange(|part| {
+                    // The background notices one that is lost.
+                    channel.record(Recorded::Motion(part));
                     match channel.solution() {
-                        Some(Solution::Fit(fitted)) => Some(fitted),
+                        Some(Solution::Run(learning)) => Some(learning),
                         Some(Solution::Decision(_)) | None => None,
                     }
                 });
@@ -150,7 +150,7 @@ impl<'a> Sampler<'a> {
             let has_room = event.is_none_or(|event| channel.record(Recorded::Event(event)));
             let decision = match channel.solution() {
                 Some(Solution::Decision(decision)) => Some(&**decision),
-                Some(Solution::Fit(_)) | None => None,
+                Some(Solution::Run(_)) | None => None,
             };
             (has_room, decision)
         });

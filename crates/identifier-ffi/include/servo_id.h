@@ -308,12 +308,12 @@ typedef struct servo_id_tuning {
 
 /* The paper's estimator of a and b; the load is carried by its correction */
 typedef struct servo_id_gradient {
-    SERVO_ID_ALIGNED uint64_t words[52];
+    SERVO_ID_ALIGNED uint64_t words[212];
 } servo_id_gradient;
 
 /* The same with Coulomb friction */
 typedef struct servo_id_gradient_coulomb {
-    SERVO_ID_ALIGNED uint64_t words[66];
+    SERVO_ID_ALIGNED uint64_t words[226];
 } servo_id_gradient_coulomb;
 
 /* Recursive Gauss-Newton for a, b, Coulomb friction and load */
@@ -323,22 +323,22 @@ typedef struct servo_id_gauss_newton {
 
 /* The paper's estimator of a and b in fixed point */
 typedef struct servo_id_fixed {
-    SERVO_ID_ALIGNED uint64_t words[64];
+    SERVO_ID_ALIGNED uint64_t words[224];
 } servo_id_fixed;
 
 /* The same with Coulomb friction */
 typedef struct servo_id_fixed_coulomb {
-    SERVO_ID_ALIGNED uint64_t words[80];
+    SERVO_ID_ALIGNED uint64_t words[240];
 } servo_id_fixed_coulomb;
 
 /* PID with the estimator of servo_id_gradient */
 typedef struct servo_id_gradient_loop {
-    SERVO_ID_ALIGNED uint64_t words[76];
+    SERVO_ID_ALIGNED uint64_t words[236];
 } servo_id_gradient_loop;
 
 /* PID with the estimator of servo_id_gradient_coulomb */
 typedef struct servo_id_gradient_coulomb_loop {
-    SERVO_ID_ALIGNED uint64_t words[90];
+    SERVO_ID_ALIGNED uint64_t words[250];
 } servo_id_gradient_coulomb_loop;
 
 /* PID with Gauss-Newton */
@@ -348,12 +348,12 @@ typedef struct servo_id_gauss_newton_loop {
 
 /* PID and estimator in fixed point */
 typedef struct servo_id_fixed_loop {
-    SERVO_ID_ALIGNED uint64_t words[92];
+    SERVO_ID_ALIGNED uint64_t words[252];
 } servo_id_fixed_loop;
 
 /* The same with Coulomb friction */
 typedef struct servo_id_fixed_coulomb_loop {
-    SERVO_ID_ALIGNED uint64_t words[108];
+    SERVO_ID_ALIGNED uint64_t words[268];
 } servo_id_fixed_coulomb_loop;
 
 /* A search for gains */
@@ -429,7 +429,8 @@ int32_t servo_id_settings_choose_gamma(servo_id_settings *settings, double ampli
  * _learn: the same for a sensor that does not count, with the increment in units of the resolution.
  * _resume: joins a motion after a gap, which moves by so many counts a sample; the estimates stay.
  * _estimates: SERVO_ID_NO_FIT before the first fit, when they are no result.
- * _work: of Gauss-Newton the first fit, at most so many blocks of it; call it when there is time.
+ * _work: the background's work; call it when there is time. Of Gauss-Newton the first fit, at most so many blocks of it. Of
+ *     the gradient its memory, at least every 4 ms; without it the gradient is the paper's estimator alone, which is slow.
  * _scale: of fixed point the command units of the last bit of a command, which is a word: the command over this number.
  * _init_from_constants: from what `servo-id export --firmware c` writes, `words` numbers; nothing else of the library is
  *     linked than the samples. Gauss-Newton starts from the servo of the result and needs no _work.
@@ -440,6 +441,7 @@ int32_t servo_id_gradient_sample(servo_id_gradient *object, int32_t moved, float
 int32_t servo_id_gradient_resume(servo_id_gradient *object, int32_t moved);
 int32_t servo_id_gradient_estimates(const servo_id_gradient *object, servo_id_estimates *estimates);
 int32_t servo_id_gradient_learn(servo_id_gradient *object, float increment, float command);
+int32_t servo_id_gradient_work(servo_id_gradient *object, uint32_t blocks);
 int32_t servo_id_gradient_init_from_constants(servo_id_gradient *object, uint32_t size, const uint32_t *constants,
                                               uint32_t words);
 int32_t servo_id_gradient_machine_estimates(const servo_id_gradient *object, float *machine);
@@ -450,6 +452,7 @@ int32_t servo_id_gradient_coulomb_sample(servo_id_gradient_coulomb *object, int3
 int32_t servo_id_gradient_coulomb_resume(servo_id_gradient_coulomb *object, int32_t moved);
 int32_t servo_id_gradient_coulomb_estimates(const servo_id_gradient_coulomb *object, servo_id_estimates *estimates);
 int32_t servo_id_gradient_coulomb_learn(servo_id_gradient_coulomb *object, float increment, float command);
+int32_t servo_id_gradient_coulomb_work(servo_id_gradient_coulomb *object, uint32_t blocks);
 int32_t servo_id_gradient_coulomb_init_from_constants(servo_id_gradient_coulomb *object, uint32_t size,
                                                       const uint32_t *constants, uint32_t words);
 int32_t servo_id_gradient_coulomb_machine_estimates(const servo_id_gradient_coulomb *object, float *machine);
@@ -471,6 +474,7 @@ int32_t servo_id_fixed_sample(servo_id_fixed *object, int32_t moved, int32_t com
 int32_t servo_id_fixed_resume(servo_id_fixed *object, int32_t moved);
 int32_t servo_id_fixed_estimates(const servo_id_fixed *object, servo_id_estimates *estimates);
 int32_t servo_id_fixed_scale(const servo_id_fixed *object, double *scale);
+int32_t servo_id_fixed_work(servo_id_fixed *object, uint32_t blocks);
 int32_t servo_id_fixed_init_from_constants(servo_id_fixed *object, uint32_t size, const uint32_t *constants,
                                            uint32_t words);
 int32_t servo_id_fixed_machine_estimates(const servo_id_fixed *object, int32_t *machine);
@@ -481,6 +485,7 @@ int32_t servo_id_fixed_coulomb_sample(servo_id_fixed_coulomb *object, int32_t mo
 int32_t servo_id_fixed_coulomb_resume(servo_id_fixed_coulomb *object, int32_t moved);
 int32_t servo_id_fixed_coulomb_estimates(const servo_id_fixed_coulomb *object, servo_id_estimates *estimates);
 int32_t servo_id_fixed_coulomb_scale(const servo_id_fixed_coulomb *object, double *scale);
+int32_t servo_id_fixed_coulomb_work(servo_id_fixed_coulomb *object, uint32_t blocks);
 int32_t servo_id_fixed_coulomb_init_from_constants(servo_id_fixed_coulomb *object, uint32_t size,
                                                    const uint32_t *constants, uint32_t words);
 int32_t servo_id_fixed_coulomb_machine_estimates(const servo_id_fixed_coulomb *object, int32_t *machine);
@@ -499,6 +504,7 @@ int32_t servo_id_gradient_loop_control(servo_id_gradient_loop *object, int32_t s
                                        float *command);
 int32_t servo_id_gradient_loop_learn(servo_id_gradient_loop *object, float acted);
 int32_t servo_id_gradient_loop_estimates(const servo_id_gradient_loop *object, servo_id_estimates *estimates);
+int32_t servo_id_gradient_loop_work(servo_id_gradient_loop *object, uint32_t blocks);
 int32_t servo_id_gradient_loop_init_from_constants(servo_id_gradient_loop *object, uint32_t size,
                                                    const uint32_t *constants, uint32_t words, int32_t count);
 int32_t servo_id_gradient_loop_machine_estimates(const servo_id_gradient_loop *object, float *machine);
@@ -512,6 +518,7 @@ int32_t servo_id_gradient_coulomb_loop_control(servo_id_gradient_coulomb_loop *o
 int32_t servo_id_gradient_coulomb_loop_learn(servo_id_gradient_coulomb_loop *object, float acted);
 int32_t servo_id_gradient_coulomb_loop_estimates(const servo_id_gradient_coulomb_loop *object,
                                                  servo_id_estimates *estimates);
+int32_t servo_id_gradient_coulomb_loop_work(servo_id_gradient_coulomb_loop *object, uint32_t blocks);
 int32_t servo_id_gradient_coulomb_loop_init_from_constants(servo_id_gradient_coulomb_loop *object, uint32_t size,
                                                            const uint32_t *constants, uint32_t words, int32_t count);
 int32_t servo_id_gradient_coulomb_loop_machine_estimates(const servo_id_gradient_coulomb_loop *object, float *machine);
@@ -538,6 +545,7 @@ int32_t servo_id_fixed_loop_control(servo_id_fixed_loop *object, int32_t setpoin
 int32_t servo_id_fixed_loop_learn(servo_id_fixed_loop *object, int32_t acted);
 int32_t servo_id_fixed_loop_estimates(const servo_id_fixed_loop *object, servo_id_estimates *estimates);
 int32_t servo_id_fixed_loop_scale(const servo_id_fixed_loop *object, double *scale);
+int32_t servo_id_fixed_loop_work(servo_id_fixed_loop *object, uint32_t blocks);
 int32_t servo_id_fixed_loop_init_from_constants(servo_id_fixed_loop *object, uint32_t size, const uint32_t *constants,
                                                 uint32_t words, int32_t count);
 int32_t servo_id_fixed_loop_machine_estimates(const servo_id_fixed_loop *object, int32_t *machine);
@@ -551,6 +559,7 @@ int32_t servo_id_fixed_coulomb_loop_control(servo_id_fixed_coulomb_loop *object,
 int32_t servo_id_fixed_coulomb_loop_learn(servo_id_fixed_coulomb_loop *object, int32_t acted);
 int32_t servo_id_fixed_coulomb_loop_estimates(const servo_id_fixed_coulomb_loop *object, servo_id_estimates *estimates);
 int32_t servo_id_fixed_coulomb_loop_scale(const servo_id_fixed_coulomb_loop *object, double *scale);
+int32_t servo_id_fixed_coulomb_loop_work(servo_id_fixed_coulomb_loop *object, uint32_t blocks);
 int32_t servo_id_fixed_coulomb_loop_init_from_constants(servo_id_fixed_coulomb_loop *object, uint32_t size,
                                                         const uint32_t *constants, uint32_t words, int32_t count);
 int32_t servo_id_fixed_coulomb_loop_machine_estimates(const servo_id_fixed_coulomb_loop *object, int32_t *machine);

@@ -46,7 +46,8 @@ namespace detail {
 // The functions of an identifier; N is the number type of a command.
 template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settings *, servo_id_error *),
           int32_t (*Sample)(T *, int32_t, N), int32_t (*Resume)(T *, int32_t),
-          int32_t (*Get)(const T *, servo_id_estimates *), int32_t (*FromConstants)(T *, uint32_t, const uint32_t *, uint32_t),
+          int32_t (*Get)(const T *, servo_id_estimates *),
+          int32_t (*Work)(T *, uint32_t), int32_t (*FromConstants)(T *, uint32_t, const uint32_t *, uint32_t),
           int32_t (*Machine)(const T *, N *)>
 class Listening {
 public:
@@ -60,6 +61,7 @@ public:
     Status sample(int32_t moved, N command) { return Sample(&own_, moved, command); }
     Status resume(int32_t moved) { return Resume(&own_, moved); }
     Status estimates(Estimates &estimates) const { return Get(&own_, &estimates); }
+    Status work(uint32_t blocks) { return Work(&own_, blocks); }
     Status machine_estimates(N (&machine)[4]) const { return Machine(&own_, machine); }
     T *get() { return &own_; }
     const T *get() const { return &own_; }
@@ -72,6 +74,7 @@ private:
 template <class T, class N, int32_t (*Init)(T *, uint32_t, const servo_id_settings *, int32_t, servo_id_error *),
           int32_t (*Process)(T *, int32_t, N, int32_t, N *), int32_t (*Control)(T *, int32_t, N, int32_t, N *),
           int32_t (*Learn)(T *, N), int32_t (*Get)(const T *, servo_id_estimates *),
+          int32_t (*Work)(T *, uint32_t),
           int32_t (*FromConstants)(T *, uint32_t, const uint32_t *, uint32_t, int32_t), int32_t (*Machine)(const T *, N *)>
 class Closed {
 public:
@@ -90,6 +93,7 @@ public:
     }
     Status learn(N acted) { return Learn(&own_, acted); }
     Status estimates(Estimates &estimates) const { return Get(&own_, &estimates); }
+    Status work(uint32_t blocks) { return Work(&own_, blocks); }
     Status machine_estimates(N (&machine)[4]) const { return Machine(&own_, machine); }
     T *get() { return &own_; }
     const T *get() const { return &own_; }
@@ -102,16 +106,15 @@ private:
 
 #define SERVO_ID_LISTENING(NAME, NUMBER)                                                                               \
     detail::Listening<servo_id_##NAME, NUMBER, servo_id_##NAME##_init, servo_id_##NAME##_sample,                       \
-                      servo_id_##NAME##_resume, servo_id_##NAME##_estimates, servo_id_##NAME##_init_from_constants,    \
-                      servo_id_##NAME##_machine_estimates>
+                      servo_id_##NAME##_resume, servo_id_##NAME##_estimates, servo_id_##NAME##_work,                   \
+                      servo_id_##NAME##_init_from_constants, servo_id_##NAME##_machine_estimates>
 #define SERVO_ID_CLOSED(NAME, NUMBER)                                                                                  \
     detail::Closed<servo_id_##NAME, NUMBER, servo_id_##NAME##_init, servo_id_##NAME##_process,                         \
                    servo_id_##NAME##_control, servo_id_##NAME##_learn, servo_id_##NAME##_estimates,                    \
-                   servo_id_##NAME##_init_from_constants, servo_id_##NAME##_machine_estimates>
+                   servo_id_##NAME##_work, servo_id_##NAME##_init_from_constants,                                      \
+                   servo_id_##NAME##_machine_estimates>
 #define SERVO_ID_LEARNS(NAME)                                                                                          \
     Status learn(float increment, float command) { return servo_id_##NAME##_learn(get(), increment, command); }
-#define SERVO_ID_WORKS(NAME)                                                                                           \
-    Status work(uint32_t blocks) { return servo_id_##NAME##_work(get(), blocks); }
 #define SERVO_ID_SCALES(NAME)                                                                                          \
     Status scale(double &scale) const { return servo_id_##NAME##_scale(get(), &scale); }
 
@@ -126,7 +129,6 @@ public:
 class GaussNewton : public SERVO_ID_LISTENING(gauss_newton, float) {
 public:
     SERVO_ID_LEARNS(gauss_newton)
-    SERVO_ID_WORKS(gauss_newton)
 };
 class Fixed : public SERVO_ID_LISTENING(fixed, int32_t) {
 public:
@@ -138,10 +140,7 @@ public:
 };
 class GradientLoop : public SERVO_ID_CLOSED(gradient_loop, float) {};
 class GradientCoulombLoop : public SERVO_ID_CLOSED(gradient_coulomb_loop, float) {};
-class GaussNewtonLoop : public SERVO_ID_CLOSED(gauss_newton_loop, float) {
-public:
-    SERVO_ID_WORKS(gauss_newton_loop)
-};
+class GaussNewtonLoop : public SERVO_ID_CLOSED(gauss_newton_loop, float) {};
 class FixedLoop : public SERVO_ID_CLOSED(fixed_loop, int32_t) {
 public:
     SERVO_ID_SCALES(fixed_loop)
@@ -154,7 +153,6 @@ public:
 #undef SERVO_ID_LISTENING
 #undef SERVO_ID_CLOSED
 #undef SERVO_ID_LEARNS
-#undef SERVO_ID_WORKS
 #undef SERVO_ID_SCALES
 
 // The verdict in short: see servo_id_judge.

@@ -313,6 +313,14 @@ macro_rules! listening {
                 unsafe { super::resume::<$number, Identifier>(object, moved) }
             }
 
+            /// Background work: at most this number of blocks of a first fit, or a piece of the motion.
+            fn [<servo_id_ $name _work>](object: *mut $object, blocks: u32) {
+                // SAFETY: the header's conditions.
+                let own = unsafe { content(object) }?;
+                own.identifier.work(&mut own.state, blocks);
+                Ok(crate::status::OK)
+            }
+
             $($more)*
         }
     };
@@ -380,37 +388,27 @@ macro_rules! listening_to_words {
 
 /// The paper's estimator of a and b; the correction carries the load.
 pub mod gradient {
-    listening_to_numbers! { gradient Gradient: identifier_core::Gradient<f32, 2>, 0x5e1d_0002, 52 words; }
+    listening_to_numbers! { gradient Gradient: identifier_core::Gradient<f32, 2>, 0x5e1d_0002, 212 words; }
 }
 
 /// The same with Coulomb friction.
 pub mod gradient_coulomb {
-    listening_to_numbers! { gradient_coulomb GradientCoulomb: identifier_core::Gradient<f32, 3>, 0x5e1d_0003, 66 words; }
+    listening_to_numbers! { gradient_coulomb GradientCoulomb: identifier_core::Gradient<f32, 3>, 0x5e1d_0003, 226 words; }
 }
 
 /// Recursive Gauss–Newton for a, b, Coulomb friction and load.
 pub mod gauss_newton {
-    listening_to_numbers! {
-        gauss_newton GaussNewton: identifier_core::GaussNewton, 0x5e1d_0004, 680 words;
-
-        /// Continues the first fit by at most this number of blocks.
-        fn servo_id_gauss_newton_work(object: *mut GaussNewton, blocks: u32) {
-            // SAFETY: the header's conditions.
-            let own = unsafe { content(object) }?;
-            own.identifier.work(&mut own.state, blocks);
-            Ok(crate::status::OK)
-        }
-    }
+    listening_to_numbers! { gauss_newton GaussNewton: identifier_core::GaussNewton, 0x5e1d_0004, 680 words; }
 }
 
 /// The paper's estimator of a and b in fixed point.
 pub mod fixed {
-    listening_to_words! { fixed Fixed: identifier_core::Gradient<Word, 2>, 0x5e1d_0005, 64 words; }
+    listening_to_words! { fixed Fixed: identifier_core::Gradient<Word, 2>, 0x5e1d_0005, 224 words; }
 }
 
 /// The same with Coulomb friction.
 pub mod fixed_coulomb {
-    listening_to_words! { fixed_coulomb FixedCoulomb: identifier_core::Gradient<Word, 3>, 0x5e1d_0006, 80 words; }
+    listening_to_words! { fixed_coulomb FixedCoulomb: identifier_core::Gradient<Word, 3>, 0x5e1d_0006, 240 words; }
 }
 
 /// The lists of all of them.

@@ -196,6 +196,14 @@ macro_rules! closed {
                 update.map(|update| update.event as i32).map_err(of_step)
             }
 
+            /// Background work: at most this number of blocks of a first fit, or a piece of the motion.
+            fn [<servo_id_ $name _work>](object: *mut $object, blocks: u32) {
+                // SAFETY: the header's conditions.
+                let own = unsafe { content(object) }?;
+                own.servo_loop.work(&mut own.state, blocks);
+                Ok(crate::status::OK)
+            }
+
             $($more)*
         }
     };
@@ -226,42 +234,29 @@ macro_rules! closed_on_words {
 
 /// With the paper's estimator of a and b.
 pub mod gradient {
-    closed! { gradient_loop GradientLoop: identifier_core::Gradient<f32, 2>, f32, f32, 0x5e1d_0012, 76 words; }
+    closed! { gradient_loop GradientLoop: identifier_core::Gradient<f32, 2>, f32, f32, 0x5e1d_0012, 236 words; }
 }
 
 /// The same with Coulomb friction.
 pub mod gradient_coulomb {
     closed! {
-        gradient_coulomb_loop GradientCoulombLoop: identifier_core::Gradient<f32, 3>, f32, f32, 0x5e1d_0013, 90 words;
+        gradient_coulomb_loop GradientCoulombLoop: identifier_core::Gradient<f32, 3>, f32, f32, 0x5e1d_0013, 250 words;
     }
 }
 
 /// With Gauss–Newton.
 pub mod gauss_newton {
-    use identifier_core::identifier::Identify;
-
-    closed! {
-        gauss_newton_loop GaussNewtonLoop: identifier_core::GaussNewton, f32, f32, 0x5e1d_0014, 690 words;
-
-        /// Continues the first fit by at most this number of blocks.
-        fn servo_id_gauss_newton_loop_work(object: *mut GaussNewtonLoop, blocks: u32) {
-            // SAFETY: the header's conditions.
-            let own = unsafe { content(object) }?;
-            let identifier = own.servo_loop.identifier();
-            identifier.work(own.state.identification_mut(), blocks);
-            Ok(crate::status::OK)
-        }
-    }
+    closed! { gauss_newton_loop GaussNewtonLoop: identifier_core::GaussNewton, f32, f32, 0x5e1d_0014, 690 words; }
 }
 
 /// With the paper's estimator of a and b in fixed point.
 pub mod fixed_point {
-    closed_on_words! { fixed_loop FixedLoop: identifier_core::Gradient<Word, 2>, 0x5e1d_0015, 92 words; }
+    closed_on_words! { fixed_loop FixedLoop: identifier_core::Gradient<Word, 2>, 0x5e1d_0015, 252 words; }
 }
 
 /// The same with Coulomb friction.
 pub mod fixed_point_coulomb {
-    closed_on_words! { fixed_coulomb_loop FixedCoulombLoop: identifier_core::Gradient<Word, 3>, 0x5e1d_0016, 108 words; }
+    closed_on_words! { fixed_coulomb_loop FixedCoulombLoop: identifier_core::Gradient<Word, 3>, 0x5e1d_0016, 268 words; }
 }
 
 /// The lists of all of them.

@@ -222,10 +222,10 @@ fn a_program_of_constants_links_little() {
             .expect("a number")
     };
     for (name, most) in [
-        ("gradient_loop", 9),
-        ("gradient_coulomb_loop", 12),
-        ("fixed_loop", 8),
-        ("fixed_coulomb_loop", 12),
+        ("gradient_loop", 16),
+        ("gradient_coulomb_loop", 19),
+        ("fixed_loop", 16),
+        ("fixed_coulomb_loop", 20),
         ("gauss_newton_loop", 27),
     ] {
         let [built, of_constants] = ["init", "init_from_constants"].map(|init| bytes(name, init));

@@ -1,7 +1,8 @@
 //! An [embassy](https://embassy.dev) firmware that identifies its servo while the core's PID drives it.
 //!
-//! Samples are a task of an executor in an interrupt, which preempts everything else; the SysTick wakes it. It
-//! regularly sends a snapshot of the estimates to a task of the thread executor, which converts them to SI and reports.
+//! Samples are a task of an executor in an interrupt, which preempts everything else; the SysTick wakes it. It sends the
+//! pieces of the motion to a task of the thread executor, which has the memory of the estimator and sends corrections back.
+//! It regularly sends a snapshot of the estimates to another task, which converts them to SI and reports.
 //! The configuration is built once and shared by both. The crate `lm3s6965` gives only the number of an interrupt: use
 //! that of your chip instead.
 //!
@@ -18,15 +19,20 @@ use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
-use identifier_core::identifier::Identify;
-use identifier_core::measurement::Counter;
+use identifier_core::identifier::{
+    GradientCorrection, GradientRecursion, Identify, MachineEstimates, MeasuredPiece, ServoLoop,
+};
+use identifier_core::measurement::{Counter, LowPass};
+use identifier_core::parameters::{PerParameter, Unknowns};
 use identifier_core::settings::SettingsError;
-use identifier_core::{AB, Gradient, GradientLoop, Settings};
+use identifier_core::{AB, Settings};
 use lm3s6965::{Interrupt, interrupt};
 use servo::{COUNTS_PER_REV, SAMPLE_TIME, Servo, setpoint};
 
-type Loop = GradientLoop<f32, AB>;
-type Snapshot = <Gradient<f32, AB> as Identify<f32>>::Snapshot;
+type Estimator = GradientRecursion<f32, LowPass<f32>, Unknowns<AB>, AB>;
+type Loop = ServoLoop<f32, LowPass<f32>, Estimator>;
+type Snapshot = <Estimator as Identify<f32>>::Snapshot;
+type Piece = (MeasuredPiece<f32>, PerParameter<f32>);
 
 /// Samples between two reports.
 const REPORT: u32 = 1000;
@@ -36,6 +42,8 @@ const TICKS: u32 = 2000;
 
 static SAMPLES: InterruptExecutor = InterruptExecutor::new();
 static TICK: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+static PIECES: Channel<CriticalSectionRawMutex, Piece, 4> = Channel::new();
+static CORRECTIONS: Signal<CriticalSectionRawMutex, GradientCorrection<f32>> = Signal::new();
 static REPORTS: Channel<CriticalSectionRawMutex, Snapshot, 2> = Channel::new();
 
 #[exception]
@@ -70,8 +78,10 @@ async fn main(spawner: Spawner) {
     // SAFETY: nothing relies on a priority that is masked.
     unsafe { core.NVIC.set_priority(Interrupt::SSI0, 1 << 5) };
     let samples = SAMPLES.start(Interrupt::SSI0);
-    if let (Ok(sample), Ok(report)) = (sample(servo_loop), report(servo_loop)) {
+    let tasks = (sample(servo_loop), remember(servo_loop), report(servo_loop));
+    if let (Ok(sample), Ok(remember), Ok(report)) = tasks {
         samples.spawn(sample);
+        spawner.spawn(remember);
         spawner.spawn(report);
     }
     core.SYST.set_clock_source(SystClkSource::Core);
@@ -95,10 +105,31 @@ async fn sample(servo_loop: &'static Loop) {
             Err(_) => 0.0,
         };
         servo.output(command);
+        let (identifier, learnt) = (servo_loop.identifier(), state.identification_mut());
+        if let Some(correction) = CORRECTIONS.try_take() {
+            identifier.take_over(learnt, &correction);
+        }
+        if let Some(piece) = identifier.take_piece(learnt) {
+            // The memory notices one that finds no room.
+            let _ = PIECES.try_send((piece, identifier.machine_estimates(learnt)));
+        }
         if sample % REPORT == REPORT - 1 {
             let snapshot = servo_loop.identifier().snapshot(state.identification());
             // A report that nothing has taken yet is enough.
             let _ = REPORTS.try_send(snapshot);
+        }
+    }
+}
+
+/// Remembers the motion, and corrects the estimates by it.
+#[embassy_executor::task]
+async fn remember(servo_loop: &'static Loop) {
+    let memory = servo_loop.identifier().memory();
+    let mut state = memory.start();
+    loop {
+        let (piece, estimates) = PIECES.receive().await;
+        if let Some(correction) = memory.process(&mut state, &piece, &estimates) {
+            CORRECTIONS.signal(correction);
         }
     }
 }

@@ -18,6 +18,8 @@ pub fn run(servo_loop: &Loop) -> Option<f64> {
         let count = encoder.read(servo.register());
         let step = servo_loop.process(&mut state, setpoint(sample), 0.0, count);
         servo.output(step.ok()?.control.command);
+        // In the time that is left: the memory of the estimator.
+        servo_loop.work(&mut state, 1);
     }
     Some(servo_loop.estimates(&state)?.b)
 }

@@ -5,9 +5,10 @@ use identifier_core::control::{Setpoint, Shaped, ShapedState};
 use identifier_core::error::StepError;
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
-    GradientIdentifier, Identify, ServoLoop, ServoLoopState, Update,
+    GradientIdentifier, GradientRecursion, Identify, ServoLoop, ServoLoopState, Update,
 };
 use identifier_core::measurement::VelocityEstimate;
+use identifier_core::number::Arithmetic;
 use identifier_core::parameters::{ParameterSet, PerParameter, ServoParameters};
 use identifier_core::settings::SettingsError;
 
@@ -23,19 +24,25 @@ pub(crate) struct FixedLoop<V: VelocityEstimate<Word>, S: ParameterSet<P>, const
     servo_loop: ServoLoop<Word, V, GradientIdentifier<Word, V, S, P>, Shaped<Word>>,
     state: ServoLoopState<Word, V::State, LawState<V, S, P>, ShapedState<Word>>,
     start: i32,
+    remembers: bool,
     known: Outcome,
 }
 
 impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> FixedLoop<V, S, P> {
-    /// At rest at a count.
+    /// At rest at a count, with its memory or without.
     ///
     /// # Errors
     /// The setting that does not fit the number format, and its range.
-    pub(crate) fn new(settings: &Settings, start: i32) -> Result<Self, SettingsError> {
+    pub(crate) fn new(
+        settings: &Settings,
+        start: i32,
+        remembers: bool,
+    ) -> Result<Self, SettingsError> {
         let servo_loop: ServoLoop<_, _, GradientIdentifier<Word, V, S, P>, _> = settings.build()?;
         Ok(Self {
             state: servo_loop.start(start),
             start,
+            remembers,
             known: known(settings, servo_loop.identifier()),
             servo_loop,
         })
@@ -51,6 +58,10 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> SimLoop for 
             .servo_loop
             .process(&mut self.state, setpoint, wanted.offset, count)?;
         let (controller, identifier) = (self.servo_loop.controller(), self.servo_loop.identifier());
+        if self.remembers {
+            self.servo_loop.work(&mut self.state, u32::MAX);
+        }
+        let report = identifier.report(self.state.identification());
         let snapshot = identifier.snapshot(self.state.identification());
         Ok(Step {
             command: controller.command(step.control.command),
@@ -58,7 +69,7 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> SimLoop for 
             output_error: Some(identifier.output_error(&step.seen)),
             event: Some(step.seen.event),
             estimates: identifier.estimates_in(&snapshot),
-            standard_errors: None,
+            standard_errors: report.errors_of_parameters(),
             at_bounds: identifier.at_bounds_in(&snapshot),
         })
     }
@@ -72,6 +83,7 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> SimLoop for 
 pub(crate) struct FixedIdentifier<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> {
     identifier: GradientIdentifier<Word, V, S, P>,
     state: LawState<V, S, P>,
+    remembers: bool,
     known: Outcome,
     /// The position from the first sample, counts, and the count nearest to it.
     position: f64,
@@ -79,14 +91,15 @@ pub(crate) struct FixedIdentifier<V: VelocityEstimate<Word>, S: ParameterSet<P>,
 }
 
 impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> FixedIdentifier<V, S, P> {
-    /// At rest.
+    /// At rest, with its memory or without.
     ///
     /// # Errors
     /// The setting that does not fit the number format, and its range.
-    pub(crate) fn new(settings: &Settings) -> Result<Self, SettingsError> {
+    pub(crate) fn new(settings: &Settings, remembers: bool) -> Result<Self, SettingsError> {
         let identifier: GradientIdentifier<Word, V, S, P> = settings.build()?;
         Ok(Self {
             state: identifier.start(),
+            remembers,
             known: known(settings, &identifier),
             identifier,
             position: 0.0,
@@ -112,6 +125,9 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> DynIdentifie
         let moved = self.moved(increment);
         let command = self.identifier.command_word(command);
         let update = self.identifier.process(&mut self.state, moved, command)?;
+        if self.remembers {
+            self.identifier.work(&mut self.state, u32::MAX);
+        }
         Ok(Innovation {
             command: self.identifier.command(command),
             update: Some(Update {
@@ -124,6 +140,10 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> DynIdentifie
     fn estimates(&self) -> ServoParameters {
         let snapshot = self.identifier.snapshot(&self.state);
         self.identifier.estimates_in(&snapshot)
+    }
+
+    fn standard_errors(&self) -> Option<ServoParameters> {
+        self.identifier.report(&self.state).errors_of_parameters()
     }
 
     fn at_bounds(&self) -> PerParameter<bool> {
@@ -141,9 +161,10 @@ impl<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize> DynIdentifie
     }
 }
 
-fn known<V: VelocityEstimate<Word>, S: ParameterSet<P>, const P: usize>(
+/// The outcome of a gradient estimator before its first sample.
+pub(crate) fn known<N: Arithmetic, V: VelocityEstimate<N>, S: ParameterSet<P>, const P: usize>(
     settings: &Settings,
-    identifier: &GradientIdentifier<Word, V, S, P>,
+    identifier: &GradientRecursion<N, V, S, P>,
 ) -> Outcome {
     Outcome {
         gamma: gamma_over::<S, P>(settings),

@@ -10,7 +10,7 @@ use identifier_core::settings::{ParameterRangeSettings, SettingsError};
 use identifier_log::log::Log;
 
 use super::dispatch::with_types;
-use super::{Arithmetic, Scenario};
+use super::{Arithmetic, Estimator, Scenario};
 
 /// The parameter range around one servo if none is stated: b within a factor of three, a up to three times.
 pub(crate) fn range_around(servo: &ServoParameters) -> ParameterRangeSettings {
@@ -29,10 +29,16 @@ pub(super) fn choose(
 ) -> Result<(), SettingsError> {
     /// Time for which the reference is played, s.
     const SIMULATED_TIME: f64 = 10.0;
+    /// Γ of an estimator without a memory over that of one with it.
+    const WITHOUT_MEMORY: f64 = 100.0;
 
     let samples = (SIMULATED_TIME / scenario.sample_time()).min(Log::MAX_REFERENCES as f64) as u32;
     let gamma = with_types!(scenario, f64 => automatic_gamma(settings, reference, samples))?;
-    settings.identifier.gamma = Some(gamma);
+    let factor = match scenario.identifier.law {
+        Estimator::Gradient => 1.0,
+        _ => WITHOUT_MEMORY,
+    };
+    settings.identifier.gamma = Some(PerParameter::from_fn(|of| factor * gamma.get(of)));
     if scenario.identifier.arithmetic == Arithmetic::Fixed {
         with_types!(scenario, Word => lower(settings));
     }

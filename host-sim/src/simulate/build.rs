@@ -7,7 +7,7 @@ use identifier_core::control::{Controller, Shaped};
 use identifier_core::error::{Allowed, OutOfRange};
 use identifier_core::fixed_point::Word;
 use identifier_core::identifier::{
-    GaussNewtonIdentifier, GradientIdentifier, IdentifiableSet, Identify,
+    GaussNewtonIdentifier, GradientIdentifier, GradientRecursion, IdentifiableSet, Identify,
 };
 use identifier_core::measurement::VelocityEstimate;
 use identifier_core::number::Number;
@@ -18,10 +18,10 @@ use rivals::FilteredLeastSquares;
 use super::{LocalLoop, SimulatedAxis, Simulation};
 use crate::loops::{
     DirectEstimator, DynIdentifier, FixedIdentifier, FixedLoop, PidLoop, RelayLoop, Running,
-    WholeRecord,
+    WholeRecord, known,
 };
 use crate::scenario::dispatch::{with_number, with_set, with_types, with_velocity};
-use crate::scenario::{Arithmetic, Estimator, Fault, Scenario, gamma_over};
+use crate::scenario::{Arithmetic, Estimator, Fault, Scenario};
 use identifier_log::experiment::Outcome;
 
 impl Simulation {
@@ -69,7 +69,7 @@ pub(crate) fn closed_by_pid(
     start: i32,
 ) -> Result<LocalLoop, Fault> {
     if is_fixed_point(scenario) {
-        return with_types!(scenario, Word => fixed_loop(settings, start))
+        return with_types!(scenario, Word => fixed_loop(scenario, settings, start))
             .map_err(|error| scenario.fault(&error));
     }
     with_number!(scenario => floating_loop(scenario, settings, start))
@@ -95,6 +95,7 @@ fn pid<N: Number, V: VelocityEstimate<N, State: Send> + Send + 'static>(
 }
 
 fn fixed_loop<V, S, const P: usize>(
+    scenario: &Scenario,
     settings: &Settings,
     start: i32,
 ) -> Result<LocalLoop, SettingsError>
@@ -102,7 +103,10 @@ where
     V: VelocityEstimate<Word, State: Send> + Send + 'static,
     S: ParameterSet<P> + Send + 'static,
 {
-    Ok(Box::new(FixedLoop::<V, S, P>::new(settings, start)?))
+    let remembers = remembers(scenario);
+    Ok(Box::new(FixedLoop::<V, S, P>::new(
+        settings, start, remembers,
+    )?))
 }
 
 /// The identifier of a scenario beside any controller, in the number format of the scenario. The settings are those of
@@ -115,18 +119,26 @@ pub(crate) fn identifier(
     settings: &Settings,
 ) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
     if is_fixed_point(scenario) {
-        return with_types!(scenario, Word => fixed_identifier(settings))
+        return with_types!(scenario, Word => fixed_identifier(scenario, settings))
             .map_err(|error| scenario.fault(&error));
     }
     with_number!(scenario => identifier_in(scenario, settings))
 }
 
-fn fixed_identifier<V, S, const P: usize>(settings: &Settings) -> Built
+/// True if the gradient of a scenario has its memory.
+fn remembers(scenario: &Scenario) -> bool {
+    scenario.identifier.law == Estimator::Gradient
+}
+
+fn fixed_identifier<V, S, const P: usize>(scenario: &Scenario, settings: &Settings) -> Built
 where
     V: VelocityEstimate<Word, State: Send> + Send + 'static,
     S: ParameterSet<P> + Send + 'static,
 {
-    Ok(Box::new(FixedIdentifier::<V, S, P>::new(settings)?))
+    let remembers = remembers(scenario);
+    Ok(Box::new(FixedIdentifier::<V, S, P>::new(
+        settings, remembers,
+    )?))
 }
 
 /// The same in a number format.
@@ -135,8 +147,9 @@ pub(super) fn identifier_in<N: Number>(
     settings: &Settings,
 ) -> Result<Box<dyn DynIdentifier + Send>, Fault> {
     let built = match scenario.identifier.law {
-        Estimator::Gradient | Estimator::PdGradient => {
-            with_types!(scenario, N => gradient::<N>(settings))
+        Estimator::Gradient => with_types!(scenario, N => gradient::<N>(settings)),
+        Estimator::Paper | Estimator::PdGradient => {
+            with_types!(scenario, N => without_memory::<N>(settings))
         }
         Estimator::GaussNewton if scenario.has_terms() => {
             // Those that the settings do not require never enter.
@@ -174,13 +187,19 @@ where
     V: VelocityEstimate<N, State: Send> + Send + 'static,
     S: ParameterSet<P> + Send + 'static,
 {
-    type Estimator<N, V, S, const P: usize> = GradientIdentifier<N, V, S, P>;
-    beside(settings, |law: &Estimator<N, V, S, P>| Outcome {
-        gamma: gamma_over::<S, P>(settings),
-        mu: Some(law.mu()),
-        certified: law.certificate().is_some(),
-        gain_margin: law.gain_margin(),
-        ..Outcome::default()
+    beside(settings, |law: &GradientIdentifier<N, V, S, P>| {
+        known(settings, law)
+    })
+}
+
+fn without_memory<N, V, S, const P: usize>(settings: &Settings) -> Built
+where
+    N: Number,
+    V: VelocityEstimate<N, State: Send> + Send + 'static,
+    S: ParameterSet<P> + Send + 'static,
+{
+    beside(settings, |law: &GradientRecursion<N, V, S, P>| {
+        known(settings, law)
     })
 }
 

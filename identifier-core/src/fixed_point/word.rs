@@ -58,6 +58,16 @@ encode! {
     [] CountScale as "CountScale" { full, up }
 }
 
+/// Sum and double sum of words without their last bits, exactly. A piece of counts has none of these bits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WordIntegral {
+    sum: i32,
+    double: i64,
+}
+
+/// Bits of a word that a sum of 512 words has no space for.
+const INTEGRAL_BITS: i32 = 8;
+
 /// The nearest of a range about zero, beyond it.
 #[cold]
 fn saturated(moved: i32, most: i32) -> i32 {
@@ -97,7 +107,10 @@ impl Arithmetic for Word {
     type Sum = I2F62;
     type Offset = I16F16;
     type Counts = CountScale;
+    type Integral = WordIntegral;
+    type Real = f32;
 
+    const NOTHING: WordIntegral = WordIntegral { sum: 0, double: 0 };
     const ZERO: Self = Self::ZERO;
     const ONE: Self = FULL;
     const REACH: Self = Self::MAX;
@@ -350,6 +363,21 @@ impl Arithmetic for Word {
     fn gather_far(sum: &mut I2F62, x: Self, y: Self, shift: i32) {
         let step = wide(x.to_bits(), y.to_bits()).saturating_mul(i64::from(shift));
         *sum = I2F62::from_bits(sum.to_bits() + step.clamp(-FULL_SUM, FULL_SUM));
+    }
+
+    #[inline(always)]
+    fn integrate(self, integral: &mut WordIntegral) {
+        integral.sum = integral.sum.wrapping_add(self.to_bits() >> INTEGRAL_BITS);
+        integral.double = integral.double.wrapping_add(integral.sum.into());
+    }
+
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "as many digits as the background has"
+    )]
+    fn integrals(integral: &WordIntegral, exponent: i32) -> [f32; 2] {
+        let unit = libm::ldexpf(1.0, exponent - BITS + INTEGRAL_BITS);
+        [integral.sum as f32 * unit, integral.double as f32 * unit]
     }
 }
 

@@ -55,6 +55,49 @@ impl<N: Number, const Q: usize> NormalEquations<N, Q> {
         }
     }
 
+    /// The sum of the squares of an unknown's column; zero beyond the last.
+    pub(crate) fn square(&self, unknown: usize) -> N {
+        let row = self.matrix.get(unknown).and_then(|row| row.get(unknown));
+        row.copied().unwrap_or(N::ZERO)
+    }
+
+    /// Leaves all samples this part of their weight.
+    pub(crate) fn fade(&mut self, part: N) {
+        for entry in self.matrix.iter_mut().flatten().chain(&mut self.right) {
+            *entry = part * *entry;
+        }
+        self.cost = part * self.cost;
+    }
+
+    /// The same for the errors that values of the unknowns leave.
+    #[must_use]
+    pub(crate) fn about(&self, values: &[N; Q]) -> Self {
+        let mut about = *self;
+        // Looked up without a panic, also where the compiler optimises for size.
+        for (i, (row, &value)) in self.matrix.iter().zip(values).enumerate() {
+            for (j, (&entry, &other)) in row.iter().zip(values).enumerate().take(i + 1) {
+                if let Some(right) = about.right.get_mut(i) {
+                    *right = *right - entry * other;
+                }
+                if let (true, Some(right)) = (j < i, about.right.get_mut(j)) {
+                    *right = *right - entry * value;
+                }
+            }
+        }
+        let rights = self.right.iter().zip(&about.right);
+        for ((&before, &after), &value) in rights.zip(values) {
+            about.cost = about.cost - value * (before + after);
+        }
+        about.cost = about.cost.larger(N::ZERO);
+        about
+    }
+
+    /// The sum of squared errors that a solution leaves.
+    pub(crate) fn left_by(&self, solution: &[N; Q]) -> N {
+        let terms = solution.iter().zip(&self.right);
+        terms.fold(self.cost, |left, (&x, &right)| left - x * right)
+    }
+
     /// The step of Levenberg and Marquardt, (A + λ diag A) δ = g. Source: Marquardt, "An algorithm for least-squares
     /// estimation of nonlinear parameters", SIAM Journal 11(2), 1963. An unknown that is not `free`, or on which
     /// nothing depends, stays.

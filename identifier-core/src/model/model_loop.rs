@@ -118,6 +118,12 @@ impl<N: Arithmetic, F: Default> ModelState<N, F> {
         Self::new(self.integral_error, Motion::steady(velocity.saturated()))
     }
 
+    /// The mean direction over the sample just passed; zero while friction holds the model.
+    #[inline(always)]
+    pub(crate) fn direction(&self) -> N {
+        self.acted.direction
+    }
+
     /// Sets the model to the servo's position during standstill; the correction's integral is kept.
     ///
     /// Real friction yields elastically before it breaks away, and creeps. So the position of rest within the

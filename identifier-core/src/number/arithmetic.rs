@@ -33,6 +33,10 @@ pub trait Arithmetic:
     type Offset: Copy + Debug;
     /// Takes counts to a full scale.
     type Counts: Copy + Debug + PartialEq + Send;
+    /// Sum and double sum of a signal over some time.
+    type Integral: Copy + Debug + PartialEq + Send;
+    /// The number in which the background computes.
+    type Real: Number;
 
     /// Zero.
     const ZERO: Self;
@@ -40,6 +44,8 @@ pub trait Arithmetic:
     const ONE: Self;
     /// The largest error or increment that is taken. In fixed point both saturate.
     const REACH: Self;
+    /// Sums of no signal.
+    const NOTHING: Self::Integral;
     /// Terms of the series of a zero-order-hold step that the format resolves, at most 6.
     const SERIES_TERMS: usize;
     /// Signals have full scales.
@@ -169,6 +175,11 @@ pub trait Arithmetic:
     /// The same where y cannot be raised: the step stops at the sum's full scale.
     fn gather_far(sum: &mut Self::Sum, x: Self, y: Self, shift: Self::Shift);
 
+    /// Adds a signal to its sum, and the sum to the double sum. In fixed point 512 signals have space.
+    fn integrate(self, integral: &mut Self::Integral);
+    /// Sum and double sum of a signal of a full scale of 2^exponent.
+    fn integrals(integral: &Self::Integral, exponent: i32) -> [Self::Real; 2];
+
     /// The value moved into `[low, high]`.
     #[inline]
     #[must_use]
@@ -186,11 +197,14 @@ pub trait Arithmetic:
 
 /// An arithmetic whose constants can be written as words.
 pub(crate) trait Encoded:
-    Arithmetic<Factor: Encode, Shift: Encode, Counts: Encode> + Encode
+    Arithmetic<Factor: Encode, Shift: Encode, Counts: Encode, Real: Encode> + Encode
 {
 }
 
-impl<N> Encoded for N where N: Arithmetic<Factor: Encode, Shift: Encode, Counts: Encode> + Encode {}
+impl<N> Encoded for N where
+    N: Arithmetic<Factor: Encode, Shift: Encode, Counts: Encode, Real: Encode> + Encode
+{
+}
 
 impl<N: Number> Arithmetic for N {
     type Factor = N;
@@ -199,7 +213,10 @@ impl<N: Number> Arithmetic for N {
     type Sum = N::Sum;
     type Offset = N;
     type Counts = ();
+    type Integral = [N; 2];
+    type Real = N;
 
+    const NOTHING: [N; 2] = [<N as Number>::ZERO; 2];
     const ZERO: Self = <N as Number>::ZERO;
     const ONE: Self = <N as Number>::ONE;
     const REACH: Self = <N as Number>::REACH;
@@ -341,5 +358,15 @@ impl<N: Number> Arithmetic for N {
 
     fn gather_far(sum: &mut N::Sum, x: N, y: N, (): ()) {
         sum.add(x * y);
+    }
+
+    #[inline(always)]
+    fn integrate(self, [sum, double]: &mut [N; 2]) {
+        *sum += self;
+        *double += *sum;
+    }
+
+    fn integrals(integral: &[N; 2], _: i32) -> [N; 2] {
+        *integral
     }
 }

@@ -80,8 +80,9 @@ pub(crate) fn gamma_by_limit<S: ParameterSet<P>, const P: usize>(
     gamma_for::<S, P>(units, range, gains.kd(), moments)
 }
 
-/// Mean of T φᵀΓφ over the guard's bound, for the corner of the least excitation.
-const STRENGTH: f64 = 1.0;
+/// Mean of T φᵀΓφ over the guard's bound, for the corner of the least excitation. With the whole bound the estimator would
+/// disturb what its memory knows, until half a minute has passed.
+const STRENGTH: f64 = 0.01;
 
 /// The automatic Γ for the parameters of a set, SI. It follows from the second moments of the regressor (9), E q̇² and
 /// E u², at the corners of a parameter range.
@@ -90,8 +91,7 @@ const STRENGTH: f64 = 1.0;
 ///   and Γ_c/Γ_b = E u² for friction and load. The smallest such ratio of the corners is used. A Γ_a too large in
 ///   proportion to Γ_b makes â oscillate; one too small only makes it slower.
 /// - **Size.** The guard allows T φᵀΓφ up to ρ α_min. The size of Γ is such that the *mean* of T φᵀΓφ reaches
-///   [`STRENGTH`] times that bound at the corner where it is smallest. The guard then limits the rate in the
-///   transients, which carry the information.
+///   [`STRENGTH`] times that bound at the corner where it is smallest.
 ///
 /// # Errors
 /// No Γ follows from a servo at rest or a loop that is unstable.

@@ -2,7 +2,7 @@ use super::parameter_range::{LARGEST, SMALLEST_GAIN, allowed};
 use super::terms::TermConfig;
 use super::{Settings, SettingsError};
 use crate::error::Allowed;
-use crate::fit::{FitterConfig, QUANTISATION_VARIANCE};
+use crate::fit::FitterConfig;
 use crate::model::ZeroOrderHoldStep;
 use crate::number::Number;
 use crate::parameters::{Parameter, Terms, Unknown};
@@ -64,7 +64,7 @@ impl<'a> Listening<'a> {
         let block = self.block(places, time)?;
         let mut config = FitterConfig {
             block,
-            noise: self.noise_variance()?,
+            noise: self.settings.noise_variance(&self.units)?,
             low: [0.0; 4],
             high: [0.0; 4],
             initial: [None; 4],
@@ -116,18 +116,6 @@ impl<'a> Listening<'a> {
         let low = allowed.check(name, low)?;
         allowed.check(name, high)?;
         Ok([low, Allowed::AtLeast(low).check(name, high)?])
-    }
-
-    /// The variance of the position noise, counts².
-    fn noise_variance(&self) -> Result<f64, SettingsError> {
-        Ok(match self.settings.identifier.noise {
-            Some(noise) => {
-                let counts =
-                    Allowed::PositiveUpTo(1e3).check("noise", noise)? * self.units.position();
-                counts * counts
-            }
-            None => QUANTISATION_VARIANCE,
-        })
     }
 
     /// ω T of the correction, if its bandwidth was given.

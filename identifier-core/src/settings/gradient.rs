@@ -7,8 +7,8 @@ use super::{FromSettings, Settings, SettingsError};
 use crate::control::Gains;
 use crate::error::{Allowed, OutOfRange};
 use crate::gradient::{
-    Certificate, Gradient, GradientConfig, GradientIdentifier, ParameterRange, StabilityCheck,
-    automatic_mu,
+    Certificate, Gradient, GradientConfig, GradientIdentifier, GradientRecursion, ParameterRange,
+    StabilityCheck, automatic_mu,
 };
 use crate::interval::Interval;
 use crate::measurement::standstill::Standstill;
@@ -19,6 +19,7 @@ use crate::parameters::{Parameter, ParameterSet, PerParameter};
 use crate::scales::FullScales;
 use crate::stability::SampledLoop;
 use crate::units::Units;
+use crate::windows::{Pieces, WindowSettings};
 
 /// The checked settings of the gradient identifiers, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +34,7 @@ struct GradientPlan<const P: usize> {
     pub(crate) frozen: [bool; P],
     pub(crate) initial: [f64; P],
     pub(crate) bounds: [Interval; P],
+    pub(crate) nominal: ParameterRange,
     pub(crate) stability_check: Option<StabilityCheck>,
 }
 
@@ -189,6 +191,7 @@ impl<const P: usize> GradientPlan<P> {
             frozen: S::PARAMETERS.map(|parameter| given.known.get(parameter)),
             initial,
             bounds,
+            nominal,
             stability_check,
         })
     }
@@ -219,6 +222,51 @@ impl<const P: usize> GradientPlan<P> {
             }
         }
         Ok(())
+    }
+
+    /// Pieces and windows of the memory. Γ gives the ratios of what the estimates may be off by, the middle of b's range
+    /// its size.
+    fn windows<N: Arithmetic, S: ParameterSet<P>>(
+        &self,
+        settings: &Settings,
+        scales: &FullScales,
+    ) -> Result<(Pieces<N>, WindowSettings<N::Real>), SettingsError> {
+        /// The longest piece, s: in it an acceleration changes little.
+        const LONGEST: f64 = 8e-3;
+        /// A usual delay besides the hold's, s.
+        const DELAY: f64 = 3e-3;
+        /// Output error up to which a model follows, standard deviations of the noise: eight counts of an encoder.
+        const NEAR: f64 = 28.0;
+        let units = &self.units;
+        let most = LONGEST / units.sample_time();
+        let samples = (0..)
+            .map(|k| Pieces::<N>::MOST >> k)
+            .find(|&samples| samples == 1 || f64::from(samples) <= most * (1.0 + 1e-9))
+            .unwrap_or(1);
+        let noise = libm::sqrt(settings.noise_variance(units)?);
+        let near = N::signal(NEAR * noise, scales.position);
+        let [least, most] = [self.nominal.b().min(), self.nominal.b().max()];
+        let b = libm::sqrt(least * most / 2.0);
+        let gamma = |wanted| {
+            let mut own = S::PARAMETERS.into_iter().zip(self.gamma).zip(self.frozen);
+            let ((_, gamma), frozen) = own.find(|((own, _), _)| *own == wanted)?;
+            (!frozen).then_some(gamma)
+        };
+        let of_b = gamma(Parameter::B).unwrap_or(1.0);
+        let spread = |parameter: Parameter| {
+            let share = libm::sqrt(gamma(parameter).unwrap_or(0.0) / of_b);
+            b * share * parameter.scale(units)
+        };
+        let spread = [
+            spread(Parameter::A),
+            spread(Parameter::B),
+            spread(Parameter::Coulomb),
+            b * Parameter::B.scale(units) * DELAY / units.sample_time(),
+        ];
+        Ok((
+            Pieces::new(samples, near, [scales.velocity, scales.command]),
+            WindowSettings::new(samples, noise, &spread),
+        ))
     }
 
     /// The estimator with an automatic Γ, as large as its limits permit: each parameter has a bound, and all of them
@@ -306,7 +354,7 @@ impl Settings {
     }
 }
 
-impl<N, V, S, const P: usize> FromSettings for GradientIdentifier<N, V, S, P>
+impl<N, V, S, const P: usize> FromSettings for GradientRecursion<N, V, S, P>
 where
     N: Arithmetic,
     V: VelocityEstimate<N>,
@@ -327,11 +375,14 @@ where
             Some(_) => plan.law::<N, S>(&scales),
             None => plan.lowered_law::<N, S>(&scales),
         };
+        let (pieces, windows) = plan.windows::<N, S>(settings, &scales)?;
         let GradientPlan { units, gains, .. } = plan;
         let reach = N::REACH.value(scales.velocity);
         Ok(Self {
             model: ModelLoop::new(velocity, &units, &gains, &scales),
             law: law?,
+            pieces,
+            windows,
             standstill: Standstill::new(&units, &scales),
             most: N::signal(settings.most_increment(&units, reach)?, scales.velocity),
             increments: N::counts(scales.velocity),
@@ -346,6 +397,23 @@ where
             units,
             stability_check: plan.stability_check,
             set: PhantomData,
+        })
+    }
+}
+
+impl<N, V, S, const P: usize> FromSettings for GradientIdentifier<N, V, S, P>
+where
+    N: Arithmetic,
+    V: VelocityEstimate<N>,
+    S: ParameterSet<P>,
+{
+    /// # Errors
+    /// As [`GradientRecursion`]'s.
+    fn from_settings(settings: &Settings) -> Result<Self, SettingsError> {
+        let recursion: GradientRecursion<N, V, S, P> = settings.build()?;
+        Ok(Self {
+            memory: recursion.memory(),
+            recursion,
         })
     }
 }

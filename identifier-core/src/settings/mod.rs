@@ -23,6 +23,7 @@ use crate::control::{
     CommandLimit, FeedForward, FeedForwardSettings, Gains, Notch, ReferenceFilter, Shaped,
 };
 use crate::error::{Allowed, OutOfRange};
+use crate::fit::QUANTISATION_VARIANCE;
 use crate::measurement::velocity::{Transfer, VelocityEstimate};
 use crate::number::Arithmetic;
 use crate::tuning::Tuning;
@@ -317,6 +318,17 @@ impl Settings {
         let speed = Allowed::Above(0.0).check("max_speed", speed)?;
         // At least a count, the increment of the slowest motion.
         Ok((speed * units.velocity()).max(1.0).min(reach))
+    }
+
+    /// The variance of the position noise, counts²: at least an encoder's.
+    pub(crate) fn noise_variance(&self, units: &Units) -> Result<f64, OutOfRange> {
+        Ok(match self.identifier.noise {
+            Some(noise) => {
+                let counts = Allowed::PositiveUpTo(1e3).check("noise", noise)? * units.position();
+                counts * counts
+            }
+            None => QUANTISATION_VARIANCE,
+        })
     }
 
     /// The largest |u| that the controller's limit allows, command units.

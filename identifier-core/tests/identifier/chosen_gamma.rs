@@ -27,6 +27,7 @@ fn errors(sample_time: f64, amplitude: f64, limit: f64) -> Vec<f64> {
             let step = servo_loop.process(&mut state, 0, offset, servo.count());
             let command = step.expect("possible").control.command;
             servo.plant.advance(command.into());
+            servo_loop.work(&mut state, 1);
         }
         let found = servo_loop.estimates(&state).expect("estimates");
         (found.b / truth.b - 1.0).abs()

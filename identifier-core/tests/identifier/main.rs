@@ -13,6 +13,8 @@ mod fixed_servo_loop;
 mod gradient;
 mod halves;
 mod literal_loop;
+#[cfg(feature = "fixed")]
+mod memory;
 mod refusals;
 mod robustness;
 mod shown_estimates;

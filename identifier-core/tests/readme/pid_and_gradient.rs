@@ -17,6 +17,7 @@ pub(super) fn run(board: &mut Board) -> Result<Option<ServoParameters>, Settings
             Ok(step) => board.output(step.control.command),
             Err(_) => board.disable(),
         }
+        servo_loop.work(&mut state, 1); // the memory, in the time that is left
     }
     Ok(servo_loop.estimates(&state))
 }

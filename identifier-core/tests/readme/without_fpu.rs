@@ -19,6 +19,7 @@ pub(super) fn run(board: &mut Board) -> Result<Option<ServoParameters>, Settings
             Ok(step) => board.output(servo_loop.controller().command(step.control.command) as f32),
             Err(_) => board.disable(),
         }
+        servo_loop.work(&mut state, 1);
     }
     Ok(servo_loop.estimates(&state))
 }

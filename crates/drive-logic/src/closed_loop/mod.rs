@@ -13,7 +13,10 @@ mod unknowns {
 use drive_link::{Estimator, LoopSettings, NotAllowed, Why};
 use identifier_core::control::ControlSample;
 use identifier_core::drive::{Actuator, ControlStepError, PositionSensor};
-use identifier_core::identifier::GaussNewtonFitted;
+use identifier_core::identifier::{
+    GaussNewtonFitted, GradientCorrection, MeasuredPiece, NumberedBlock,
+};
+use identifier_core::parameters::PerParameter;
 
 pub(crate) use self::single::{ClosedLoop, Identifier, Learnt, Settled};
 use crate::built;
@@ -23,6 +26,24 @@ pub(crate) const BLOCKS: usize = 64;
 
 /// The result of Gauss–Newton's first fit, which the background makes: for a recursion with terms too.
 pub(crate) type Fitted = GaussNewtonFitted<f32>;
+
+/// A part of the motion of a run that its estimator hands to the background.
+#[derive(Debug)]
+pub(crate) enum MotionPart {
+    /// A block for Gauss–Newton's first fit.
+    Block(NumberedBlock<f32>),
+    /// A piece for the memory of the gradient, with the estimates at its end.
+    Piece(MeasuredPiece<f32>, PerParameter<f32>),
+}
+
+/// What the background has made of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Learning {
+    /// Gauss–Newton's first fit.
+    Fit(Fitted),
+    /// A correction of the gradient's estimates.
+    Correction(GradientCorrection<f32>),
+}
 
 /// A control step with its count, or the reason why it was not taken.
 pub(crate) type StepResult<S, A> = Result<

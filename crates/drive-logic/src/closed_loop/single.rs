@@ -5,16 +5,18 @@ use drive_link::{Estimates, Estimator, NotAllowed};
 use identifier_core::control::{ControlSample, Setpoint, Shaped, ShapedState};
 use identifier_core::drive::{Actuator, PositionSensor};
 use identifier_core::identifier::{
-    ExpectedMotion, GaussNewtonRecursion, GradientIdentifier, IdentifiableSet, Identify,
-    NumberedBlock, ServoLoop, ServoLoopState, SettledEstimates, Update,
+    ExpectedMotion, GaussNewtonRecursion, GradientMemory, GradientRecursion, IdentifiableSet,
+    Identify, MachineEstimates, ServoLoop, ServoLoopState, SettledEstimates, Update,
 };
 use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::model::{Amplifier, AmplifierState};
-use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknown, Unknowns};
+use identifier_core::parameters::{
+    IdentifiedServo, ParameterSet, ServoParameters, Unknown, Unknowns,
+};
 use identifier_core::settings::{FromSettings, Settings};
 
 use super::unknowns::{UNKNOWNS, WithTerms};
-use super::{BLOCKS, Fitted, Handover, MAX_DELAYED, StepMonitor};
+use super::{BLOCKS, Handover, Learning, MAX_DELAYED, MotionPart, StepMonitor};
 use crate::conversion;
 
 type Velocity = LowPass<f32>;
@@ -44,8 +46,8 @@ enum Estimators {
     WithTerms(With<Termed>),
 }
 
-type Gradient = GradientIdentifier<f32, Velocity, Unknowns<2>, 2>;
-type GradientWithFriction = GradientIdentifier<f32, Velocity, Unknowns<3>, 3>;
+type Gradient = GradientRecursion<f32, Velocity, Unknowns<2>, 2>;
+type GradientWithFriction = GradientRecursion<f32, Velocity, Unknowns<3>, 3>;
 
 /// The identifier of a loop, which converts its numbers to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,17 +139,33 @@ where
     }
 
     #[inline]
-    fn exchange<'a>(
-        &mut self,
-        hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
-    ) -> bool {
+    fn exchange<'a>(&mut self, hand_on: impl FnOnce(MotionPart) -> Option<&'a Learning>) -> bool {
         let identifier = self.servo_loop.identifier();
         let state = self.state.identification_mut();
         let Some(block) = identifier.take_block(state) else {
             return false;
         };
-        if let Some(fitted) = hand_on(block) {
+        if let Some(Learning::Fit(fitted)) = hand_on(MotionPart::Block(block)) {
             identifier.take_over(state, fitted);
+        }
+        true
+    }
+}
+
+impl<S, const P: usize> With<GradientRecursion<f32, Velocity, S, P>>
+where
+    S: ParameterSet<P>,
+{
+    #[inline]
+    fn exchange<'a>(&mut self, hand_on: impl FnOnce(MotionPart) -> Option<&'a Learning>) -> bool {
+        let identifier = self.servo_loop.identifier();
+        let state = self.state.identification_mut();
+        let Some(piece) = identifier.take_piece(state) else {
+            return false;
+        };
+        let estimates = identifier.machine_estimates(state);
+        if let Some(Learning::Correction(found)) = hand_on(MotionPart::Piece(piece, estimates)) {
+            identifier.take_over(state, found);
         }
         true
     }
@@ -289,17 +307,22 @@ impl ClosedLoop {
         settled
     }
 
-    /// Transfers the block of Gauss–Newton's record that the sample completed, if any. It resumes from a first fit that
-    /// has come back. True if there was a block.
+    /// Transfers the part of the motion that the sample completed, if any. It continues from what has come back. True if
+    /// there was a part.
     #[inline]
     pub(crate) fn exchange<'a>(
         &mut self,
-        hand_on: impl FnOnce(NumberedBlock<f32>) -> Option<&'a Fitted>,
+        hand_on: impl FnOnce(MotionPart) -> Option<&'a Learning>,
     ) -> bool {
-        match &mut self.0 {
-            Estimators::GaussNewton(own) => own.exchange(hand_on),
-            Estimators::WithTerms(own) => own.exchange(hand_on),
-            _ => false,
+        for_each_estimator!(&mut self.0, own => own.exchange(hand_on))
+    }
+
+    /// The memory of its estimator, which works in the background; none of Gauss–Newton.
+    pub(crate) fn memory(&self) -> Option<GradientMemory<f32>> {
+        match &self.0 {
+            Estimators::Gradient(own) => Some(own.servo_loop.identifier().memory()),
+            Estimators::GradientWithFriction(own) => Some(own.servo_loop.identifier().memory()),
+            Estimators::GaussNewton(_) | Estimators::WithTerms(_) => None,
         }
     }
 }

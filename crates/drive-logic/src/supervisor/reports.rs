@@ -1,6 +1,6 @@
 //! The reports of the background.
 
-use drive_link::{Fault, Progress, Report, Snapshot, Status};
+use drive_link::{Estimates, Fault, Progress, Report, Snapshot, Status};
 use embedded_storage::nor_flash::NorFlash;
 use identifier_core::parameters::IdentifiedServo;
 use identifier_core::reason::Reason;
@@ -135,14 +135,30 @@ impl<F: NorFlash> Supervisor<'_, F> {
     fn take_in(&mut self, learnt: &Learnt) {
         let identifier = self.identifier.as_ref();
         let found = identifier.and_then(|identifier| identifier.estimates(learnt));
-        self.estimates = found.or(self.estimates);
+        self.estimates = found
+            .map(|found| self.with_errors(found))
+            .or(self.estimates);
+    }
+
+    /// Estimates with the standard errors of the gradient's memory, if it is that of the run.
+    fn with_errors(&self, found: Estimates) -> Estimates {
+        let of_memory = || self.solver.standard_errors();
+        Estimates {
+            standard_errors: found.standard_errors.or_else(of_memory),
+            ..found
+        }
     }
 
     /// Takes in the estimates of a run that has ended, with their standard errors. What a run has learnt that ended by a
     /// fault is no knowledge: it may be of a jam.
     fn take_in_all(&mut self, run: &Run, fault: Option<Fault>) {
         self.estimates = match fault {
-            None => run.closed_loop().all_estimates().or(self.estimates),
+            None => {
+                let found = run.closed_loop().all_estimates();
+                found
+                    .map(|found| self.with_errors(found))
+                    .or(self.estimates)
+            }
             Some(_) => self.known_before,
         };
     }

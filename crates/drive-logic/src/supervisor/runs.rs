@@ -7,7 +7,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::Supervisor;
 use super::memory::Slot;
-use super::solver::{Fitter, Solver};
+use super::solver::{Learner, Solver};
 use crate::chip::OutputStage;
 use crate::conversion;
 use crate::messages::{Mode, Order};
@@ -17,10 +17,10 @@ impl<F: NorFlash> Supervisor<'_, F> {
     /// Orders a run from the servo's position, unless it is overtaken by a stop.
     pub(super) fn start(&mut self, listen: impl FnOnce()) -> Result<(), Refusal> {
         self.must_be_startable()?;
-        let fitter = self.prepare_before()?;
+        let learner = self.prepare_before()?;
         listen();
         self.must_be_last()?;
-        self.order_run(fitter, Order::Begin)
+        self.order_run(learner, Order::Begin)
     }
 
     /// Orders a run if a commissioning that is over holds the servo, unless it was ordered already. The gains are those
@@ -36,14 +36,14 @@ impl<F: NorFlash> Supervisor<'_, F> {
             .or_else(|| self.prepare_before().ok());
         match prepared {
             // If there is no room for the order, the next turn tries again.
-            Some(fitter) => drop(self.order_run(fitter, Order::Replace)),
+            Some(learner) => drop(self.order_run(learner, Order::Replace)),
             None => self.channel.stop(),
         }
     }
 
     /// Prepares a run under the gains that a commissioning has validated, if it has, and with its knowledge of the servo.
     #[inline(never)]
-    fn prepare_validated(&mut self) -> Option<Option<Fitter>> {
+    fn prepare_validated(&mut self) -> Option<Option<Learner>> {
         if self.phase != Phase::Applied {
             return None;
         }
@@ -59,7 +59,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
 
     /// Prepares one under the settings in force.
     #[inline(never)]
-    fn prepare_before(&mut self) -> Result<Option<Fitter>, Refusal> {
+    fn prepare_before(&mut self) -> Result<Option<Learner>, Refusal> {
         let known = self.known();
         let slot = self.run_slot.as_mut().ok_or(Refusal::Busy)?;
         prepare(slot, &self.settings, &known, &self.stage).map_err(Refusal::Setting)
@@ -81,7 +81,7 @@ impl<F: NorFlash> Supervisor<'_, F> {
     #[inline(never)]
     fn order_run(
         &mut self,
-        fitter: Option<Fitter>,
+        learner: Option<Learner>,
         order: impl FnOnce(Mode) -> Order,
     ) -> Result<(), Refusal> {
         let Some(run) = self.run_slot.take().and_then(Slot::into_filled) else {
@@ -93,13 +93,13 @@ impl<F: NorFlash> Supervisor<'_, F> {
         self.identifier = Some(identifier);
         self.known_before = self.estimates;
         self.changes = ServoChangeState::default();
-        self.solver.begin_run(fitter);
+        self.solver.begin_run(learner);
         Ok(())
     }
 }
 
 /// Fills a slot with a run that starts from the knowledge of the servo. If the settings would be rejected with it, the
-/// run starts from the configuration. Returns the fitter of its first fit, if it needs one.
+/// run starts from the configuration. Returns the background's half of its estimator.
 ///
 /// Not generic, to be compiled here and once.
 #[inline(never)]
@@ -108,7 +108,7 @@ fn prepare(
     settings: &Settings,
     known: &Known,
     stage: &OutputStage,
-) -> Result<Option<Fitter>, NotAllowed> {
+) -> Result<Option<Learner>, NotAllowed> {
     let (mut begun, mut is_latest) = (*settings, known.is_latest);
     if let Some(estimates) = &known.estimates {
         conversion::set_initial(estimates, &mut begun.closed_loop.core.identifier);
@@ -130,7 +130,7 @@ fn prepare(
             run.begin_from(&servo, &found.motion());
         }
     }
-    Ok(Solver::fitter(&begun.closed_loop))
+    Ok(Solver::learner(&begun.closed_loop, run.closed_loop()))
 }
 
 /// Fills a slot with a run. Not inlined, for its stack to be free again.

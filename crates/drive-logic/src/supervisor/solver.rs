@@ -1,16 +1,18 @@
 //! The background's half of a mode, in slices. It is Gauss–Newton's first fit, during which the interrupt keeps
-//! recording, or the solver of a commissioning.
+//! recording, the gradient's memory, or the solver of a commissioning.
 
 use commissioning::{CommissionSettings, CommissionSolver};
 use drive_link::{Estimator, LoopSettings, MotionRecord, NotAllowed};
-use identifier_core::identifier::{GaussNewtonFitter, GaussNewtonFitterState};
-use identifier_core::parameters::{IdentifiedServo, Unknowns};
+use identifier_core::identifier::{
+    GaussNewtonFitter, GaussNewtonFitterState, GradientMemory, GradientMemoryState,
+};
+use identifier_core::parameters::{IdentifiedServo, ServoParameters, Unknowns};
 use identifier_core::reason::Reason;
 use identifier_core::tuning::Tuning;
 
 use crate::built::Part;
 use crate::channel::{BackgroundEnd, Recorded, Solution};
-use crate::closed_loop::BLOCKS;
+use crate::closed_loop::{BLOCKS, ClosedLoop, Learning, MotionPart};
 
 /// Blocks of the record of a commissioning's motion: as many as the simulator's.
 const MOTION_BLOCKS: usize = 256;
@@ -21,14 +23,32 @@ const SLICE: u32 = 8;
 pub(super) type CommissioningSolver = CommissionSolver<f32, MOTION_BLOCKS>;
 
 /// Makes the first fit of a run.
-pub(super) type Fitter = GaussNewtonFitter<f32, Unknowns<4>, 4, BLOCKS>;
+type Fitter = GaussNewtonFitter<f32, Unknowns<4>, 4, BLOCKS>;
 type FitterState = GaussNewtonFitterState<f32, BLOCKS>;
+
+/// The background's half of a run's estimator.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Learner {
+    FirstFit(Fitter),
+    Memory(GradientMemory<f32>),
+}
+
+/// The same with its state.
+#[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one is kept, in a static place, and either may follow"
+)]
+enum Learns {
+    FirstFit(Fitter, FitterState),
+    Memory(GradientMemory<f32>, GradientMemoryState<f32>),
+}
 
 /// The background's half of a mode.
 #[derive(Debug)]
 pub(super) struct Solver {
-    /// The first fit of a run, if its estimator needs one.
-    first_fit: Option<(Fitter, FitterState)>,
+    /// That of a run's estimator.
+    run: Option<Learns>,
     /// The solver of a commissioning, and whether that is under way. The record of one that is over is kept for the
     /// host.
     commissioning: &'static mut Option<Part<CommissioningSolver>>,
@@ -45,7 +65,7 @@ pub(super) struct Solver {
 impl Solver {
     pub(super) fn in_memory(commissioning: &'static mut Option<Part<CommissioningSolver>>) -> Self {
         Self {
-            first_fit: None,
+            run: None,
             commissioning,
             is_commissioning: false,
             slices: 1,
@@ -56,17 +76,22 @@ impl Solver {
         }
     }
 
-    /// The fitter of a run with these settings, if its estimator needs a first fit.
+    /// The background's half of a run with these settings and this loop.
     #[inline(never)]
-    pub(super) fn fitter(settings: &LoopSettings) -> Option<Fitter> {
-        let needs_fit = settings.law == Estimator::GaussNewton;
-        settings.core.build().ok().filter(|_| needs_fit)
+    pub(super) fn learner(settings: &LoopSettings, closed_loop: &ClosedLoop) -> Option<Learner> {
+        match settings.law {
+            Estimator::GaussNewton => settings.core.build().ok().map(Learner::FirstFit),
+            Estimator::Gradient { .. } => closed_loop.memory().map(Learner::Memory),
+        }
     }
 
-    /// Begins a run with this fitter.
+    /// Begins a run.
     #[inline(never)]
-    pub(super) fn begin_run(&mut self, fitter: Option<Fitter>) {
-        self.first_fit = fitter.map(|fitter| (fitter, fitter.start()));
+    pub(super) fn begin_run(&mut self, learner: Option<Learner>) {
+        self.run = learner.map(|learner| match learner {
+            Learner::FirstFit(fitter) => Learns::FirstFit(fitter, fitter.start()),
+            Learner::Memory(memory) => Learns::Memory(memory, memory.start()),
+        });
         self.pending = None;
     }
 
@@ -119,14 +144,27 @@ impl Solver {
 
     /// Why a run's estimator has no first fit after a second of motion.
     pub(super) fn rejection_reason(&self) -> Option<Reason> {
-        let (fitter, state) = self.first_fit.as_ref()?;
+        let Some(Learns::FirstFit(fitter, state)) = &self.run else {
+            return None;
+        };
         fitter.rejection_reason(state)
     }
 
     /// Standard deviation of the encoder's noise by a run's first fit, counts.
     pub(super) fn noise(&self) -> Option<f64> {
-        let (fitter, state) = self.first_fit.as_ref()?;
+        let Some(Learns::FirstFit(fitter, state)) = &self.run else {
+            return None;
+        };
         fitter.noise(state)
+    }
+
+    /// Standard errors of the estimates of a run's gradient, SI.
+    #[inline(never)]
+    pub(super) fn standard_errors(&self) -> Option<ServoParameters> {
+        let Some(Learns::Memory(memory, state)) = &self.run else {
+            return None;
+        };
+        memory.report(state).errors_of_parameters()
     }
 
     /// The servo as a commissioning knows it so far.
@@ -143,16 +181,12 @@ impl Solver {
     /// sample. It does one slice at a time, so that a stop waits for one slice only.
     #[inline(never)]
     pub(super) fn work(&mut self, channel: &mut BackgroundEnd<'_>) -> bool {
-        if self.first_fit.is_none() && !self.is_commissioning {
+        if self.run.is_none() && !self.is_commissioning {
             return false;
         }
         while let Some(piece) = channel.recorded() {
             match piece {
-                Recorded::Block(block) => {
-                    if let Some((fitter, state)) = &mut self.first_fit {
-                        fitter.take(state, &block);
-                    }
-                }
+                Recorded::Motion(part) => self.learn(&part),
                 Recorded::Event(event) => {
                     if let Some(solver) = self.under_way() {
                         solver.take(&event);
@@ -178,10 +212,30 @@ impl Solver {
         more
     }
 
+    /// Takes in a part of the motion of a run.
+    fn learn(&mut self, part: &MotionPart) {
+        match (&mut self.run, part) {
+            (Some(Learns::FirstFit(fitter, state)), MotionPart::Block(block)) => {
+                fitter.take(state, block);
+            }
+            (Some(Learns::Memory(memory, state)), MotionPart::Piece(piece, estimates)) => {
+                if let Some(found) = memory.process(state, piece, estimates) {
+                    // It takes the place of one that was not handed over.
+                    self.pending = Some(Solution::Run(Learning::Correction(found)));
+                }
+            }
+            // What is left of a run before.
+            _ => {}
+        }
+    }
+
     fn slice(&mut self) -> Option<Solution> {
         let Some(solver) = self.under_way() else {
-            let (fitter, state) = self.first_fit.as_mut()?;
-            return fitter.work(state, SLICE).map(Solution::Fit);
+            let Some(Learns::FirstFit(fitter, state)) = &mut self.run else {
+                return None;
+            };
+            let fitted = fitter.work(state, SLICE)?;
+            return Some(Solution::Run(Learning::Fit(fitted)));
         };
         let decision = solver.work()?;
         self.servo = decision.servo().copied().or(self.servo);

@@ -223,6 +223,7 @@ macro_rules! close_fixed {
             let command = own.identifier().command(step.control.command);
             at.advance(command, friction($coulomb));
             at.take(step.seen.event as i32, command as f32);
+            own.identifier().work(state.identification_mut(), 50);
         }
         at.end(&own.identifier().machine_estimates(state.identification()));
         at.line(

@@ -227,16 +227,16 @@ static double fixed_scale(void) {
 
 static double scale;
 
-LISTENS(gradient, 0, command, (void)0)
-LISTENS(gradient_coulomb, 1, command, (void)0)
+LISTENS(gradient, 0, command, servo_id_gradient_work(&object, 50))
+LISTENS(gradient_coulomb, 1, command, servo_id_gradient_coulomb_work(&object, 50))
 LISTENS(gauss_newton, 1, command, servo_id_gauss_newton_work(&object, 50))
-LISTENS(fixed, 0, word(command, scale), (void)0)
-LISTENS(fixed_coulomb, 1, word(command, scale), (void)0)
-LOOPS(gradient_loop, 0, float, 0.25f, command, (void)0)
-LOOPS(gradient_coulomb_loop, 1, float, 0.25f, command, (void)0)
+LISTENS(fixed, 0, word(command, scale), servo_id_fixed_work(&object, 50))
+LISTENS(fixed_coulomb, 1, word(command, scale), servo_id_fixed_coulomb_work(&object, 50))
+LOOPS(gradient_loop, 0, float, 0.25f, command, servo_id_gradient_loop_work(&object, 50))
+LOOPS(gradient_coulomb_loop, 1, float, 0.25f, command, servo_id_gradient_coulomb_loop_work(&object, 50))
 LOOPS(gauss_newton_loop, 1, float, 0.25f, command, servo_id_gauss_newton_loop_work(&object, 50))
-LOOPS(fixed_loop, 0, int32_t, 16384, command *scale, (void)0)
-LOOPS(fixed_coulomb_loop, 1, int32_t, 16384, command *scale, (void)0)
+LOOPS(fixed_loop, 0, int32_t, 16384, command *scale, servo_id_fixed_loop_work(&object, 50))
+LOOPS(fixed_coulomb_loop, 1, int32_t, 16384, command *scale, servo_id_fixed_coulomb_loop_work(&object, 50))
 
 int main(void) {
     scale = fixed_scale();

@@ -35,7 +35,7 @@ impl Options {
         if self.identifier.arithmetic == Arithmetic::Fixed && !self.identifier.law.is_gradient() {
             return Err(Fault::new(
                 "identifier.arithmetic",
-                "only \"gradient\" and \"pd-gradient\" exist in fixed point",
+                "only \"gradient\", \"paper\" and \"pd-gradient\" exist in fixed point",
             ));
         }
         Ok(())

@@ -83,8 +83,8 @@ macro_rules! laws {
 }
 
 laws! {
-    /// The Γ-gradient estimator (11).
-    Gradient: "gradient", Gradient, ALL, Pid, "range of a and b, gains of the PID", "the paper",
+    /// The Γ-gradient estimator (11) with a memory.
+    Gradient: "gradient", Gradient, ALL, Pid, "range of a and b, gains of the PID", "this project",
         GRADIENT;
     /// Recursive Gauss–Newton.
     GaussNewton: "gauss-newton", Fit, ALL, Pid, "nothing", "this project",
@@ -95,6 +95,9 @@ laws! {
     /// One fit to the whole record, with the effects that it needs.
     Fit: "fit", Record, ALL, Pid, "nothing", "this project",
         &["required_terms", "low_speed_velocity", "ripple_order", "revolution"];
+    /// The Γ-gradient estimator (11) alone, as the paper has it.
+    Paper: "paper", Gradient, ALL, Pid, "range of a and b, gains of the PID", "the paper",
+        GRADIENT;
     /// The gradient's ancestor, in the loop of a PD controller: θ̂˙ = −Γ [q̇_e, k_d q̇_e − k_p e_e]ᵀ (μ ε + ε̇).
     /// Literature: Garrido and Miranda, "Autotuning of a DC servomechanism using closed loop identification", IECON 2006.
     /// It assumes a servo without load and friction: a load leaves a constant ε that no integral takes over.

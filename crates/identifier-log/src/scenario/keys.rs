@@ -110,7 +110,7 @@ pub fn of_log<S: AsMut<Options>>() -> Vec<Key<S>> {
 "identifier.parameters": Parameters(Checked(choose, chosen)), Derived("[\"a\", \"b\"], or those that the method finds"), "",
     "what is estimated; the others stay at their initial values";
 "identifier.arithmetic": OneOf(Arithmetic::CHOICES, |s, i| s.as_mut().identifier.arithmetic = Arithmetic::ALL[i], |s| s.as_mut().identifier.arithmetic as usize), FirstChoice, "",
-    "number format of the loop; \"fixed\" exists for gradient and pd-gradient";
+    "number format of the loop; \"fixed\" exists for gradient, paper and pd-gradient";
 "identifier.gamma": Numbers(POSITIVE, Checked(weigh, weights)), Derived("automatic, from parameter range and reference"), "",
     "adaptation gain of each of the parameters, the diagonal of the matrix of (11)";
 "identifier.mu": Number(POSITIVE, Optional(|s| &mut given(s).mu)), Derived("automatic, from gains and parameter range"), "1/s",

@@ -19,7 +19,7 @@ pub(super) fn run(file: &Path) -> Result<(), Fault> {
     let input = |fault: String| Fault::of_file(file, fault);
     let law = scenario.identifier.law;
     if !law.is_gradient() {
-        let fault = "does not exist in fixed point: \"gradient\" and \"pd-gradient\" do";
+        let fault = "does not exist in fixed point: \"gradient\", \"paper\" and \"pd-gradient\" do";
         return Err(input(format!("identifier.law: \"{}\" {fault}", law.name())));
     }
     scenario.identifier.arithmetic = Arithmetic::Fixed;

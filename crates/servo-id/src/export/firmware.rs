@@ -204,10 +204,15 @@ fn rows(words: &[u32], indent: &str, suffix: &str) -> String {
     words.chunks(ROW).map(row).collect()
 }
 
+/// True for the gradient, which is the paper's where nothing calls its memory.
+fn is_gradient(law: Estimator) -> bool {
+    matches!(law, Estimator::Gradient | Estimator::Paper)
+}
+
 /// Refuses what a loop of constants cannot be.
 fn refuse_what_has_no_form(scenario: &Scenario, language: Language) -> Result<(), Fault> {
     let law = scenario.identifier.law;
-    let is_gradient = law == Estimator::Gradient;
+    let is_gradient = is_gradient(law);
     if !is_gradient && law != Estimator::GaussNewton {
         let fault = format!(
             "\"{}\" does not run in a firmware: state \"gradient\" or \"gauss-newton\", here or in the firmware's \
@@ -487,7 +492,7 @@ fn remarks(scenario: &Scenario, settings: &Settings, result: &IdentifiedResult) 
         ));
     }
     if let Some(parameter_range) = settings.identifier.parameter_range
-        && scenario.identifier.law == Estimator::Gradient
+        && is_gradient(scenario.identifier.law)
     {
         let ([a_low, a_high], [b_low, b_high]) = (parameter_range.a, parameter_range.b);
         lines.push(format!(

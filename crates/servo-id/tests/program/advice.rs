@@ -37,7 +37,7 @@ delay | plant: delay = 0.0015 | amplifier: delay = 0.0015 | identifier: required
 coulomb | =plant: a = 0.2174; b = 257.7; coulomb = 40.0 & =identifier: law = "gauss-newton"; parameters = ["a", "b",
     "load"] | =identifier: back
 load | =plant: a = 0.2174; b = 257.7; load = 40.0 & =controller: kp = 9.0; kd = 0.19; ki = 0.0; sample_time = 0.001
-    & =excitation: kind = "band-limited-white-noise"; power = 0.001; seed = 7 & =identifier: law = "gradient";
+    & =excitation: kind = "band-limited-white-noise"; power = 0.001; seed = 7 & =identifier: law = "paper";
     initial = { a = 0.0, b = 110.0 }; gamma = [1.0, 100.0] | =identifier: back
 asymmetry | =plant: a = 3.0; b = 257.7; coulomb = 5.0; asymmetry = 1.5 | identifier: required_terms = ["asymmetry"]
 low-speed-friction | plant: low_speed_friction = 10.0; low_speed_velocity = 1.0 | identifier: required_terms =
@@ -78,12 +78,12 @@ const VERDICTS: &str = r#"
     =identifier: law = "fit" & =run: duration = 2.0 | =excitation: back
 28 | plant: delay = 0.02 & =identifier: law = "fit" | =plant: back
 29 | identifier: required_terms = ["gravity"] & =run: duration = 1.0 | =run: duration = 20.0 | =identifier: back
-30 | encoder: noise = 0.02 & =identifier: law = "gradient"; initial = { a = 0.0, b = 110.0 }; gamma = [0.1, 10.0] &
+30 | encoder: noise = 0.02 & =identifier: law = "paper"; initial = { a = 0.0, b = 110.0 }; gamma = [0.1, 10.0] &
     =run: duration = 2.0 | =run: duration = 60.0 | =identifier: law = "fit"
 41 | plant: delay = 0.0005; dead_band = 0.03 & =excitation: kind = "multisine"; amplitudes = [1.0, 0.5]; frequencies
     = [5.0, 20.0] | amplifier: delay = 0.0005; dead_band = 0.03 | =identifier: law = "fit"
 42 | =plant: a = 0.2174; b = 257.7; load = 40.0 & =controller: kp = 9.0; kd = 0.19; ki = 0.0; sample_time = 0.001 &
-    =identifier: law = "gradient"; parameters = ["a", "b", "load"]; initial = { a = 0.0, b = 110.0 }; gamma = [1.0,
+    =identifier: law = "paper"; parameters = ["a", "b", "load"]; initial = { a = 0.0, b = 110.0 }; gamma = [1.0,
     100.0, 1.0] | =identifier: law = "fit"
 "#;
 

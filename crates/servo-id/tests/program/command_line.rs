@@ -62,7 +62,7 @@ fn an_unknown_value_is_a_dash() {
 
 /// Keys of a result, and what they hold: a kind, or a value.
 const RESULT: &str = r#"
-/law | "gradient"
+/law | "paper"
 /arithmetic | "f32"
 /samples | 10000
 /status | "converged"
@@ -111,7 +111,7 @@ kp = 9.0 | kp = "nine" | controller.kp |
 cutoff = 500.0 | cutoff = true | controller.velocity_filter.cutoff |
 gamma = [0.2, 110.0] | gamma = "large" | identifier.gamma |
 seed = 1212121 | seed = -1 | excitation.seed | 4294967295
-law = "gradient" | law = "magic" | identifier.law |
+law = "paper" | law = "magic" | identifier.law |
 parameters = ["a", "b"] | parameters = ["a", "z"] | identifier.parameters |
 sample_time = 0.001 | sample_time = 0.0 | controller.sample_time |
 kd = 0.19 | kd = nan | controller.kd |
@@ -205,7 +205,7 @@ fn a_run_ends_where_the_largest_speed_is_exceeded() {
 
 /// The paper's scenario with an estimator that fits, and lines of it.
 fn with_fit(law: &str, lines: &str) -> String {
-    let gradient = "law = \"gradient\"\ngamma = [0.2, 110.0]\nmu = 10.0";
+    let gradient = "law = \"paper\"\ngamma = [0.2, 110.0]\nmu = 10.0";
     let mut left_out = vec!["servo_range", "initial", "bounds"];
     left_out.extend(lines.lines().filter_map(|line| line.split(" =").next()));
     let is_kept = |line: &&str| !left_out.iter().any(|begin| line.starts_with(begin));

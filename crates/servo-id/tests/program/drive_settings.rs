@@ -59,6 +59,7 @@ fn the_status_shows_the_tables_that_send_the_same_settings() {
 #[test]
 fn a_loop_that_the_firmware_lacks_is_refused() {
     let paper = include_str!("../../../../host-sim/scenarios/paper.toml");
+    let paper = paper.replace("law = \"paper\"", "law = \"gradient\"");
     for row in table(LACKING) {
         let changed = paper.replace(&row[0], &row[1]);
         assert_ne!(changed, paper, "{row:?}");

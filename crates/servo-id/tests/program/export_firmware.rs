@@ -113,7 +113,7 @@ fn a_loop_begins_at_the_estimates_of_the_result() {
         &c,
         &[
             "servo_id_gradient_coulomb_loop_init_from_constants",
-            "static const uint32_t elbow_words[106] = {",
+            "static const uint32_t elbow_words[139] = {",
             "static const float elbow_si[4] = {",
         ],
     );
