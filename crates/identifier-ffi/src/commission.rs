@@ -180,7 +180,9 @@ unsafe fn build(
         if !held.is_finite() {
             return Err(Error::of(status::COMMAND_NOT_FINITE));
         }
-        let isr = CommissionIsr::new(&given.commission()?, before.as_ref())
+        let settings = given.commission()?;
+        let isr = CommissionIsr::new(&settings, before.as_ref())
+            .and_then(|isr| settings.check_held(f64::from(held)).map(|()| isr))
             .map_err(|error| Error::commission(&error))?;
         let state = isr.start(count, before.map(|_| held));
         fill(object, Interrupt { isr, state });

@@ -16,6 +16,8 @@ pub(super) struct Holding<N: Number> {
     pace: N,
     /// Added to the command: a disturbance.
     disturbance: N,
+    /// The commands that may act in this sample, and at all.
+    allowed: [N; 2],
     limit: [N; 2],
     rest: RestWatch<N>,
     /// True while the loop moves it to a position.
@@ -59,6 +61,7 @@ impl<N: Number> Holding<N> {
             target: reference,
             pace,
             disturbance: N::ZERO,
+            allowed: limit,
             limit,
             rest: RestWatch {
                 at: position,
@@ -70,6 +73,11 @@ impl<N: Number> Holding<N> {
             },
             is_led: false,
         }
+    }
+
+    /// Confines the command of this sample.
+    pub(super) fn allow(&mut self, commands: [N; 2]) {
+        self.allowed = commands;
     }
 
     /// The loop that holds it.
@@ -173,8 +181,13 @@ impl<N: Number> Holding<N> {
         let error = self.reference - position;
         let sample = self.controller.process(&mut self.state, error, increment);
         let [low, high] = self.limit;
-        let command = sample.ok()?.command + self.disturbance;
-        let command = command.limited(low, high);
+        let wanted = (sample.ok()?.command + self.disturbance).limited(low, high);
+        let [low, high] = self.allowed;
+        let command = wanted.limited(low, high);
+        // Anti-windup: an error that drives the command further beyond what may act is not gathered.
+        if (wanted - command) * error > N::ZERO {
+            self.state = self.state.with_integral_less(error);
+        }
         self.rest.gather(command);
         Some(command)
     }

@@ -7,6 +7,7 @@ mod error;
 mod fit;
 mod frequency_response;
 mod gains;
+mod governor;
 mod half_cycles;
 mod holding;
 mod isr;

@@ -1,3 +1,4 @@
+use super::governor::Governor;
 use super::{CommissionError, Limits, noise};
 use crate::watch::{Use, WatchSettings};
 use identifier_core::error::{Allowed, OutOfRange};
@@ -134,6 +135,18 @@ impl CommissionSettings {
             Goal::Stiffest => return Ok(()),
         };
         self.can_be_sampled(bandwidth)
+    }
+
+    /// Checks that a command that holds the axis now leaves enough for its motions.
+    ///
+    /// # Errors
+    /// The limit of the command of which it is more than 0.8, with the least that would do.
+    pub fn check_held(&self, held: f64) -> Result<(), CommissionError> {
+        let [low, high] = self.limits.command;
+        let needed = held / Governor::<f64>::HOLDS;
+        Allowed::AtMost(needed.min(0.0)).check("command", low)?;
+        Allowed::AtLeast(needed.max(0.0)).check("command", high)?;
+        Ok(())
     }
 
     /// # Errors

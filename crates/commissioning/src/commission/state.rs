@@ -1,5 +1,5 @@
 use super::frequency_response::ResponseMotion;
-use super::gains::Velocity;
+use super::governor::Governed;
 use super::half_cycles::HalfCycles;
 use super::holding::Holding;
 use super::message::{Candidate, EventKind, Identified};
@@ -26,8 +26,7 @@ pub struct CommissionState<N: Number> {
     count: Held,
     pub(super) rest_noise: RestNoise<N>,
     pub(super) position: N,
-    pub(super) velocity: Velocity<N>,
-    pub(super) velocity_now: N,
+    pub(super) governed: Governed<N>,
     /// The command that acts, and the one that held the servo before anything was done.
     pub(super) command: N,
     pub(super) held: N,
@@ -86,6 +85,17 @@ impl<N: Number> Activity<N> {
 }
 
 impl<N: Number> Activity<N> {
+    /// Confines the commands of this sample.
+    pub(super) fn allow(&mut self, commands: [N; 2]) {
+        match self {
+            Self::Free => {}
+            Self::Probing(probing) => probing.allow(commands),
+            Self::Holding(holding) | Self::ResponseWindows(holding) | Self::OnTrial(holding, _) => {
+                holding.allow(commands);
+            }
+        }
+    }
+
     /// True if the command that acts must move the servo.
     pub(super) fn must_move(&self) -> bool {
         matches!(self, Self::Probing(probing) if probing.is_oscillating())
@@ -132,8 +142,7 @@ impl<N: Number> CommissionState<N> {
             count: Held::at(count),
             rest_noise: RestNoise::default(),
             position: N::ZERO,
-            velocity: Velocity::<N>::default(),
-            velocity_now: N::ZERO,
+            governed: Governed::default(),
             command,
             held: command,
             bandwidth,
@@ -245,8 +254,8 @@ impl<N: Number> CommissionState<N> {
         let setpoint = self.activity.setpoint()?;
         let last = ControlSample {
             error: setpoint - self.position,
-            increment: self.velocity_now,
-            velocity: self.velocity_now,
+            increment: self.governed.speed(),
+            velocity: self.governed.speed(),
             command: self.command,
         };
         Some(last.scaled(|units| self.hysteresis.in_counts(units)))

@@ -47,12 +47,13 @@ impl<N: Number, const W: usize> SynchronousCommission<N, W> {
     /// About to begin, held by these gains with this command, if by any.
     ///
     /// # Errors
-    /// As [`CommissionIsr::new`].
+    /// As [`CommissionIsr::new`] and [`CommissionSettings::check_held`].
     pub fn new(
         settings: &CommissionSettings,
         before: Option<&HoldingGains>,
         held: Option<f64>,
     ) -> Result<Self, CommissionError> {
+        settings.check_held(held.unwrap_or(0.0))?;
         Ok(Self {
             commission: CommissionIsr::new(settings, before)?,
             study: CommissionSolver::new(settings)?,

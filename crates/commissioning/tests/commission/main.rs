@@ -2,6 +2,7 @@
 
 mod continued_identification;
 mod faults;
+mod limits;
 mod machine;
 mod moving_axis;
 mod noise;

@@ -70,6 +70,8 @@ pub(crate) struct Course {
     /// Extremes of the true motion, rad and rad/s, and of the command.
     pub(crate) travel: [f64; 2],
     pub(crate) speed: f64,
+    /// The largest speed and travel up to its end, as parts of their limits.
+    pub(crate) reached: [f64; 2],
     pub(crate) command: [f64; 2],
     /// The times in which the command or the reference moves the servo, s, and when the stage was disabled.
     pub(crate) ordered: Vec<f64>,
@@ -174,6 +176,8 @@ impl Bench {
         let mut phases = vec![(Phase::Idle, 0.0)];
         let (mut travel, mut command) = ([0.0_f64; 2], [0.0_f64; 2]);
         let mut speed = 0.0_f64;
+        let mut reached = [0.0_f64; 2];
+        let limits = &self.settings.limits;
         let mut commands = vec![];
         let (mut after, mut ordered, mut disabled, mut reference) = (vec![], vec![], None, None);
         for k in 0..(MAX_DURATION / sample_time) as u64 {
@@ -213,6 +217,13 @@ impl Bench {
             let position = servo.position();
             travel = [travel[0].min(position), travel[1].max(position)];
             speed = speed.max(servo.velocity().abs());
+            if after.is_empty() {
+                let beyond = (position / limits.travel[0]).max(position / limits.travel[1]);
+                reached = [
+                    reached[0].max(servo.velocity().abs() / limits.speed),
+                    reached[1].max(beyond),
+                ];
+            }
             if done.phase.is_end() {
                 after.push(done.command);
                 if after.len() as f64 * sample_time > AFTERWARDS {
@@ -226,6 +237,7 @@ impl Bench {
             phases,
             travel,
             speed,
+            reached,
             command,
             ordered,
             given: commands,

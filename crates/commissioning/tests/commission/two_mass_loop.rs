@@ -70,7 +70,10 @@ impl TwoMassLoop {
         let load = (s * s).scaled(share);
         let motor = (s * s).scaled(1.0 - share) + s.scaled(self.servo.a);
         // The load answers the motor through the spring: its mass in parallel to the spring.
-        let carried = load * spring / (load + spring);
+        let carried = match share {
+            0.0 => load,
+            _ => load * spring / (load + spring),
+        };
         let current = s.scaled(current_loop) + 1.0;
         exponential(-frequency * delay).scaled(self.servo.b) / ((motor + carried) * current)
     }

@@ -50,13 +50,13 @@ fn wind_up(bench: &Bench) -> f64 {
 const MAX_WIND_UP: f64 = 0.02;
 
 /// Logarithmic between two bounds.
-fn log_uniform(random: &mut SplitMix64, low: f64, high: f64) -> f64 {
+pub(crate) fn log_uniform(random: &mut SplitMix64, low: f64, high: f64) -> f64 {
     low * (high / low).powf(random.next_uniform())
 }
 
 /// A servo of two masses: 10 to 600 Hz, a load share of 0.1 to 0.9, damping of 0.005 to 0.1, friction of 3 to 30 % of the
 /// limit, which acts on the motor and holds it at rest, so that it hides the resonance from a motor that stands.
-fn two_masses(seed: u64) -> Bench {
+pub(crate) fn two_masses(seed: u64) -> Bench {
     let mut random = SplitMix64::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x2545_f491);
     let random = &mut random;
     let sample_time = random.one_of(&[1e-3, 2.5e-4, 1e-4]);
@@ -113,23 +113,25 @@ fn narrow(seed: u64) -> Bench {
 }
 
 /// The end of a commissioning.
-struct Judged {
-    phase: Phase,
-    reason: &'static str,
-    time: f64,
+pub(crate) struct Judged {
+    pub(crate) phase: Phase,
+    pub(crate) reason: &'static str,
+    pub(crate) time: f64,
     /// True Mₛ of applied gains, infinite where they are unstable.
-    sensitivity: Option<f64>,
+    pub(crate) sensitivity: Option<f64>,
     bandwidth: f64,
     /// Gains that were applied have a feed-forward.
     is_led: bool,
     /// The farthest, as a part of the travel, and the fastest, as a part of the speed.
     travel: f64,
     speed: f64,
+    /// The largest speed and travel up to the end, as parts of their limits.
+    pub(crate) reached: [f64; 2],
     no_gains: Option<TuningError>,
     resonance: Option<f64>,
 }
 
-fn judge(bench: &Bench) -> Judged {
+pub(crate) fn judge(bench: &Bench) -> Judged {
     let course = bench.commission(&mut |_| None);
     let state = &course.state;
     let applied = state.phase() == Phase::Applied;
@@ -148,6 +150,7 @@ fn judge(bench: &Bench) -> Judged {
         is_led: tuning.is_some_and(|tuning| tuning.feed_forward.is_some()),
         travel: farthest / limits.travel[1],
         speed: course.speed / limits.speed,
+        reached: course.reached,
         no_gains: state.tuning_error().copied(),
         resonance: course.resonance,
     }

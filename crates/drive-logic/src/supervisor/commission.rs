@@ -305,7 +305,12 @@ fn prepare(
     let brake = BrakeTimes::new(beside.brake.as_ref(), &units)?;
     // Without a brake a load of before may be gone, and its command would move the axis.
     let known = known.filter(|_| brake.is_some());
-    let balance = known.map_or(0.0, |known| conversion::balance(known, limits.command));
+    let [low, high] = limits.command;
+    let balance = known.map_or(0.0, |known| {
+        conversion::balance(known, [f64::NEG_INFINITY, f64::INFINITY])
+    });
+    settings.check_held(balance)?;
+    let balance = balance.max(low).min(high);
     let isr = CommissionIsr::new(&settings, before.as_ref())?;
     solver.begin_commissioning(&settings, isr.slices())?;
     fill(

@@ -34,6 +34,9 @@ pub(in crate::commission) struct ResponseMotion<N> {
     /// Motions in which the servo is still to be learnt, and those that were measured.
     learning: u8,
     measured: u8,
+    /// True if the governor has changed a command of the window, and motions that were repeated for it.
+    is_cut: bool,
+    repeated: u8,
     /// Whether the injection was inverted in the motion whose sums are handed over, and the next line of it. None if it
     /// only adapts the amplitudes.
     handed: Option<bool>,
@@ -67,6 +70,9 @@ impl<N: Number> ResponseMotion<N> {
     /// harmonics of the quantisation on different lines.
     const SPEEDS: [f64; 2] = [1.0, 0.8];
 
+    /// Motions of a round that are repeated at most because their commands were changed.
+    const REPEATED: u8 = 2;
+
     /// The part of the largest error that a loop of less bandwidth may have once the servo is learnt.
     const HELD: f64 = 0.5;
 
@@ -89,7 +95,7 @@ impl<N: Number> ResponseMotion<N> {
         self.heading = if is_beyond { -speed } else { speed };
         self.enter(Stage::Approach);
         (self.velocity, self.fade) = (N::ZERO, N::ZERO);
-        (self.measured, self.line) = (0, self.count);
+        (self.measured, self.repeated, self.line) = (0, 0, self.count);
         (self.following, self.compensation) = (Following::default(), N::ZERO);
         self.learning = self.motion.learning;
     }
@@ -115,6 +121,7 @@ impl<N: Number> ResponseMotion<N> {
             self.passed = self.passed.saturating_add(1);
         }
         if self.stage == Stage::Window {
+            self.is_cut |= sample.is_cut;
             self.window.farthest = self.window.farthest.larger(error.magnitude());
             self.gather(sample);
         }
@@ -192,7 +199,7 @@ impl<N: Number> ResponseMotion<N> {
                 self.enter(Stage::Settling);
             }
             Stage::Settling if self.passed >= self.motion.settling => {
-                self.window = Window::begin();
+                (self.window, self.is_cut) = (Window::begin(), false);
                 self.enter(Stage::Window);
             }
             Stage::Window if self.passed >= self.motion.window => self.end_window(),
@@ -205,6 +212,9 @@ impl<N: Number> ResponseMotion<N> {
         self.line = 0;
         if self.learning > 0 {
             self.learning -= 1;
+            self.handed = None;
+        } else if self.is_cut && self.repeated < Self::REPEATED {
+            self.repeated += 1;
             self.handed = None;
         } else {
             self.handed = Some(self.inverted);

@@ -225,6 +225,7 @@ impl Axis {
                 position,
                 increment,
                 velocity,
+                is_cut: false,
                 command,
             };
             match response_motion.process(&mut holding, &sample) {

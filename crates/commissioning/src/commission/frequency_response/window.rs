@@ -11,6 +11,8 @@ pub(in crate::commission) struct ResponseWindows<N> {
     pub(in crate::commission) velocity: N,
     /// The command that acts from now on.
     pub(in crate::commission) command: N,
+    /// True if the governor has changed the command.
+    pub(in crate::commission) is_cut: bool,
 }
 
 /// The window of a motion: Hann's weight h_k = 1 − cos(2πk/n), and the mean motion.
@@ -79,6 +81,7 @@ mod tests {
                 increment: velocity,
                 velocity,
                 command: command_at(velocity),
+                is_cut: false,
             };
             window.take(&sample, [libm::cos(angle), libm::sin(angle)]);
         }

@@ -2,7 +2,8 @@ mod monitoring;
 mod sequence;
 
 use super::conservative_pid::ConservativePid;
-use super::gains::{HoldingGains, Loop, Velocity};
+use super::gains::{HoldingGains, Loop};
+use super::governor::Governor;
 use super::message::DecisionKind;
 use super::noise::Hysteresis;
 use super::standing::StandingTest;
@@ -13,7 +14,6 @@ use super::{
 use crate::watch::{Observation, ServoWatch};
 use identifier_core::control::ControlSample;
 use identifier_core::fit::Blocking;
-use identifier_core::measurement::{LowPass, VelocityEstimate};
 use identifier_core::number::Number;
 use identifier_core::reason::Reason;
 use identifier_core::units::Units;
@@ -36,8 +36,6 @@ pub struct CommissionIsr<N: Number> {
     pub(in crate::commission) probing: Probing<N>,
     pub(in crate::commission) watch: ServoWatch<N>,
     standing: StandingTest<N>,
-    /// The velocity estimate for gains that take over.
-    velocity: LowPass<N>,
     before: Option<Loop<N>>,
     conservative: ConservativePid<N>,
     limit: [N; 2],
@@ -50,6 +48,7 @@ pub struct CommissionIsr<N: Number> {
     delay: N,
     /// The command by which that of a rest may differ from the load's besides what friction explains.
     spare: N,
+    governor: Governor<N>,
 }
 
 /// Inputs of a commissioning in a sample.
@@ -84,9 +83,6 @@ impl<N: Number> CommissionIsr<N> {
     /// The part of the largest speed at which a servo is brought to a place.
     pub const PACE: f64 = 0.2;
 
-    /// The cut-off of the velocity estimate that gains take over with, ω T.
-    const CUTOFF: f64 = 0.2;
-
     /// Time assumed for a slice of the solver, s. On a Cortex-M4F at 168 MHz the mean slice takes half of it. A few
     /// that end a fit or begin a search take longer than all of it (`commission-slice` in the firmware's budget).
     const SLICE: f64 = 5e-5;
@@ -117,6 +113,7 @@ impl<N: Number> CommissionIsr<N> {
         let units = Units::new(settings.sample_time, settings.resolution)?;
         let samples = |time: f64| time / settings.sample_time;
         let [low, high] = limits.command;
+        let speed = limits.speed * units.velocity();
         let (rest, fewest) = Self::REST;
         let delay = samples(settings.command_delay) + Self::UNKNOWN_DELAY;
         Ok(Self {
@@ -132,16 +129,16 @@ impl<N: Number> CommissionIsr<N> {
                 settings.sample_time,
                 delay,
             ),
-            velocity: LowPass::new(&units, Self::CUTOFF / settings.sample_time)?,
             before: before.map(|gains| gains.build(&units)).transpose()?,
             conservative: ConservativePid::new(&units, limits),
             limit: [N::from_f64(low), N::from_f64(high)],
-            pace: N::from_f64(Self::PACE * limits.speed * units.velocity()),
+            pace: N::from_f64(Self::PACE * speed),
             // Casts saturate.
             rest: samples(rest).max(fewest) as u32,
             patience: samples(Self::PATIENCE) as u32,
             delay: N::from_f64(delay),
             spare: N::from_f64(Self::SPARE * high.min(-low)),
+            governor: Governor::new(&units, limits, settings.max_gain, delay),
             units,
         })
     }
@@ -191,8 +188,7 @@ impl<N: Number> CommissionIsr<N> {
         let moving = before.linear(last.error, last.velocity);
         state.held = (last.command - moving).limited(low, high);
         state.command = last.command;
-        (state.velocity, state.velocity_now) =
-            (Velocity::<N>::moving(last.velocity), last.velocity);
+        state.governed.set_speed(last.velocity);
         let mut holding = self.held_after(before, N::ZERO, last);
         holding.send(N::ZERO);
         state.activity = Activity::Holding(holding);
@@ -222,9 +218,11 @@ impl<N: Number> CommissionIsr<N> {
             excited: state.response_motion.injects(),
         };
         let increment = state.observation.increment;
-        state.velocity_now = self
-            .velocity
-            .process(&mut state.velocity, increment.unwrap_or(N::ZERO));
+        (self.governor).follow(
+            &mut state.governed,
+            increment.unwrap_or(N::ZERO),
+            state.command,
+        );
         let is_end = state.phase.is_end();
         // For as long as anything drives the servo.
         state.was_end = is_end;
@@ -238,6 +236,7 @@ impl<N: Number> CommissionIsr<N> {
             _ => {}
         }
         let is_end = state.phase.is_end();
+        self.govern(state);
         state.acting = match increment {
             Some(increment) => self.command(state, increment),
             // A reading that is missing alone is bridged.
@@ -245,6 +244,24 @@ impl<N: Number> CommissionIsr<N> {
         };
         state.command = state.acting.unwrap_or(N::ZERO);
         state.acting
+    }
+
+    /// Confines the commands of this sample to those that keep the servo within its limits, in every phase but the trial
+    /// and after the end.
+    fn govern(&self, state: &mut CommissionState<N>) {
+        let servo = match &state.activity {
+            Activity::Probing(probing) => probing.servo(),
+            Activity::ResponseWindows(_) => state.response_motion.loop_plan().0,
+            _ => &state.rough,
+        };
+        let known = servo.is_known().then_some([servo.gain, servo.per_gain]);
+        let governed = &mut state.governed;
+        let allowed = if state.phase.is_end() || state.phase == Phase::Trial {
+            self.governor.allow_all(governed)
+        } else {
+            (self.governor).allow(governed, known, state.position, state.command)
+        };
+        state.activity.allow(allowed);
     }
 
     /// The second part of a sample, while the command acts. It checks the servo, records its motion and decides the

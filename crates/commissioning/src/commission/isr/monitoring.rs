@@ -29,9 +29,8 @@ impl<N: Number> CommissionIsr<N> {
             | Activity::ResponseWindows(holding)
             | Activity::OnTrial(holding, _) => {
                 if let Some(command) = holding.process(position, increment) {
-                    let [low, high] = self.limit;
                     let command = state.standing.push().unwrap_or(command);
-                    return Some(command.limited(low, high));
+                    return Some(state.governed.confined(command));
                 }
             }
         }
@@ -182,7 +181,7 @@ impl<N: Number> CommissionIsr<N> {
             state.measured = Some(*trial);
         }
         // Its integral balances the load, and its derivative brakes.
-        let (before, velocity) = (self.before?, state.velocity_now);
+        let (before, velocity) = (self.before?, state.governed.speed());
         let command = state.held + before.linear(N::ZERO, velocity);
         Some(self.held_by(before, state.position, velocity, command))
     }
@@ -201,7 +200,7 @@ impl<N: Number> CommissionIsr<N> {
         let Some(holding) = self.held_as_before(state) else {
             return false;
         };
-        let (speed, pushed) = (state.velocity_now.magnitude(), 0);
+        let (speed, pushed) = (state.governed.speed().magnitude(), 0);
         // The other way than the command that had no effect.
         let up = state.command < state.held;
         state.drop_record();

@@ -78,8 +78,9 @@ impl<N: Number> CommissionIsr<N> {
                 let sample = ResponseWindows {
                     position,
                     increment,
-                    velocity: state.velocity_now,
+                    velocity: state.governed.speed(),
                     command: state.command,
+                    is_cut: self.governor.cuts(&state.governed, state.command),
                 };
                 match state.response_motion.process(holding, &sample) {
                     ResponseProgress::Going => Ok(()),
@@ -214,7 +215,12 @@ impl<N: Number> CommissionIsr<N> {
         }
         let controller = self.conservative.around(servo, delay, state.bandwidth);
         let controller = controller.ok_or(Reason::TooLittleEvidence)?;
-        let (velocity, command) = (state.velocity_now, state.command);
+        let velocity = state.governed.speed();
+        let command = match &state.activity {
+            // Its integral balances the load, and its derivative brakes.
+            Activity::ResponseWindows(_) => servo.holding() + controller.linear(N::ZERO, velocity),
+            _ => state.command,
+        };
         state.rough = *servo;
         let mut holding = self.held_by(controller, state.position, velocity, command);
         holding.send(N::ZERO);

@@ -110,11 +110,7 @@ impl<N: Number> Probing<N> {
         } else {
             0
         };
-        let command = if wanted.is_finite() {
-            wanted.limited(least, most)
-        } else {
-            N::ZERO
-        };
+        let command = state.confined(wanted);
         state.give(command);
         command
     }

@@ -9,20 +9,21 @@ const MIN_FREE_MOTION_COUNTS: f64 = 3.0;
 
 impl<N: Number> Guess<N> {
     /// For a servo that fell and was caught. At its furthest point, w t²/2 + b ∬u = q, its velocity is back at zero, w
-    /// t + b ∫u = 0.
-    fn caught(free_motion: &[N; 4], base: N) -> Self {
+    /// t + b ∫u = 0. None if no push had acted there.
+    fn caught(free_motion: &[N; 4], base: N) -> Option<Self> {
         let [time, pushed, motion_direction, moved] = *free_motion;
         let half = N::from_f64(0.5);
         let against = (motion_direction - half * pushed * time).magnitude();
         let gain = moved.magnitude() * against.reciprocal();
         let acceleration = -(gain * pushed * time.reciprocal());
-        Self {
+        let guess = Self {
             gain,
             without: acceleration - gain * base,
             forward: moved > N::ZERO,
             broke_away: None,
             speed: N::ZERO,
-        }
+        };
+        (guess.gain > N::ZERO && guess.without.is_finite()).then_some(guess)
     }
 }
 
@@ -41,8 +42,10 @@ impl<N: Number> Probing<N> {
         let acted = state.given(plan.delay);
         let furthest = state.free_motion.furthest[3];
         let fell = furthest.magnitude() >= plan.noticed && furthest * state.direction < N::ZERO;
-        if state.still > plan.standing && fell {
-            let guess = Guess::caught(&state.free_motion.furthest, state.free_motion.base);
+        if state.still > plan.standing
+            && fell
+            && let Some(guess) = Guess::caught(&state.free_motion.furthest, state.free_motion.base)
+        {
             return self.know(state, &guess, acted);
         }
         if state.still > plan.standing {
@@ -77,13 +80,17 @@ impl<N: Number> Probing<N> {
                     return self.know(state, &guess, acted);
                 }
                 self.catch(state);
-            } else if comes_back {
-                let guess = Guess::caught(&state.free_motion.turning(), state.free_motion.base);
+            } else if comes_back
+                && let Some(guess) =
+                    Guess::caught(&state.free_motion.turning(), state.free_motion.base)
+            {
                 return self.know(state, &guess, acted);
             }
         } else if comes_back && furthest * state.direction < N::ZERO {
-            if furthest.magnitude() >= N::from_f64(MIN_FREE_MOTION_COUNTS) {
-                let guess = Guess::caught(&state.free_motion.turning(), state.free_motion.base);
+            if furthest.magnitude() >= N::from_f64(MIN_FREE_MOTION_COUNTS)
+                && let Some(guess) =
+                    Guess::caught(&state.free_motion.turning(), state.free_motion.base)
+            {
                 return self.know(state, &guess, acted);
             }
             // It fell a little, and goes with the ramp from here.

@@ -71,6 +71,8 @@ pub(crate) struct ProbingState<N> {
     /// The sample in which it last turned while it was held.
     pub(super) turned_at: u32,
     pub(super) stage_since: u32,
+    /// The commands that may act in this sample.
+    pub(super) allowed: [N; 2],
 }
 
 /// The first knowledge of a servo: b, and its acceleration without a command in one direction.
@@ -209,7 +211,23 @@ impl<N: Number> ProbingState<N> {
             commands: [held; COMMANDS],
             half_cycles: HalfCycles::from(N::ZERO),
             held_by: N::ONE,
+            allowed: plan.command,
             ..Self::default()
+        }
+    }
+
+    /// Confines the command of this sample.
+    pub(in crate::commission) fn allow(&mut self, commands: [N; 2]) {
+        self.allowed = commands;
+    }
+
+    /// The command within those that may act; zero of one that is no number.
+    pub(super) fn confined(&self, command: N) -> N {
+        let [least, most] = self.allowed;
+        if command.is_finite() {
+            command.limited(least, most)
+        } else {
+            N::ZERO
         }
     }
 
