@@ -17,7 +17,7 @@ pub struct FoundServo {
 
 impl FoundServo {
     /// Numbers that are one.
-    pub const NUMBERS: usize = Effect::COUNT + 3;
+    pub const NUMBERS: usize = Effect::COUNT + Effect::FORCES.len() + 2;
 
     /// From a fit, in the units of its recording.
     pub(crate) fn of_fit(values: &Values, scale: &Scale) -> Self {
@@ -42,11 +42,9 @@ impl FoundServo {
     #[must_use]
     pub fn numbers(&self) -> [f64; Self::NUMBERS] {
         let of = &self.values;
-        let orders = [of.order, of.gain_order, of.inertia_order];
-        let mut numbers = Effect::ALL
-            .map(|effect| of.get(effect))
-            .into_iter()
-            .chain(orders);
+        let mut numbers = (Effect::ALL.iter().map(|effect| of.get(*effect)))
+            .chain(of.orders)
+            .chain([of.gain_order, of.inertia_order]);
         std::array::from_fn(|_| numbers.next().unwrap_or_default())
     }
 
@@ -57,9 +55,11 @@ impl FoundServo {
         for (effect, &number) in Effect::ALL.into_iter().zip(numbers) {
             values.set(effect, number);
         }
-        let [.., order, gain_order, inertia_order] = *numbers;
-        (values.order, values.gain_order, values.inertia_order) =
-            (order, gain_order, inertia_order);
+        let [.., gain_order, inertia_order] = *numbers;
+        (values.gain_order, values.inertia_order) = (gain_order, inertia_order);
+        values
+            .orders
+            .copy_from_slice(&numbers[Effect::COUNT..Self::NUMBERS - 2]);
         Self { values }
     }
 

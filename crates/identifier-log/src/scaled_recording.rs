@@ -67,7 +67,7 @@ impl Scale {
         ] {
             declared.set(effect, value / self.of(effect));
         }
-        declared.order = terms.ripple_order.unwrap_or(declared.order);
+        declared.orders[1] = terms.ripple_order.unwrap_or(declared.orders[1]);
         declared
     }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use identifier_log::identify;
 use identifier_log::log::{Log, Table};
 use identifier_log::recognise::{LogOptions, Recognised, Unrecognised, recognise};
 use identifier_log::scenario::{Column, CommandUnit};
@@ -337,4 +338,38 @@ fn a_reading_has_the_unit_of_each_heading_or_none() {
         }
     }
     assert!(headings >= 200, "{headings}");
+}
+
+#[test]
+fn a_test_a_file_says_what_the_same_tests_in_one_file_say() {
+    // The second begins in motion, and the first has not shown the encoder's step.
+    let tests: Vec<[Vec<f64>; 3]> = (0..4)
+        .map(|test| {
+            let [time, command, position, _] = servo(1000 * test);
+            let from = if test == 1 { 700 } else { 0 };
+            let step = if test == 0 { 2e-3 } else { 1e-3 };
+            let time = time[from..].iter().map(|at| at + 10.0 * test as f64);
+            let position = (position[from..].iter()).map(|at| (at / step).round() * step);
+            [time.collect(), position.collect(), command[from..].to_vec()]
+        })
+        .collect();
+    let named = |[time, position, command]: &[Vec<f64>; 3]| {
+        table(&[("t", time), ("position_rad", position), ("u", command)])
+    };
+    let each: Vec<Table> = tests.iter().map(named).collect();
+    let one = named(&[0, 1, 2].map(|of| tests.iter().flat_map(|test| test[of].clone()).collect()));
+    let options = found(&one).options().expect("options");
+    let estimates_of = |tables: &[Table]| {
+        let read = |of: &Table| Log::new(of, &options.log_columns(), options.log_sample_time());
+        let logs: Vec<Log> = tables.iter().map(|of| read(of).expect("a log")).collect();
+        let found = identify(&logs, &[], &options, &|| true).expect("a servo");
+        let estimates = found.summary.estimates;
+        [estimates.a, estimates.b, estimates.coulomb, estimates.load]
+            .map(|of| [of.value, of.std_error.expect("an error")])
+    };
+    let [apart, together] = [&each[..], &[one]].map(estimates_of);
+    assert!((together[1][0] / 90.0 - 1.0).abs() < 0.02, "{together:?}");
+    for (apart, together) in apart.as_flattened().iter().zip(together.as_flattened()) {
+        assert!((apart / together - 1.0).abs() < 1e-9, "{apart} {together}");
+    }
 }

@@ -157,6 +157,7 @@ pub(crate) struct Equation {
     pub(crate) friction: Friction,
     pub(crate) gravity: Angular,
     pub(crate) ripple: Angular,
+    pub(crate) ripples: [Angular; Effects::FURTHER_RIPPLES],
     /// The deviation of the inertia from its mean at an angle, as a share. With a spring it is the load's.
     pub(crate) inertia: Angular,
     pub(crate) spring: Option<Spring>,
@@ -175,7 +176,8 @@ impl Equation {
 
     /// Acceleration of the motor without friction, by its drive, and of the load.
     fn pushes(&self, drive: f64, &[position, _, twist, twist_rate]: &State) -> (f64, f64) {
-        let motor = drive + self.ripple.at(position);
+        let further: f64 = self.ripples.iter().map(|wave| wave.at(position)).sum();
+        let motor = drive + self.ripple.at(position) + further;
         let load = self.load + self.gravity.at(position + twist);
         match &self.spring {
             None => (motor + load, 0.0),

@@ -50,6 +50,7 @@ impl Motion {
             friction: Friction::new(servo, effects),
             gravity: Angular::new(effects.gravity, 1),
             ripple: Angular::new(effects.ripple, effects.ripple_order),
+            ripples: (effects.ripples).map(|(wave, order)| Angular::new(wave, order)),
             inertia: Angular::new(effects.inertia_variation, effects.inertia_order),
             spring: effects.are_two_masses().then(|| Spring::new(effects)),
         };

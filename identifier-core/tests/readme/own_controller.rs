@@ -1,7 +1,7 @@
 use super::board::Board;
 use identifier_core::identifier::Identify;
 use identifier_core::measurement::Counter;
-use identifier_core::parameters::ServoParameters;
+use identifier_core::parameters::{ServoParameters, Tolerance, Unknown};
 use identifier_core::settings::SettingsError;
 use identifier_core::{GaussNewton, GaussNewtonState, Settings};
 
@@ -18,5 +18,10 @@ pub(super) fn run(board: &mut Board) -> Result<Option<ServoParameters>, Settings
         }
         identifier.work(&mut state, 8); // a slice of the first fit, in the time that is left
     }
-    Ok(identifier.estimates(&state))
+    let error = identifier.report(&state).standard_error_of(Unknown::B);
+    let is_known = |found: &ServoParameters| {
+        let limit = Tolerance::STD_ERROR.limit(Unknown::B, found.b, 0.0);
+        error.is_some_and(|error| error <= limit)
+    };
+    Ok(identifier.estimates(&state).filter(is_known))
 }

@@ -2,6 +2,7 @@
 
 mod between_rows;
 pub(crate) mod campaign;
+mod cogging;
 mod effects;
 mod gravity;
 mod honesty;

@@ -164,6 +164,76 @@ pub fn under_gravity(campaign: u32, number: u32) -> RecordedLog {
     }
 }
 
+/// The log of a number in the campaign of a seed: one to four waves of cogging with 6 to 252 periods a turn, and an encoder
+/// with four or more counts to each. Each wave shows in the motion, which covers a turn.
+///
+/// # Panics
+/// If no loop works.
+#[must_use]
+pub fn with_cogging(campaign: u32, number: u32) -> RecordedLog {
+    const RATES: [f64; 2] = [500.0, 4000.0];
+    /// The displacement by a wave, counts, and the most that one turns by in a sample, rad.
+    const LEAST_COUNTS: f64 = 0.2;
+    const FASTEST: f64 = 0.8;
+    let mut random = Random::new(distinct_seed(campaign, number));
+    let random = &mut random;
+    let counts = random.log_uniform(1024.0, 65_536.0).round();
+    let highest = (counts / 4.0).min(252.0);
+    let mut orders = Vec::<u32>::new();
+    for _ in 0..random.uniform(1.0, 5.0) as usize {
+        let order = random.log_uniform(6.0, highest + 1.0) as u32;
+        if !orders.contains(&order) {
+            orders.push(order);
+        }
+    }
+    let most = orders.iter().fold(0, |most, order| most.max(*order));
+    loop {
+        let mut setup = exact_setup(random, RATES);
+        if matches!(setup.controller, Controller::Relay { .. }) {
+            continue;
+        }
+        let duration = setup.samples as f64 * setup.sample_time;
+        let fastest = FASTEST / (f64::from(most) * setup.sample_time);
+        let velocity = fastest * random.log_uniform(0.05, 1.0);
+        setup.counts_per_rev = counts;
+        let acceleration = velocity * setup.bandwidth;
+        setup.servo.coulomb = acceleration * random.log_uniform(0.05, 1.5);
+        setup.servo.load = acceleration * random.uniform(-1.0, 1.0);
+        setup.reference = Reference::Trapezoids {
+            amplitude: TAU * random.uniform(0.6, 3.0),
+            velocity,
+            acceleration: acceleration * random.uniform(0.2, 0.6),
+            pause: random.uniform(0.0, 0.3),
+        };
+        if velocity * duration < 2.0 * TAU {
+            continue;
+        }
+        let alone = setup.record();
+        if !alone.works() || alone.range < TAU {
+            continue;
+        }
+        let push = Sizes::of(&alone).push;
+        let waves = orders.iter().map(|&order| {
+            let size = push * random.log_uniform(0.02, 0.2);
+            let shown = size * counts / (f64::from(order) * velocity).powi(2);
+            let (sine, cosine) = random.uniform(-PI, PI).sin_cos();
+            (shown > LEAST_COUNTS * TAU).then_some(([size * sine, size * cosine], order))
+        });
+        let Some(waves) = waves.collect::<Option<Vec<_>>>() else {
+            continue;
+        };
+        (setup.effects.ripple, setup.effects.ripple_order) = waves[0];
+        for (place, wave) in setup.effects.ripples.iter_mut().zip(&waves[1..]) {
+            *place = *wave;
+        }
+        setup.present = vec![Effect::Ripple];
+        let log = setup.record();
+        if log.works() {
+            return log;
+        }
+    }
+}
+
 /// The masses of a drawn servo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Masses {

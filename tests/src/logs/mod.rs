@@ -13,7 +13,7 @@ mod reference;
 mod setup;
 
 pub use controller::Controller;
-pub use draw::{Masses, drawn, drawn_with, exact, two_masses, under_gravity};
+pub use draw::{Masses, drawn, drawn_with, exact, two_masses, under_gravity, with_cogging};
 pub use effect::Effect;
 pub use record::RecordedLog;
 pub use reference::Reference;

@@ -131,7 +131,7 @@ impl Scale {
         });
         let sizes = |cause: Cause| {
             let own_size = match cause {
-                Cause::Ripple => Some(("order", found.values.order)),
+                Cause::Ripple => Some(("order", found.values.orders[1])),
                 Cause::TorqueRipple => Some(("order", found.values.gain_order)),
                 Cause::VaryingInertia => Some(("order", found.values.inertia_order)),
                 Cause::LoadSteps => found.last_load.map(|last| ("last_at_s", last * self.time)),
@@ -142,7 +142,9 @@ impl Scale {
             };
             let own = log_fit::effects(cause).iter();
             // For a shaft its twist, or the second mass.
-            let is_there = |effect: &Effect| cause != Cause::Resonance || value(*effect) != 0.0;
+            let is_there = |effect: &Effect| {
+                !matches!(cause, Cause::Resonance | Cause::Ripple) || value(*effect) != 0.0
+            };
             // An encoder on the load does not show its share.
             let is_shown = |effect: &Effect| {
                 *effect != Effect::LoadShare || value(Effect::EncoderOnLoad) == 0.0
@@ -160,7 +162,19 @@ impl Scale {
             let known = std_errors
                 .into_iter()
                 .filter(|(_, error)| error.is_finite());
-            (own_size.into_iter().chain(sizes).collect(), known.collect())
+            let names = ["order_2", "order_3", "order_4"];
+            let further = names
+                .into_iter()
+                .zip(found.values.orders[2..].iter().copied());
+            let is_wave = |(place, _): &(usize, _)| {
+                cause == Cause::Ripple
+                    && Effect::FORCES[2 + place]
+                        .iter()
+                        .any(|effect| value(*effect) != 0.0)
+            };
+            let further = further.enumerate().filter(is_wave).map(|(_, order)| order);
+            let own_sizes = own_size.into_iter().chain(further);
+            (own_sizes.chain(sizes).collect(), known.collect())
         };
         let effects = found.entered.iter().map(|entered| {
             let (sizes, std_errors) = sizes(entered.cause);
@@ -226,6 +240,12 @@ const fn name(effect: Effect) -> &'static str {
         Effect::Backlash => "play_rad",
         Effect::EccentricitySine => "sine_rad",
         Effect::EccentricityCosine => "cosine_rad",
+        Effect::RippleSine2 => "sine_2",
+        Effect::RippleCosine2 => "cosine_2",
+        Effect::RippleSine3 => "sine_3",
+        Effect::RippleCosine3 => "cosine_3",
+        Effect::RippleSine4 => "sine_4",
+        Effect::RippleCosine4 => "cosine_4",
         Effect::TorqueRippleSine | Effect::InertiaSine => "sine",
         Effect::TorqueRippleCosine | Effect::InertiaCosine => "cosine",
         _ => "size",

@@ -60,8 +60,6 @@ pub struct Found {
 /// A part of a log without a break.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
-    /// True for the log's first.
-    begins_the_log: bool,
     /// The first two steps of the position.
     beginning: Vec<f64>,
     /// Its samples.
@@ -218,7 +216,6 @@ impl Log {
             let rows = &self.rows[segment.clone()];
             let beginning = rows[..rows.len().min(BEGINNING)].windows(2);
             self.segments.push(Segment {
-                begins_the_log: self.segments.is_empty(),
                 beginning: beginning
                     .map(|pair| pair[1].position - pair[0].position)
                     .collect(),
@@ -305,14 +302,15 @@ impl Log {
         &self.references
     }
 
-    /// The resolution of the recorded positions: their smallest change, and no finer than 2⁻²³ of
-    /// the range they cover.
+    /// The resolution of the positions in logs of one encoder: their smallest change, and no finer than 2⁻²³ of the range
+    /// they cover.
     #[must_use]
-    pub fn resolution(&self) -> f64 {
+    pub fn resolution(logs: &[Self]) -> f64 {
         const MIN_RELATIVE: f64 = 1.0 / 8_388_608.0;
-        let (low, high) = extremes(self.rows.iter().map(|row| row.position));
-        let smallest = self.smallest_step.max(MIN_RELATIVE * (high - low));
-        smallest.clamp(1e-12, 1.0)
+        let rows = logs.iter().flat_map(Self::rows);
+        let (low, high) = extremes(rows.map(|row| row.position));
+        let (smallest, _) = extremes(logs.iter().map(|log| log.smallest_step));
+        smallest.max(MIN_RELATIVE * (high - low)).clamp(1e-12, 1.0)
     }
 }
 
@@ -507,15 +505,11 @@ impl Segment {
     /// It does if the first step shows no motion, or the beginning of one. Under a held command, steps from standstill
     /// are 1 and 3 units, and steps at a velocity v are v + 1 and v + 3. So 3Δ₁ − Δ₂ is twice the velocity at the first
     /// sample. It counts as zero if quantisation (at most half a resolution for each of three positions) or a changed
-    /// command explains it. Behind a break a servo is assumed to be in motion, because it mostly is and a slow motion
-    /// cannot be detected.
+    /// command explains it.
     #[must_use]
     pub fn begins_at_rest(&self, resolution: f64) -> bool {
         const REST_TOLERANCE: f64 = 4.0;
         const COMMAND_CHANGE: f64 = 0.5;
-        if !self.begins_the_log {
-            return false;
-        }
         match self.beginning[..] {
             [first, ..] if first.abs() <= 1.5 * resolution => true,
             [first, second] => {

@@ -74,7 +74,7 @@ impl FrozenServo {
             dead_band: values.get(Effect::DeadBand),
             current_loop: values.get(Effect::CurrentLoop),
             low_speed_velocity: Some(values.get(Effect::LowSpeedVelocity)).filter(|of| *of > 0.0),
-            ripple_order: Some(values.order),
+            ripple_order: Some(values.orders[1]),
             ..scenario.stated.identifier.terms
         };
         let terms = Effect::ALL.into_iter().filter_map(|effect| {

@@ -41,7 +41,7 @@ const MIN_START_TIME: f64 = 1e-4;
 impl Options {
     /// These options completed from the logs. They give the sample time if no controller is declared, and the resolution
     /// of the position if no encoder is. They also give the time window of a first fit if the longest segment is shorter
-    /// than usual. A simulated run's `own` log adds nothing but the last. The first log counts where they differ.
+    /// than usual. A simulated run's `own` log adds nothing but the last. The first log's sample time counts.
     #[must_use]
     pub fn fitted(mut self, logs: &[Log], own: bool) -> Self {
         let Some(log) = logs.first() else {
@@ -49,7 +49,7 @@ impl Options {
         };
         self.sample_every(log.sample_time);
         if self.counts_per_rev.is_none() && !own {
-            self.stated.resolution = log.resolution();
+            self.stated.resolution = Log::resolution(logs);
         }
         let segments = logs.iter().flat_map(Log::segments);
         let learnt = segments.map(|segment| segment.samples - settling(&self, segment));

@@ -75,7 +75,7 @@ impl LogReading {
             decimal_commas: found.decimal_commas,
             notes: found.notes.clone(),
             unit: log.settings().motion_unit(),
-            resolution: log.resolution(),
+            resolution: Log::resolution(log.as_ref()),
             largest_command: log.largest_command(),
             wrapped: found.wrapped,
             clock: match found.clock {

@@ -201,10 +201,14 @@ impl LoopModel {
             }
             Cause::Gravity => self.wave([of.get("gravity-sine"), of.get("gravity-cosine")], 1.0),
             Cause::Ripple => {
-                self.wave(
-                    [of.get("ripple-sine"), of.get("ripple-cosine")],
-                    of.get("order"),
-                );
+                for [sine, cosine, order] in [
+                    ["ripple-sine", "ripple-cosine", "order"],
+                    ["sine_2", "cosine_2", "order_2"],
+                    ["sine_3", "cosine_3", "order_3"],
+                    ["sine_4", "cosine_4", "order_4"],
+                ] {
+                    self.wave([of.get(sine), of.get(cosine)], of.get(order));
+                }
             }
             Cause::GainDrift => self.varies("over the log", 0.5 * of.get("size")),
             Cause::LoadFriction => self.varies("with the load", of.get("size")),

@@ -130,14 +130,6 @@ impl Acting<'_> {
                         / shape.fading.max(f64::MIN_POSITIVE)
                         * shape.direction
                 }
-                Effect::GravitySine => wave_of(column, 1.0)[0] * self.motor_inertia_inverse,
-                Effect::GravityCosine => wave_of(column, 1.0)[1] * self.motor_inertia_inverse,
-                Effect::RippleSine => {
-                    wave_of(column, self.values.order)[0] * self.motor_inertia_inverse
-                }
-                Effect::RippleCosine => {
-                    wave_of(column, self.values.order)[1] * self.motor_inertia_inverse
-                }
                 Effect::DeadBand
                 | Effect::GainAsymmetry
                 | Effect::LimitSlope
@@ -170,17 +162,13 @@ impl Acting<'_> {
                         * self.per_inertia
                         * wave_of(column, self.values.inertia_order)[1]
                 }
-                Effect::Compliance
-                | Effect::ResonanceFrequency
-                | Effect::ResonanceDamping
-                | Effect::EncoderOnLoad
-                | Effect::Backlash
-                | Effect::EccentricitySine
-                | Effect::EccentricityCosine => 0.0,
                 Effect::LoadShare => {
                     *per_rate = shape.viscous * self.per_motor;
                     shape.pushed * self.per_motor
                 }
+                force => force.force().map_or(0.0, |[place, part]| {
+                    wave_of(column, self.values.orders[place])[part] * self.motor_inertia_inverse
+                }),
             };
         }
     }

@@ -26,7 +26,7 @@ effects! {
 /// An effect of the servo, of its amplifier or of its encoder that a fit may estimate.
 ///
 /// q̈ (1 + i(q)) = −½ i′(q) q̇² − (a ± δa + a₂|q̇|) q̇ + b (1 + t_s sin Mq + t_c cos Mq) C(u(t − τ)) + d
-/// + g_s sin q + g_c cos q + r_s sin Nq + r_c cos Nq − (c + s exp(−(q̇/v_s)²) + λ|F|) sign q̇,
+/// + g_s sin q + g_c cos q + ∑ (r_s sin Nq + r_c cos Nq) − (c + s exp(−(q̇/v_s)²) + λ|F|) sign q̇,
 ///
 /// i(q) = i_s sin Kq + i_c cos Kq. F is the acceleration by the command. C is the front end of the amplifier: current
 /// loop, dead band, limit and gain by direction. The encoder shows q + e_s sin q + e_c cos q. The units of values are
@@ -61,6 +61,18 @@ pub enum Effect {
     RippleSine: [1, -2];
     /// r_c, ripple with cos Nq, counts/sample².
     RippleCosine: [1, -2];
+    /// Those of further waves of ripple.
+    RippleSine2: [1, -2];
+    /// See `RippleSine2`.
+    RippleCosine2: [1, -2];
+    /// See `RippleSine2`.
+    RippleSine3: [1, -2];
+    /// See `RippleSine2`.
+    RippleCosine3: [1, -2];
+    /// See `RippleSine2`.
+    RippleSine4: [1, -2];
+    /// See `RippleSine2`.
+    RippleCosine4: [1, -2];
     /// Dead band of the bridge to either side, command units.
     DeadBand: [0, 0];
     /// λ, friction per acceleration by the command, 1.
@@ -109,6 +121,40 @@ impl Effect {
     /// The effects of every servo.
     pub const BASE: [Self; 5] = [Self::A, Self::B, Self::Coulomb, Self::Load, Self::Delay];
 
+    /// The highest order of cogging that is looked for.
+    pub const MAX_ORDER: u32 = 252;
+
+    /// The forces that go with an angle: gravity, then the waves of ripple.
+    pub const FORCES: [[Self; 2]; 5] = [
+        [Self::GravitySine, Self::GravityCosine],
+        [Self::RippleSine, Self::RippleCosine],
+        [Self::RippleSine2, Self::RippleCosine2],
+        [Self::RippleSine3, Self::RippleCosine3],
+        [Self::RippleSine4, Self::RippleCosine4],
+    ];
+
+    /// Which of these forces it is, and which part of it.
+    pub(crate) const fn force(self) -> Option<[usize; 2]> {
+        let place = (self as usize).wrapping_sub(Self::GravitySine as usize);
+        if place < 2 * Self::FORCES.len() {
+            Some([place / 2, place % 2])
+        } else {
+            None
+        }
+    }
+
+    /// True of a part of a wave whose order is the setting of a column.
+    pub(crate) const fn is_wave(self) -> bool {
+        self.force().is_some()
+            || matches!(
+                self,
+                Self::TorqueRippleSine
+                    | Self::TorqueRippleCosine
+                    | Self::InertiaSine
+                    | Self::InertiaCosine
+            )
+    }
+
     /// True of an effect of every servo.
     pub(super) const fn is_base(self) -> bool {
         (self as usize) < Self::BASE.len()
@@ -139,8 +185,8 @@ impl From<Effect> for Column {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Values {
     values: [f64; Effect::COUNT],
-    /// N, the order of ripple, 1.
-    pub order: f64,
+    /// The orders of the [forces](Effect::FORCES) of an angle, 1: one for gravity, then each N of ripple.
+    pub orders: [f64; Effect::FORCES.len()],
     /// M, the order of the gain's ripple, 1.
     pub gain_order: f64,
     /// K, the order of the inertia's variation, 1.
@@ -154,10 +200,26 @@ impl Values {
     /// No effect.
     pub const NONE: Self = Self {
         values: [0.0; Effect::COUNT],
-        order: 1.0,
+        orders: [1.0; Effect::FORCES.len()],
         gain_order: 1.0,
         inertia_order: 1.0,
     };
+
+    /// The waves of ripple, sine and cosine and order, that it has.
+    pub fn ripples(&self) -> impl Iterator<Item = ([Effect; 2], f64)> {
+        let waves = Effect::FORCES.into_iter().zip(self.orders).skip(1);
+        waves.filter(|([sine, cosine], _)| self.get(*sine) != 0.0 || self.get(*cosine) != 0.0)
+    }
+
+    /// The amplitude of the largest.
+    pub(crate) fn largest_ripple(&self) -> f64 {
+        let sizes = self
+            .ripples()
+            .map(|(wave, _)| wave.map(|part| self.get(part)));
+        sizes.fold(0.0, |most, [sine, cosine]| {
+            f64::max(most, libm::hypot(sine, cosine))
+        })
+    }
 
     /// The value of an effect.
     #[must_use]

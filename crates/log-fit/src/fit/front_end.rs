@@ -244,13 +244,9 @@ impl FrontEnd {
 pub(crate) fn acting_commands(record: &Record<'_>, values: &Values) -> Vec<f64> {
     let front_end = FrontEnd::new(values, &[]);
     let of = |one: Effect| values.get(one);
-    let waves = [
-        (1.0, [of(Effect::GravitySine), of(Effect::GravityCosine)]),
-        (
-            values.order,
-            [of(Effect::RippleSine), of(Effect::RippleCosine)],
-        ),
-    ];
+    let sizes = Effect::FORCES.map(|force| force.map(of));
+    let waves = values.orders.into_iter().zip(sizes);
+    let waves: Vec<_> = waves.filter(|(_, sizes)| *sizes != [0.0; 2]).collect();
     let gain_wave = [of(Effect::TorqueRippleSine), of(Effect::TorqueRippleCosine)];
     let along = |[sine, cosine]: [f64; 2], wave: [f64; 2]| sine * wave[0] + cosine * wave[1];
     let mut acting = Vec::with_capacity(record.len());

@@ -179,9 +179,8 @@ impl ModelPass<'_> {
         state: &mut State<'_, C, PLAIN>,
     ) {
         use Effect::{
-            B, Backlash, Coulomb, FrictionDrift, GainDrift, GravityCosine, GravitySine,
-            InertiaCosine, InertiaSine, LoadFriction, RippleCosine, RippleSine, TorqueRippleCosine,
-            TorqueRippleSine,
+            B, Backlash, Coulomb, FrictionDrift, GainDrift, InertiaCosine, InertiaSine,
+            LoadFriction, TorqueRippleCosine, TorqueRippleSine,
         };
         let record = self.record;
         let passed = sample as f64 / record.len() as f64 - 0.5;
@@ -209,11 +208,10 @@ impl ModelPass<'_> {
             change => 1.0 + change * passed,
         };
         let mut load = values.get(Effect::Load) + state.load;
-        if has(GravitySine, GravityCosine) {
-            load += along(GravitySine, GravityCosine, 1.0);
-        }
-        if has(RippleSine, RippleCosine) {
-            load += along(RippleSine, RippleCosine, values.order);
+        for ([sine, cosine], order) in Effect::FORCES.into_iter().zip(values.orders) {
+            if has(sine, cosine) {
+                load += along(sine, cosine, order);
+            }
         }
         let mut gain = values.get(B) * drifted(GainDrift);
         let mut per_ripple = 1.0;

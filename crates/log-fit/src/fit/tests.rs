@@ -122,6 +122,7 @@ fn every_tangent_is_the_derivative() {
             (Effect::LowSpeedVelocity, 9.0),
             (Effect::GravitySine, 0.1),
             (Effect::RippleCosine, 0.05),
+            (Effect::RippleSine3, 0.03),
             (Effect::DeadBand, 0.02),
             (Effect::LoadFriction, 0.02),
             (Effect::GainDrift, 0.1),
@@ -140,7 +141,8 @@ fn every_tangent_is_the_derivative() {
         ] {
             values.set(effect, value);
         }
-        values.order = 3.0;
+        values.orders[1] = 3.0;
+        values.orders[3] = 5.0;
         values.gain_order = 3.0;
         values.inertia_order = 2.0;
         // A shaft that follows at once is no second mass.

@@ -10,12 +10,12 @@ pub(super) struct Waves {
 }
 
 impl Waves {
-    /// Orders from zero that have a place: those of usual motors. A column of a higher one is rare.
-    const ORDERS: usize = 41;
+    /// Orders from zero that have a place. A column of a higher one is rare.
+    const ORDERS: usize = Effect::MAX_ORDER as usize + 1;
 
     /// For some columns.
     pub(super) fn new(columns: &[Column]) -> Self {
-        let orders = columns.iter().filter(|column| is_wave(column.effect));
+        let orders = columns.iter().filter(|column| column.effect.is_wave());
         let highest = orders.fold(0.0, |most, column| f64::max(most, column.setting));
         Self {
             table: [[0.0, 1.0]; Self::ORDERS],
@@ -45,18 +45,6 @@ impl Waves {
     }
 }
 
-const fn is_wave(effect: Effect) -> bool {
-    matches!(
-        effect,
-        Effect::RippleSine
-            | Effect::RippleCosine
-            | Effect::TorqueRippleSine
-            | Effect::TorqueRippleCosine
-            | Effect::InertiaSine
-            | Effect::InertiaCosine
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,7 +68,7 @@ mod tests {
         let other = [column(Effect::InertiaSine, 2.0), Effect::A.into()];
         assert!(Waves::new(&other).get(3.0).is_none());
         // One without a place is computed by the record.
-        let rare = [column(Effect::TorqueRippleSine, 60.0)];
-        assert!(Waves::new(&rare).get(60.0).is_none());
+        let rare = [column(Effect::TorqueRippleSine, 300.0)];
+        assert!(Waves::new(&rare).get(300.0).is_none());
     }
 }

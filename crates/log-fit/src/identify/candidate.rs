@@ -14,8 +14,11 @@ pub(super) struct Candidate {
     pub(super) columns: Vec<Column>,
 }
 
-/// The highest order of ripple that is looked for: slots and pole pairs of usual motors.
+/// The highest order of a torque ripple, and of a ripple that may be missing: slots and pole pairs of usual motors.
 const MAX_ORDER: u32 = 40;
+
+/// The fewest counts to a period of cogging.
+const MIN_COUNTS: f64 = 4.0;
 
 /// Orders of an inertia that depends on the angle: one per turn for an arm, two for a crank.
 const INERTIA_ORDERS: [f64; 2] = [1.0, 2.0];
@@ -43,6 +46,8 @@ pub(super) struct Range {
     /// Distance between the ends of the motion, rad, and whether forces may repeat with it.
     pub(super) angle: f64,
     pub(super) turns: bool,
+    /// The highest order of cogging that the encoder shows.
+    pub(super) order: u32,
     /// The means of sin and cos over the motion.
     pub(super) mean_wave: [f64; 2],
     /// A large command.
@@ -69,11 +74,22 @@ impl Range {
             velocity: statistics.velocity,
             angle: recording.span(),
             turns: recording.turns(),
+            order: Self::highest_order(recording),
             mean_wave: recording.mean_wave(1.0),
             peak,
             levels: levels.into_iter().filter(|level| *level > small).collect(),
             resonances: resonances.take_while(|one| *one < fastest).collect(),
         }
+    }
+
+    /// True if both parts of a wave may show.
+    fn shows(&self, order: f64) -> bool {
+        self.turns && self.angle * order >= SEPARABLE[1]
+    }
+
+    fn highest_order(recording: &Recording<'_>) -> u32 {
+        let seen = TAU * recording.radian() / MIN_COUNTS;
+        Effect::MAX_ORDER.min(seen as u32)
     }
 
     /// The mean over the motion of a gravity of some sizes.
@@ -176,20 +192,41 @@ impl Candidate {
             let eccentricity = [E::EccentricitySine, E::EccentricityCosine];
             all.push(Self::plain(Cause::Eccentricity, &eccentricity));
         }
-        let seen = |order: &f64| range.turns && range.angle * order >= long;
+        let seen = |order: &f64| range.shows(*order);
         for order in INERTIA_ORDERS.into_iter().filter(seen) {
             let inertia = [E::InertiaSine, E::InertiaCosine];
             all.push(Self::at(Cause::VaryingInertia, &inertia, order));
         }
-        for order in (2..=MAX_ORDER).map(f64::from).filter(seen) {
-            let ripple = [E::RippleSine, E::RippleCosine];
-            all.push(Self::at(Cause::Ripple, &ripple, order));
-            let ripple = [E::TorqueRippleSine, E::TorqueRippleCosine];
-            all.push(Self::at(Cause::TorqueRipple, &ripple, order));
-        }
-        let is_free = |effect| free.contains(effect);
-        all.retain(|candidate| !effects(candidate.cause).iter().any(is_free));
+        all.extend(Self::waves(range, free, range.order.min(MAX_ORDER)));
+        let orders = (2..=MAX_ORDER).map(f64::from).filter(seen);
+        all.extend(orders.filter_map(|order| Self::torque_ripple(order, free)));
+        let is_free = |effect: &E| free.contains(effect);
+        all.retain(|candidate| {
+            let is_further = candidate.cause == Cause::Ripple;
+            is_further || !effects(candidate.cause).iter().any(is_free)
+        });
         all
+    }
+
+    /// The waves of ripple that the motion may show beside the free effects, up to an order.
+    pub(super) fn waves(range: &Range, free: &[Effect], highest: u32) -> Vec<Self> {
+        let is_new = |wave: &&[Effect; 2]| !wave.iter().any(|effect| free.contains(effect));
+        let Some(wave) = Effect::FORCES[1..].iter().find(is_new) else {
+            return Vec::new();
+        };
+        let orders = (2..=highest)
+            .map(f64::from)
+            .filter(|order| range.shows(*order));
+        orders
+            .map(|order| Self::at(Cause::Ripple, wave, order))
+            .collect()
+    }
+
+    /// A gain with a wave of an order, beside free effects without one.
+    pub(super) fn torque_ripple(order: f64, free: &[Effect]) -> Option<Self> {
+        let wave = [Effect::TorqueRippleSine, Effect::TorqueRippleCosine];
+        let is_new = order <= f64::from(MAX_ORDER) && !free.contains(&wave[0]);
+        is_new.then(|| Self::at(Cause::TorqueRipple, &wave, order))
     }
 
     /// True of a shaft without a resonance.
@@ -258,6 +295,7 @@ impl Candidate {
     /// But a resonance matters to a loop that is faster than the motion.
     pub(super) fn matters(&self, values: &Values, usual: &TypicalMagnitudes) -> bool {
         const MIN_SHARE: f64 = 0.02;
+        const MIN_WAVE: f64 = 0.06;
         if self.is_mode() {
             return true;
         }
@@ -266,7 +304,13 @@ impl Candidate {
             effect => values.get(effect),
         };
         let squares = self.columns.iter().map(|column| size(column).powi(2));
-        squares.sum::<f64>().sqrt() >= MIN_SHARE * self.usual_size(usual)
+        let size = squares.sum::<f64>().sqrt();
+        // What a large wave leaves by an error of its form, or of the encoder, looks like a small one.
+        let least = match self.cause {
+            Cause::Ripple => MIN_WAVE * values.largest_ripple(),
+            _ => 0.0,
+        };
+        size >= least.max(MIN_SHARE * self.usual_size(usual))
     }
 
     /// The start values of a search for it, and the effects that are free with it. Linear algebra gives its sizes.
@@ -352,7 +396,11 @@ impl Candidate {
                 values.set(Effect::LowSpeedVelocity, setting.min(range.velocity));
                 free.push(Effect::LowSpeedVelocity);
             }
-            Cause::Ripple => values.order = setting,
+            Cause::Ripple => {
+                if let Some([place, _]) = self.columns[0].effect.force() {
+                    values.orders[place] = setting;
+                }
+            }
             Cause::TorqueRipple => values.gain_order = setting,
             Cause::VaryingInertia => values.inertia_order = setting,
             _ => {}
@@ -388,7 +436,7 @@ pub fn effects(cause: Cause) -> &'static [Effect] {
         Cause::LowSpeedFriction => &[E::LowSpeed, E::LowSpeedVelocity],
         Cause::Gravity => &[E::GravitySine, E::GravityCosine],
         Cause::VaryingInertia => &[E::InertiaSine, E::InertiaCosine],
-        Cause::Ripple => &[E::RippleSine, E::RippleCosine],
+        Cause::Ripple => E::FORCES[1..].as_flattened(),
         Cause::TorqueRipple => &[E::TorqueRippleSine, E::TorqueRippleCosine],
         Cause::Eccentricity => &[E::EccentricitySine, E::EccentricityCosine],
         _ => &[],

@@ -1,7 +1,11 @@
 //! Effects enter the model one at a time by forward selection. The best candidates are fitted. The best stays if it
 //! explains enough that the model did not.
 
-use crate::fit::{Effect, Fitted, MAX_COLUMNS, RecordFitter, Search, Values, segments};
+use std::f64::consts::TAU;
+
+use crate::fit::{
+    Effect, Fitted, Horizon, MAX_COLUMNS, MAX_UNKNOWNS, RecordFitter, Search, Values, segments,
+};
 
 use super::candidate::{Answer, Candidate, Range, TypicalMagnitudes};
 use super::model::{Entered, Model};
@@ -35,12 +39,80 @@ pub(super) struct EffectSelection<'a> {
 }
 
 impl EffectSelection<'_> {
-    /// A round: false if no effect enters.
-    pub(super) fn round(&self, model: &mut Model) -> bool {
+    /// A round: false if no effect enters. Beside the most effects only a further wave of ripple may.
+    pub(super) fn round(&self, model: &mut Model, most: usize) -> bool {
         // A model that is not at its best yet would let any effect gain.
         self.settle(model);
-        let answers = self.answers(model);
+        let has_room = model.entered.len() < most || model.has(Cause::Ripple);
+        if has_room && self.enter_wave(model) {
+            return true;
+        }
+        let mut answers = self.answers(model);
+        if model.entered.len() >= most {
+            answers.retain(|answer| model.has(answer.candidate.cause));
+        }
+        let order = |answer: &Answer| answer.candidate.columns[0].setting;
+        let clear = self.clear_wave(&answers).map(order);
+        answers.retain(|answer| {
+            answer.candidate.cause != Cause::Ripple || Some(order(answer)) == clear
+        });
         self.enter(model, &answers)
+    }
+
+    /// Lets the clearest wave of ripple enter. With a short memory the filter leaves nothing of what is slower than a wave;
+    /// with a longer one any wave would explain a part of that.
+    fn enter_wave(&self, model: &mut Model) -> bool {
+        /// Memories, samples.
+        const MEMORIES: [f64; 3] = [8.0, 25.0, 80.0];
+        const AS_IT_IS: Search = Search {
+            steps: 0,
+            tolerance: 1.0,
+        };
+        let waves = Candidate::waves(self.range, &model.free, self.range.order);
+        let near = parallel::map(&MEMORIES, |&white| {
+            let horizon = Horizon { white, walk: None };
+            let (values, free) = (&model.fitted.values, &model.free);
+            let mut near = model.clone();
+            near.fit_is(self.fitter.fit(values, free, horizon, AS_IT_IS)?);
+            let answers = self.answers_of(&near, &waves);
+            let clear = self.clear_wave(&answers)?;
+            // A gain that goes with the angle has the same wave.
+            let other = Candidate::torque_ripple(clear.candidate.columns[0].setting, &model.free);
+            let either: Vec<Candidate> =
+                other.into_iter().chain([clear.candidate.clone()]).collect();
+            let held_out = clear.held_out;
+            let answers = self.answers_of(&near, &either);
+            Some((near, answers, held_out))
+        });
+        let best = near
+            .flatten()
+            .reduce(|best, other| if other.2 > best.2 { other } else { best });
+        best.is_some_and(|(mut near, answers, _)| {
+            if self.enter(model, &answers) {
+                return true;
+            }
+            let enters = self.enter(&mut near, &answers);
+            if enters {
+                *model = near;
+            }
+            enters
+        })
+    }
+
+    /// The best wave of ripple, if it explains clearly more than so many waves as a motor has.
+    fn clear_wave<'a>(&self, answers: &'a [Answer]) -> Option<&'a Answer> {
+        const CLEAR: f64 = 2.0;
+        let mut waves = answers
+            .iter()
+            .filter(|answer| answer.candidate.cause == Cause::Ripple);
+        let best = waves.next()?;
+        let order = |answer: &Answer| answer.candidate.columns[0].setting;
+        let is_other =
+            |other: &&Answer| (order(other) - order(best)).abs() * self.range.angle > TAU;
+        let other = waves.filter(is_other).nth(Effect::FORCES.len() - 2);
+        other
+            .is_none_or(|other| best.held_out > CLEAR * other.held_out)
+            .then_some(best)
     }
 
     /// Goes on with the search for the model's values.
@@ -71,11 +143,16 @@ impl EffectSelection<'_> {
             fits.extend(self.fits(model, &starts_of_modes(answers)));
             won = best(&fits, &|fit| fit.cause == won.cause).unwrap_or(won);
         }
-        model.entered.push(Entered {
-            alternative: best(&fits, &|fit| fit.cause != won.cause)
-                .map(|other| (other.cause, other.gain)),
-            ..Entered::certain(won.cause, won.gain)
-        });
+        let mut entered = model.entered.iter_mut();
+        if let Some(ripple) = entered.find(|entered| entered.cause == won.cause) {
+            ripple.gain += won.gain;
+        } else {
+            model.entered.push(Entered {
+                alternative: best(&fits, &|fit| fit.cause != won.cause)
+                    .map(|other| (other.cause, other.gain)),
+                ..Entered::certain(won.cause, won.gain)
+            });
+        }
         (model.free, model.fitted) = (won.free, won.fitted);
         true
     }
@@ -139,9 +216,10 @@ impl EffectSelection<'_> {
         free: Vec<Effect>,
         search: Search,
     ) -> Option<(Fitted, Vec<Effect>)> {
-        let fitted = self
-            .fitter
-            .fit(values, &free, model.fitted.horizon, search)?;
+        let has_room = free.len() <= MAX_UNKNOWNS;
+        let horizon = model.fitted.horizon;
+        let fit = || self.fitter.fit(values, &free, horizon, search);
+        let fitted = has_room.then(fit)??;
         let errors = fitted.std_errors();
         let mut own = (model.free.len()..free.len()).map(|i| (free[i], errors[i]));
         // But a resonance without damping.
@@ -205,7 +283,10 @@ impl EffectSelection<'_> {
 
     /// The answers of all candidates that have not entered, the most convincing first.
     pub(super) fn answers(&self, model: &Model) -> Vec<Answer> {
-        let candidates = Candidate::all(self.range, &model.free);
+        self.answers_of(model, &Candidate::all(self.range, &model.free))
+    }
+
+    fn answers_of(&self, model: &Model, candidates: &[Candidate]) -> Vec<Answer> {
         // Two columns at most each, beside those of the model.
         let at_once = (MAX_COLUMNS - model.free.len()) / 2;
         let parts: Vec<&[Candidate]> = candidates.chunks(at_once).collect();

@@ -69,7 +69,10 @@ impl EffectSelection<'_> {
         let values = &model.fitted.values;
         for entry in &mut model.entered {
             let (order, other) = match entry.cause {
-                Cause::Ripple => (values.order, Cause::Gravity),
+                Cause::Ripple => {
+                    let orders = values.ripples().map(|(_, order)| order);
+                    (orders.fold(f64::INFINITY, f64::min), Cause::Gravity)
+                }
                 Cause::TorqueRipple => (values.gain_order, Cause::VaryingInertia),
                 _ => continue,
             };

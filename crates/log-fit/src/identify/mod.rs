@@ -338,9 +338,14 @@ fn ripple_as_load(recording: &Recording<'_>, model: &Model) -> f64 {
         return 0.0;
     }
     let values = &model.fitted.values;
-    let sizes = [Effect::RippleSine, Effect::RippleCosine].map(|effect| values.get(effect));
-    let means = recording.mean_wave(values.order);
-    sizes[0] * means[0] + sizes[1] * means[1]
+    let mean = |(wave, order): ([Effect; 2], f64)| {
+        let [sizes, means] = [
+            wave.map(|effect| values.get(effect)),
+            recording.mean_wave(order),
+        ];
+        sizes[0] * means[0] + sizes[1] * means[1]
+    };
+    values.ripples().map(mean).sum()
 }
 
 /// The model of a record with the effects that it shows; none if every search diverges.
@@ -389,11 +394,13 @@ fn model(
             model.fit_is(fitted);
         }
     };
-    for round in 0..demand.max_effects {
-        if !effect_selection.round(&mut model) || !(fitter.goes_on)() {
-            break;
-        }
-        rehorizon(&mut model, AGAIN, round == 0);
+    let mut is_first = true;
+    while model.entered.len() <= demand.max_effects
+        && effect_selection.round(&mut model, demand.max_effects)
+        && (fitter.goes_on)()
+    {
+        rehorizon(&mut model, AGAIN, is_first);
+        is_first = false;
     }
     effect_selection.prune(&mut model);
     effect_selection.mark_short_waves(&mut model);

@@ -12,6 +12,11 @@ pub(super) struct Model {
 }
 
 impl Model {
+    /// True if a cause has entered.
+    pub(super) fn has(&self, cause: Cause) -> bool {
+        self.entered.iter().any(|entered| entered.cause == cause)
+    }
+
     /// Takes a fit of the same effects.
     pub(super) fn fit_is(&mut self, fitted: Fitted) {
         self.rows_per_row = fitted.covariances.rows_per_independent_row();

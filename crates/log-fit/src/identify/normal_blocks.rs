@@ -33,7 +33,7 @@ impl NormalBlocks {
                 first[place] = own[0];
             }
         }
-        let most = rows_together(fitter, fitted);
+        let most = rows_together(fitter, fitted, columns);
         let mut rows = Rows::new(width);
         let ran = pass.run(&fitted.values, columns, &mut |sample| {
             let segment = sample.sample * count / length;
@@ -108,13 +108,18 @@ impl NormalBlocks {
     }
 }
 
-/// Rows that are summed as one. They span a small part of the horizon, over which columns barely change.
-fn rows_together(fitter: &RecordFitter<'_>, fitted: &Fitted) -> usize {
+/// Rows that are summed as one. They span a small part of the horizon, and of the periods of waves, over which columns barely
+/// change.
+fn rows_together(fitter: &RecordFitter<'_>, fitted: &Fitted, columns: &[Column]) -> usize {
     const SHARE: f64 = 0.15;
+    const PHASE: f64 = 1.0;
     const MOST: usize = 8;
     let horizon = fitted.horizon.walk.unwrap_or(fitted.horizon.white);
-    let stride = fitter.record.stride.max(1);
-    ((SHARE * horizon) as usize / stride).clamp(1, MOST)
+    let orders = columns.iter().filter(|column| column.effect.is_wave());
+    let order = orders.fold(0.0, |most, column| f64::max(most, column.setting));
+    let turned = order * fitter.statistics.velocity / fitter.record.radian.max(f64::MIN_POSITIVE);
+    let rows = (SHARE * horizon).min(PHASE / turned.max(f64::MIN_POSITIVE));
+    (rows as usize / fitter.record.stride.max(1)).clamp(1, MOST)
 }
 
 /// Sums of successive rows: of each column, and last of the innovation.
@@ -200,7 +205,7 @@ mod tests {
             tolerance: 1e-6,
         };
         let fitted = fitter.fit(&values, &FREE, horizon, none).expect("a fit");
-        assert!(rows_together(&fitter, &fitted) > 4);
+        assert!(rows_together(&fitter, &fitted, &[]) > 4);
         let columns = FREE.map(Column::from);
         let normal_blocks =
             NormalBlocks::new(&fitter, &fitted, &columns, FREE.len(), &[]).expect("it runs");

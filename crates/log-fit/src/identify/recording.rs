@@ -261,6 +261,11 @@ impl<'a> Recording<'a> {
         self.span
     }
 
+    /// Counts to a rad of the angle.
+    pub(super) const fn radian(&self) -> f64 {
+        self.radian
+    }
+
     /// What is known of its rows.
     pub(super) const fn axis(&self) -> Axis {
         self.axis
@@ -312,18 +317,18 @@ impl<'a> Recording<'a> {
     }
 
     /// The waves of values, and the orders in which they go with the angle.
-    fn waves(values: &Values) -> [([Effect; 2], f64); 5] {
+    fn waves(values: &Values) -> impl Iterator<Item = ([Effect; 2], f64)> {
         use Effect as E;
-        [
-            ([E::GravitySine, E::GravityCosine], 1.0),
-            ([E::RippleSine, E::RippleCosine], values.order),
+        let others = [
             (
                 [E::TorqueRippleSine, E::TorqueRippleCosine],
                 values.gain_order,
             ),
             ([E::InertiaSine, E::InertiaCosine], values.inertia_order),
             ([E::EccentricitySine, E::EccentricityCosine], 1.0),
-        ]
+        ];
+        let forces = E::FORCES.into_iter().zip(values.orders);
+        forces.chain(others)
     }
 
     /// Values whose waves count from another angle, farther by `angle`, rad.

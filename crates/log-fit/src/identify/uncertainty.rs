@@ -347,16 +347,9 @@ fn increase(fitter: &RecordFitter<'_>, model: &Model, factor: f64) -> (f64, Opti
         tolerance: 1e-6,
     };
     let mut values = model.fitted.values;
-    for effect in [
-        Effect::B,
-        Effect::Coulomb,
-        Effect::Load,
-        Effect::LowSpeed,
-        Effect::GravitySine,
-        Effect::GravityCosine,
-        Effect::RippleSine,
-        Effect::RippleCosine,
-    ] {
+    let forces = [Effect::B, Effect::Coulomb, Effect::Load, Effect::LowSpeed];
+    for effect in forces.iter().chain(Effect::FORCES.as_flattened()) {
+        let effect = *effect;
         values.set(effect, values.get(effect) * factor);
     }
     let rest: Vec<Effect> = (model.free.iter().copied())

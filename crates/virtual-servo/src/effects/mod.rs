@@ -39,6 +39,8 @@ pub struct Effects {
     pub ripple: [f64; 2],
     /// Its order N, periods per revolution.
     pub ripple_order: u32,
+    /// Further waves of cogging, each [r_s, r_c] and N.
+    pub ripples: [([f64; 2], u32); Self::FURTHER_RIPPLES],
     /// [t_s, t_c]: torque ripple changes b with the angle to b (1 + t_s sin Nq + t_c cos Nq). Together they are up to
     /// [`Effects::LARGEST_SHARE`].
     pub torque_ripple: [f64; 2],
@@ -93,6 +95,7 @@ impl Effects {
         gravity: [0.0; 2],
         ripple: [0.0; 2],
         ripple_order: 0,
+        ripples: [([0.0; 2], 0); Self::FURTHER_RIPPLES],
         torque_ripple: [0.0; 2],
         torque_ripple_order: 0,
         inertia_variation: [0.0; 2],
@@ -111,6 +114,8 @@ impl Effects {
         load_wander: [0.0; 2],
     };
 
+    /// The waves of cogging beside the first.
+    pub const FURTHER_RIPPLES: usize = 3;
     /// The longest delay, s.
     pub const MAX_DELAY: f64 = 0.1;
     /// The longest delay, samples.
@@ -164,8 +169,9 @@ impl Effects {
         for value in self.gravity {
             ANGULAR.check("gravity", value)?;
         }
-        for value in self.ripple {
-            ANGULAR.check("ripple", value)?;
+        let further = self.ripples.iter().flat_map(|(wave, _)| wave);
+        for value in self.ripple.iter().chain(further) {
+            ANGULAR.check("ripple", *value)?;
         }
         for (name, [sine, cosine]) in [
             ("torque_ripple", self.torque_ripple),
