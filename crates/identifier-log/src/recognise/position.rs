@@ -31,7 +31,7 @@ const ANGLES: [PositionUnit; 3] = [
 ];
 
 /// The evidence of a unit that nothing shows.
-const UNSTATED: &str = "nobody states it, so no gravity is looked for: --position-unit";
+const UNSTATED: &str = "nobody states it: with --position-unit gravity goes by the angle";
 
 const BY_NAME: &str = "by name";
 

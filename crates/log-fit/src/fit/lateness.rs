@@ -22,8 +22,6 @@ impl RecordFitter<'_> {
             samples: -fitted.values.get(Effect::Delay),
             std_error: fitted.std_errors()[4],
             values: fitted.values,
-            unexplained: fitted.sums.minus_two_log_likelihood(),
-            rows_per_row: fitted.covariances.rows_per_independent_row(),
         })
     }
 }
@@ -37,10 +35,6 @@ pub struct Lateness {
     pub std_error: f64,
     /// The estimates with it.
     pub values: Values,
-    /// −2 ln L, and the rows to an independent one of it.
-    pub unexplained: f64,
-    /// See `unexplained`.
-    pub rows_per_row: f64,
 }
 
 impl Lateness {
